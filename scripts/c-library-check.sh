@@ -128,22 +128,6 @@ else
     missing data "recordings or $gripctl: the slips are not compared with those of gripctl"
 fi
 
-# Blocks of the page: a file where the fence has a name, commands, and what they print.
-python3 - docs/c.md >"$work/page.sh" <<'PY'
-import re, shlex, sys
-page = open(sys.argv[1], encoding="utf-8").read()
-print("set -euo pipefail")
-for info, body in re.findall(r"^```(.*?)\n(.*?)^```$", page, re.M | re.S):
-    kind, _, name = info.partition(" ")
-    if name:
-        print(f"printf %s {shlex.quote(body)} >{shlex.quote(name)}")
-    elif kind == "sh":
-        # Not through a pipe: folder and variables are those of the next block.
-        print(f"{{\n{body}}} >$WORK/said\ncat $WORK/said")
-    elif kind == "text":
-        print(f"printf %s {shlex.quote(body)} | diff - $WORK/said")
-    else:
-        sys.exit(f"{sys.argv[1]}: a block of kind {info!r} is not run")
-PY
+scripts/doc-blocks.py docs/c.md >"$work/page.sh"
 WORK=$work bash "$work/page.sh"
 echo "c-library-check: done"

@@ -26,5 +26,5 @@ opted test --test cli --test scope -- fleet foxglove
 opted test --test alone --test network --test fleet
 opted build --bins --example ros_messages
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
-MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/ros-check.sh
+MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet GRIPCTL=$built/gripctl scripts/ros-check.sh
 GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh

@@ -23,3 +23,13 @@ install_packages() {
     $as_root apt-get update -q >&2
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "$@" >&2
 }
+
+#   python_work FOLDER   sets target, work (FOLDER in it) and python, that of scripts/python.sh; needs root. Ends with 0 where it may be missing.
+python_work() {
+    target=${CARGO_TARGET_DIR:-$root/target}
+    mkdir -p "$target/$1"
+    target=$(cd "$target" && pwd)
+    work=$target/$1
+    python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
+    export PYTHONPYCACHEPREFIX="$work/byte-code"
+}

@@ -1,20 +1,15 @@
 #!/bin/sh
 # The Python package slipgrip: its wheel is built and installed into an empty environment; then mypy over stubs, tests and examples, the
-# tests, the examples, and every block of docs/python.md. GRIPCTL names a built gripctl. FUZZ_CALLS: random calls, 100,000 unless given.
+# tests, the examples, and every block of docs/python.md. GRIPCTL names a built gripctl, beside gripd. FUZZ_CALLS: random calls, 100,000 unless given.
 # PICTURES=1 writes the pictures of the examples to docs/images; LINTS=1 runs clippy, which checks every crate below anew.
 #
 #   scripts/python-package-check.sh [PROFILE]      PROFILE is release, or dev for a quicker build
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
-target=${CARGO_TARGET_DIR:-$root/target}
-mkdir -p "$target/python-package"
-target=$(cd "$target" && pwd)
-work=$target/python-package
 package=$root/bindings/python
 . "$root/scripts/missing.sh"
-python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
-export PYTHONPYCACHEPREFIX="$work/byte-code"
+python_work python-package
 
 if [ -z "${GRIPCTL:-}" ]; then
     CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
@@ -24,7 +19,7 @@ export GRIPCTL
 
 cd "$package"
 cargo fmt --check
-rm -rf "$work/wheel" "$work/pictures"
+rm -rf "$work/wheel" "$work/pictures" "$work/dataset"
 mkdir -p "$work/pictures"
 if [ -n "${LINTS:-}" ]; then
     CARGO_TARGET_DIR="$target" cargo clippy --all-targets --locked --quiet -- -D warnings
@@ -57,6 +52,10 @@ fi
 for example in detect calibrate esc_truth close_the_loop; do
     "$python" "examples/$example.py" "$work/pictures/python-$example.svg"
 done
+# The page listens to a gripd at its usual place.
+"${GRIPCTL%ctl}d" --port sim --duration 120 >"$work/gripd.log" 2>&1 &
+gripd=$!
+trap 'kill "$gripd" 2>/dev/null || true' EXIT
 "$python" "$root/scripts/doc-python.py" "$root/docs/python.md" "$work"
 if [ -n "${PICTURES:-}" ]; then
     cp "$work"/pictures/*.svg "$root/docs/images/"

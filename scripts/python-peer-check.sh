@@ -3,14 +3,9 @@
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
-target=${CARGO_TARGET_DIR:-$root/target}
-mkdir -p "$target/python-peer"
-target=$(cd "$target" && pwd)
-work=$target/python-peer
 package=$root/protocol/python
 . "$root/scripts/missing.sh"
-python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
-export PYTHONPYCACHEPREFIX="$work/byte-code"
+python_work python-peer
 
 CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
 

@@ -1,7 +1,8 @@
 #!/bin/sh
 # The ROS 2 node of a gripper as other implementations see it, without ROS: the Python packages rosbags (messages, hashes of types), xxhash
 # (names of publishers) and eclipse-zenoh (a router, and a subscriber beside a real gripd on its simulator).
-# MESSAGES (the example ros_messages of grip-fleet), GRIPD and GRIPFLEET name built programs.
+# Every block of docs/ros2.md is run. MESSAGES (the example ros_messages of grip-fleet), GRIPD, GRIPFLEET and GRIPCTL (with its feature fleet)
+# name built programs.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
@@ -15,7 +16,17 @@ if [ -z "${MESSAGES:-}" ]; then
     MESSAGES=$target/debug/examples/ros_messages
 fi
 if [ -z "${GRIPD:-}" ]; then
-    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --locked -p gripd -p gripfleet)
-    GRIPD=$target/debug/gripd GRIPFLEET=$target/debug/gripfleet
+    (cd "$root" && CARGO_TARGET_DIR="$target" cargo build --locked -p gripd -p gripfleet -p gripctl --features gripctl/fleet)
+    GRIPD=$target/debug/gripd GRIPFLEET=$target/debug/gripfleet GRIPCTL=$target/debug/gripctl
 fi
 "$python" "$root/scripts/peers/ros_check.py" "$MESSAGES" "$root/ros/grip_msgs/msg" "$GRIPD" "$GRIPFLEET"
+
+# The page calls programs by their names, and a python3 that has the packages.
+mkdir -p "$target/ros-check"
+{
+    echo "trap 'kill \$(jobs -p)' EXIT"
+    "$python" "$root/scripts/doc-blocks.py" "$root/docs/ros2.md"
+} >"$target/ros-check/page.sh"
+folders=$(dirname "$GRIPD"):$(dirname "$GRIPFLEET"):$(dirname "$GRIPCTL"):$(dirname "$python")
+cd "$root"
+WORK=$target/ros-check PATH=$folders:$PATH bash "$target/ros-check/page.sh"

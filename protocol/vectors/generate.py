@@ -52,9 +52,11 @@ FIELDS = {
 DAEMON_KINDS = {
     "WELCOME": 0xA0, "SLIP": 0xA1, "STATE": 0xA2, "HEALTH": 0xA3, "GRIPPER": 0xA4, "ROWS": 0xA5, "NOTICE": 0xA6,
     "SETUP": 0xA7, "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA, "LOAD": 0xAB,
+    "OBJECT": 0xAC,
 }  # fmt: skip
 KINDS.update(DAEMON_KINDS)
-TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD"}
+TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD", "OBJECT"}
+TEXTS = ("WELCOME", "NOTICE", "SETUP", "OBJECT")
 ACK_REQ |= TO_DAEMON
 FIELDS.update({
     "WELCOME": [
@@ -97,6 +99,7 @@ FIELDS.update({
         ("settings", "I"), ("fw_major", "B"), ("fw_minor", "B"), ("fw_patch", "H"), ("in_force", "32s"), ("configured", "32s"),
     ],
     "LOAD": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
+    "OBJECT": [],
 })  # fmt: skip
 
 
@@ -147,7 +150,7 @@ def payload(kind, v):
     if kind == "LOG":
         return struct.pack("<QBB", v["tick"], v["level"], len(v["text"])) + v["text"]
     data = pack(table_of(kind, v), v)
-    if kind in ("WELCOME", "NOTICE", "SETUP"):
+    if kind in TEXTS:
         data += bytes([len(v["text"])]) + v["text"]
     if kind == "LOAD":
         data += bytes([len(v["bytes"])]) + v["bytes"]
@@ -181,7 +184,7 @@ def frame(kind, data, **header):
 def show(kind, v):
     table = CONFIG if kind == "CONFIG_ACK" else table_of(kind, v)
     names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
-    names = names + [name for name, _ in table if name] + ["text"] * (kind in ("WELCOME", "NOTICE", "SETUP")) + ["bytes"] * (kind == "LOAD")
+    names = names + [name for name, _ in table if name] + ["text"] * (kind in TEXTS) + ["bytes"] * (kind == "LOAD")
     words = []
     for name in names:
         value = v[name]
@@ -314,7 +317,7 @@ for kind, values in (
     ("WELCOME", welcome), ("SLIP", slip), ("STATE", state), ("HEALTH", health),
     ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16)),
     ("ROWS", rows), ("NOTICE", notice), ("SUBSCRIBE", subscribe), ("COMMAND", command), ("QUERY", {}),
-    ("SETUP", setup), ("LOAD", load),
+    ("SETUP", setup), ("LOAD", load), ("OBJECT", dict(text="Größe 1".encode())),
 ):  # fmt: skip
     valid(kind.lower(), kind, values, rows=CLIENTS)
 valid("welcome_no_text", "WELCOME", dict(welcome, flags=0, token=0, text=b""), rows=CLIENTS, seq=0)
@@ -344,6 +347,8 @@ valid("command_clear_fault", "COMMAND", dict(operation=5, fault=0x0201, force_mn
 valid("setup_nothing_known", "SETUP", dict(setup, settings=0, fw_major=0, fw_minor=0, fw_patch=0, in_force=bytes(32), configured=bytes(32), text=b""), rows=CLIENTS)
 valid("load_the_model_of_the_configuration", "LOAD", dict(sha256=bytes(32), size=0, offset=0, bytes=b""), rows=CLIENTS)
 valid("load_full_piece", "LOAD", dict(load, size=1 << 20, offset=0, bytes=bytes(range(255))), rows=CLIENTS, ack=False)
+valid("command_expect", "COMMAND", dict(operation=6, fault=0, force_mn=9500, token=0), rows=CLIENTS)
+valid("object_none", "OBJECT", dict(text=b""), rows=CLIENTS)
 valid("command_grown", "COMMAND", command, use="decode", extra=b"\x01\x02\x03\x00", rows=CLIENTS)
 
 BAD_CLIENTS = []
@@ -427,7 +432,8 @@ invalid("daemon_version_2", "daemon", frame("COMMAND", COMMAND, version=2, **DOW
 invalid("daemon_subscribe_short", "daemon", frame("SUBSCRIBE", SUBSCRIBE[:7], **DOWN), "ok", "short", "malformed")
 invalid("daemon_command_short", "daemon", frame("COMMAND", COMMAND[:11], **DOWN), "ok", "short", "malformed")
 invalid("daemon_operation_0", "daemon", frame("COMMAND", b"\0" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
-invalid("daemon_operation_6", "daemon", frame("COMMAND", b"\x06" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
+invalid("daemon_operation_7", "daemon", frame("COMMAND", b"\x07" + COMMAND[1:], **DOWN), "ok", "value@0", "malformed")
+invalid("daemon_object_short", "daemon", frame("OBJECT", b"\x05cup", **DOWN), "ok", "short", "malformed")
 invalid("daemon_negative_force", "daemon", frame("COMMAND", payload("COMMAND", dict(command, force_mn=-1)), **DOWN), "ok", "value@4", "malformed")
 invalid("daemon_load_short", "daemon", frame("LOAD", payload("LOAD", load)[:-1], **DOWN), "ok", "short", "malformed")
 invalid("daemon_load_too_long", "daemon", frame("LOAD", payload("LOAD", dict(load, size=(1 << 20) + 1)), **DOWN), "ok", "value@32", "malformed")

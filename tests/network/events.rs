@@ -145,8 +145,14 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
         about.firmware.is_some()
     }));
     assert!(about.program.starts_with("gripd ") && about.model.is_some(), "{about:?}");
-    let token = about.token.unwrap();
+    // The token is for those who may ask for commands, and only they reach this name.
+    let about = asked(&session, &member, Part::About, &[]).unwrap();
+    assert!(!about.contains("token"), "{about}");
+    let token: u32 = asked(&session, &member, Part::Command, &[]).unwrap().parse().unwrap();
     assert_eq!(command(&session, &member, &grasp).as_deref(), Ok("taken"));
+    let refused = command(&session, &member, &Command { force_mn: 1_000_000_000, ..grasp });
+    let words = "1000000 N is more than the ";
+    assert!(refused.as_ref().is_err_and(|reason| reason.starts_with(words)), "{refused:?}");
     let release = Command { token: token ^ 1, ..Command::new(Operation::Release) };
     let refused = command(&session, &member, &release).unwrap_err();
     assert!(refused.contains("token"), "{refused}");

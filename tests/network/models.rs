@@ -3,10 +3,9 @@
 use crate::pair::{Pair, configure, endpoint};
 use core::time::Duration;
 use grip_fleet::{
-    About, Member, Part, Selector,
+    Member, Part, Selector,
     deploy::{How, Offer, Order, Standing, digest},
     net::{self, Ask, NetError, Network, Session, list, standing},
-    rollout::JudgeConfig,
 };
 use grip_link::message::daemon::{Command, GripState, Operation};
 use grip_session::model::default_text;
@@ -40,33 +39,35 @@ fn member(pair: &Pair) -> Member {
 
 /// What `gripctl fleet command` sends.
 fn command(session: &Session, member: &Member, operation: Operation) {
-    let about =
-        Ask { member, part: Part::About, parameters: &[], payload: &[], patience: PATIENCE };
-    let about = About::from_json(&net::ask(session, &about).unwrap().concat()).unwrap();
-    let command = Command { token: about.token.unwrap(), ..Command::new(operation) };
+    let ask = |payload: &[u8]| {
+        let part = Part::Command;
+        let question = Ask { member, part, parameters: &[], payload, patience: PATIENCE };
+        net::ask(session, &question).unwrap().concat()
+    };
+    let token = String::from_utf8(ask(&[])).unwrap().parse().unwrap();
+    let command = Command { token, ..Command::new(operation) };
     let mut payload = [0; Command::SIZE];
     command.write(&mut payload).unwrap();
-    let (part, payload) = (Part::Command, &payload[..]);
-    net::ask(session, &Ask { member, part, parameters: &[], payload, patience: PATIENCE }).unwrap();
+    ask(&payload);
 }
 
-/// Lets go, and grasps once more.
+/// Lets go, and grasps once more, until the object is held.
 fn regrasp(session: &Session, member: &Member) {
     let grip =
         || list(session, &Selector::default()).unwrap().remove(member)?.state.map(|it| it.grip);
     command(session, member, Operation::Release);
     assert!(until(|| grip() == Some(GripState::Released)));
     command(session, member, Operation::Grasp);
+    assert!(until(|| grip() == Some(GripState::Holding)));
 }
 
-fn take(text: &str, watch_s: f64) -> Order {
-    Order::Take(offer(text, watch_s))
+fn take(text: &str) -> Order {
+    Order::Take(offer(text))
 }
 
-fn offer(text: &str, watch_s: f64) -> Offer {
-    let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
+fn offer(text: &str) -> Offer {
     let (name, bytes) = ("new.json".to_owned(), text.as_bytes());
-    Offer { name, sha256: digest(bytes), judge, bytes: bytes.into() }
+    Offer { name, sha256: digest(bytes), lease_s: 3600, bytes: bytes.into() }
 }
 
 /// What a gripper says to an order.
@@ -75,17 +76,6 @@ fn ask(session: &Session, member: &Member, order: &Order) -> Result<Standing, St
         NetError::Declined { reason, .. } => reason,
         other => panic!("{other}"),
     })
-}
-
-/// Takes a model as soon as the gripper has something to compare with.
-fn taken(session: &Session, member: &Member, text: &str, watch_s: f64) -> Standing {
-    let mut answer = Err(String::new());
-    let early = |reported: &str| reported.starts_with("there are only");
-    assert!(until(|| {
-        answer = ask(session, member, &take(text, watch_s));
-        !answer.as_ref().is_err_and(|reported| early(reported))
-    }));
-    answer.unwrap()
 }
 
 /// The same model, with another SHA-256.
@@ -104,21 +94,37 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     fs::write(folder.path().join("table.toml"), "name = \"table\"\nlift_at_s = 60.0\n").unwrap();
     let first = Pair::start(folder.path(), &["--port", "sim:table.toml"]);
     let who = member(&first);
-    let standing = taken(&session, &who, &same(1), 4.0);
+    let grasped = |count: usize| {
+        let now = || ask(&session, &who, &Order::Notify).unwrap().grasped;
+        assert!(until(|| now() >= count));
+    };
+    // Two grasps with the model of the configuration; the one that goes on when the model changes is nobody's.
+    (0..3).for_each(|_| regrasp(&session, &who));
+    grasped(2);
+    let standing = ask(&session, &who, &take(&same(1))).unwrap();
     assert_eq!(
         (standing.in_force.name.as_str(), standing.before.unwrap().name),
         ("new.json", "default".to_owned())
     );
+    assert_eq!(
+        (standing.trial.unwrap().before, standing.grasps.len(), standing.grasped),
+        (2, 2, 0)
+    );
     first.gripd.until_reported("of a client is in force");
-    regrasp(&session, &who);
-    first.fleet.until_reported("it was watched long enough, and stays");
+    (0..2).for_each(|_| regrasp(&session, &who));
+    grasped(1);
+    let sha256 = digest(same(1).as_bytes());
+    let watched = ask(&session, &who, &Order::Watch { sha256: sha256.clone(), from: 0 }).unwrap();
+    assert!(watched.grasps.len() == 1 && !watched.grasps[0].lost, "{watched:?}");
+    ask(&session, &who, &Order::Accept { sha256 }).unwrap();
+    first.fleet.until_reported("its trial is over, and it stays");
     // To ask whether it would take another one changes nothing.
-    let would = ask(&session, &who, &Order::Check(offer(&same(3), 2.0))).unwrap();
+    let would = ask(&session, &who, &Order::Check(offer(&same(3)))).unwrap();
     assert_eq!((would.in_force.sha256, would.trial), (digest(same(1).as_bytes()), None));
-    let early = ask(&session, &who, &Order::Check(offer(&same(3), 1e6))).unwrap_err();
-    assert!(early.starts_with("there are only"), "{early}");
+    let never = Order::Check(Offer { lease_s: 0, ..offer(&same(3)) });
+    assert!(ask(&session, &who, &never).unwrap_err().starts_with("lease=0: "));
     // The second model is on trial when gripd is killed, and gripfleet stays.
-    assert!(taken(&session, &who, &same(2), 4.0).trial.is_some());
+    assert!(ask(&session, &who, &take(&same(2))).unwrap().trial.is_some());
     let Pair { gripd, fleet } = first;
     gripd.kill();
     let second = Pair::holding_beside(folder.path(), fleet);
@@ -144,8 +150,9 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     third.stop();
 }
 
+/// The program of the operator ended: a gripper on trial that nobody watches goes back by itself.
 #[test]
-fn a_model_with_which_nothing_is_grasped_goes_back() {
+fn a_model_that_nobody_watches_goes_back() {
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
     let _router = router(&endpoint);
@@ -153,20 +160,19 @@ fn a_model_with_which_nothing_is_grasped_goes_back() {
     let session = session(&endpoint);
     let pair = Pair::holding(folder.path(), &[]);
     let who = member(&pair);
-    let trial = taken(&session, &who, &same(1), 2.0).trial.unwrap();
-    assert!(trial.before.slips > 0 && trial.before.grasps > 0, "{trial:?}");
-    pair.fleet.until_reported("nothing was grasped with it");
+    let order = Order::Take(Offer { lease_s: 2, ..offer(&same(1)) });
+    assert!(ask(&session, &who, &order).unwrap().trial.is_some());
+    pair.fleet.until_reported("nobody watched its trial any more");
     let standing = ask(&session, &who, &Order::Notify).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
-    assert_eq!(standing.last.unwrap().how, How::Idle);
+    assert_eq!(standing.last.unwrap().how, How::Unwatched);
     pair.stop();
 }
 
-/// The object is pulled out of the fingers during the trial. One loss is too little for the judge of everyday, which is asked to be quick here.
+/// The object is pulled out of the fingers during the trial: a grasp that ends with a loss. A gripper in FAULT tries nothing, and goes back all the same.
 #[test]
-fn gripd_goes_back_by_itself_when_it_holds_worse() {
-    const PULLED: &str =
-        "name = \"pulled\"\n[tug]\nforce_n = 400.0\nstart_s = 13.2\nhold_ms = 1000.0\n";
+fn a_lost_object_is_a_grasp_and_a_gripper_in_fault_tries_nothing() {
+    const PULLED: &str = "name = \"pulled\"\nlift_at_s = 20.0\n[tug]\nforce_n = 400.0\nstart_s = 25.2\nhold_ms = 1000.0\n";
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
     let _router = router(&endpoint);
@@ -176,26 +182,22 @@ fn gripd_goes_back_by_itself_when_it_holds_worse() {
     let session = session(&endpoint);
     let running = Pair::start(folder.path(), &["--port", "sim:pulled.toml"]);
     let who = member(&running);
-    let judge = JudgeConfig { factor: 1.0, alpha: 0.5, watch_s: 10.0 };
-    let order = Order::Take(Offer { judge, ..offer(&same(1), 10.0) });
-    let mut answer = Err(String::new());
-    assert!(until(|| {
-        answer = ask(&session, &who, &order);
-        !answer.as_ref().is_err_and(|reported| reported.starts_with("there are only"))
-    }));
-    let taken = answer.unwrap();
+    let taken = ask(&session, &who, &take(&same(1))).unwrap();
     assert_eq!((taken.in_force.name.as_str(), taken.trial.is_some()), ("new.json", true));
+    regrasp(&session, &who);
     running.gripd.until_reported("the object is gone");
-    running.fleet.until_reported("there were more");
-    let mut standing = taken;
-    assert!(until(|| {
-        standing = ask(&session, &who, &Order::Notify).unwrap();
-        standing.trial.is_none()
-    }));
-    assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
-    let last = standing.last.unwrap();
-    assert!(matches!(last.how, How::Worse(_)), "{last:?}");
-    assert_eq!(last.model.sha256, digest(same(1).as_bytes()));
+    let sha256 = digest(same(1).as_bytes());
+    let lost = || {
+        let watched = ask(&session, &who, &Order::Watch { sha256: sha256.clone(), from: 0 });
+        watched.unwrap().grasps.iter().any(|grasp| grasp.lost)
+    };
+    assert!(until(lost));
+    // An empty hand in FAULT is no grasp, however long it lasts.
+    let grasped = ask(&session, &who, &Order::Notify).unwrap().grasped;
+    let back = ask(&session, &who, &Order::Back { sha256: None }).unwrap();
+    assert_eq!((back.in_force.name.as_str(), back.trial, grasped), ("default", None, 1));
+    let refused = ask(&session, &who, &take(&same(2))).unwrap_err();
+    assert!(refused.starts_with("this gripper has latched fault 0201"), "{refused}");
     running.stop();
 }
 
@@ -208,8 +210,7 @@ fn settings_that_change_during_a_trial_end_it() {
     let session = session(&endpoint);
     let running = Pair::holding(folder.path(), &[]);
     let who = member(&running);
-    let trial = taken(&session, &who, &same(1), 3.0);
-    assert!(trial.trial.is_some());
+    assert!(ask(&session, &who, &take(&same(1))).unwrap().trial.is_some());
     place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nthreshold = 30.0");
     running.reload();
     running.fleet.until_reported("its settings were changed during the trial");
@@ -234,10 +235,10 @@ fn twenty_of_them_refuse_what_is_no_model_for_them() {
     let members: BTreeSet<Member> = running.iter().map(member).collect();
     assert_eq!(members.len(), 20);
     let text = default_text();
-    let cut = take(&text[..text.len() / 2], 1.0);
-    let foreign = take(&text.replacen("slip_acceleration_m_s2", "temperature_k", 1), 1.0);
-    let nan = take(&text.replacen("4.3647456", "NaN", 1), 1.0);
-    let half = Order::Take(Offer { bytes: text.as_bytes()[..300].into(), ..offer(text, 1.0) });
+    let cut = take(&text[..text.len() / 2]);
+    let foreign = take(&text.replacen("slip_acceleration_m_s2", "temperature_k", 1));
+    let nan = take(&text.replacen("4.3647456", "NaN", 1));
+    let half = Order::Take(Offer { bytes: text.as_bytes()[..300].into(), ..offer(text) });
     let mut refused = 0;
     for who in &members {
         for (order, words) in [
@@ -269,7 +270,7 @@ fn whoever_wants_no_model_states_so() {
         place(folder.path(), &endpoint, rest);
         let running = Pair::start(folder.path(), args);
         let who = member(&running);
-        let reported = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+        let reported = ask(&session, &who, &take(&same(1))).unwrap_err();
         assert!(reported.contains(words), "{reported}");
         assert!(!folder.path().join("models").exists());
         running.stop();
@@ -288,7 +289,7 @@ fn a_damaged_folder_of_models_keeps_nobody_from_holding() {
     let running = Pair::holding(folder.path(), &[]);
     running.fleet.until_reported("the model of the configuration is in force");
     let who = member(&running);
-    let reported = ask(&session, &who, &take(&same(1), 1.0)).unwrap_err();
+    let reported = ask(&session, &who, &take(&same(1))).unwrap_err();
     assert!(reported.contains("the folder of models cannot be used"), "{reported}");
     running.stop();
 }

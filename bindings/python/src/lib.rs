@@ -20,7 +20,7 @@ mod module {
         learn::{Model, train},
         recording::{Recording, read, replay},
         simulate::Grasp,
-        stream::{Detection, Detector, Pipeline, detect},
+        stream::{Detection, Detector, Pipeline, detect, trace},
         surface::{Profile, esc, profile},
     };
 }

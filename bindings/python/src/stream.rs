@@ -7,11 +7,14 @@ use crate::{
     settings::{CalibrationLike, Config, ModelLike, Settings},
 };
 use grip_record::Rows;
-use grip_session::report::{Event, EventLog};
+use grip_session::{
+    report::{Event, EventLog},
+    tape::{Played, Tape, TapeOptions},
+};
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _, ToPyArray as _};
 use pyo3::{prelude::*, types::PyDict};
-use slip_core::{ClientCommand, PipelineConfig, Sample, detector::BANDS, units::Micros};
-use std::sync::Arc;
+use slip_core::{ClientCommand, PipelineConfig, Sample, Step, detector::BANDS, units::Micros};
+use std::{path::PathBuf, sync::Arc};
 
 /// Rows between two looks at Ctrl-C: some tens of milliseconds.
 const ROWS_A_TURN: usize = 1 << 18;
@@ -34,6 +37,38 @@ impl Trace {
             (Vec::with_capacity(rows), Vec::with_capacity(rows), Vec::with_capacity(rows));
         let levels = Vec::with_capacity(if bands { rows * BANDS } else { 0 });
         Self { bands, t_s, statistic, scene, command_n, levels }
+    }
+
+    /// All of a row but its bands.
+    #[inline]
+    fn take(&mut self, step: &Step) {
+        self.t_s.push(step.t.as_seconds());
+        self.statistic.push(step.statistic);
+        self.scene.push(step.scene.code());
+        self.command_n.extend(step.command.map(|command| command.0));
+    }
+
+    fn detection(
+        self,
+        py: Python<'_>,
+        events: &Events,
+        commands: bool,
+        [slips, unusable, floor_lowered]: [u64; 3],
+    ) -> PyResult<Detection> {
+        let rows = self.t_s.len();
+        let levels =
+            self.levels.into_pyarray(py).reshape([if self.bands { rows } else { 0 }, BANDS])?;
+        Ok(Detection {
+            events: dictionaries(py, events)?,
+            t_s: self.t_s.into_pyarray(py).unbind(),
+            statistic: self.statistic.into_pyarray(py).unbind(),
+            scene: self.scene.into_pyarray(py).unbind(),
+            command_n: commands.then(|| self.command_n.into_pyarray(py).unbind()),
+            levels: self.bands.then(|| levels.unbind()),
+            slips,
+            unusable,
+            floor_lowered,
+        })
     }
 }
 
@@ -79,12 +114,7 @@ impl Engine {
         self.last = Some(sample.t);
         self.command_n = step.command.map_or(f32::NAN, |command| command.0);
         let Some(trace) = trace else { return };
-        trace.t_s.push(sample.t.as_seconds());
-        trace.statistic.push(step.statistic);
-        trace.scene.push(step.scene.code());
-        if step.command.is_some() {
-            trace.command_n.push(self.command_n);
-        }
+        trace.take(&step);
         if trace.bands {
             trace.levels.extend(self.pipeline.detector().levels().energy);
         }
@@ -106,20 +136,10 @@ impl Engine {
     }
 
     fn detection(&self, py: Python<'_>, events: &Events, trace: Trace) -> PyResult<Detection> {
-        let rows = trace.t_s.len();
-        let levels =
-            trace.levels.into_pyarray(py).reshape([if trace.bands { rows } else { 0 }, BANDS])?;
-        Ok(Detection {
-            events: dictionaries(py, events)?,
-            t_s: trace.t_s.into_pyarray(py).unbind(),
-            statistic: trace.statistic.into_pyarray(py).unbind(),
-            scene: trace.scene.into_pyarray(py).unbind(),
-            command_n: self.config.grip.map(|_| trace.command_n.into_pyarray(py).unbind()),
-            levels: trace.bands.then(|| levels.unbind()),
-            slips: self.log.slips(),
-            unusable: self.pipeline.health_counters().unusable(),
-            floor_lowered: self.pipeline.stage_counters().floor_lowered,
-        })
+        let slips = self.log.slips();
+        let unusable = self.pipeline.health_counters().unusable();
+        let floor_lowered = self.pipeline.stage_counters().floor_lowered;
+        trace.detection(py, events, self.config.grip.is_some(), [slips, unusable, floor_lowered])
     }
 }
 
@@ -339,6 +359,14 @@ impl Pipeline {
         Ok(())
     }
 
+    /// The next objects are known to be held with this force (N), margin included; 0: nothing is known.
+    fn expect(&mut self, force_n: f64) -> PyResult<()> {
+        let force_n = crate::input::positive("force_n", force_n, true)?;
+        #[expect(clippy::cast_possible_truncation, reason = "a force has 24 bits")]
+        self.0.engine.pipeline.obey(ClientCommand::Expect(force_n as f32));
+        Ok(())
+    }
+
     /// Lets go.
     fn release(&mut self) {
         self.0.engine.pipeline.obey(ClientCommand::Release);
@@ -443,4 +471,35 @@ fn of_recording(
         py.check_signals()?;
     }
     engine.detection(py, &events, trace)
+}
+
+/// An .mcap of gripd, replayed with the settings and the model that are recorded in it: the events of `replay` with
+/// the number of their row, and what each row led to. Rows are those of `read`.
+#[pyfunction]
+pub(crate) fn trace(py: Python<'_>, path: PathBuf) -> PyResult<Detection> {
+    std::fs::metadata(&path)?;
+    let (mut events, mut trace) = (Events::new(), Trace::default());
+    let played = py.detach(|| {
+        let mut tape = Tape::new(TapeOptions::default());
+        let mut count = 0;
+        tape.play(&path, &mut |played| match played {
+            Played::Line(event) => events.push((count, *event)),
+            Played::Step { step, .. } => {
+                trace.take(step);
+                count += 1;
+            }
+            _ => {}
+        })?;
+        Ok::<_, grip_session::tape::TapeError>(tape.summary())
+    });
+    let summary = played.map_err(refused)?;
+    if summary.pipelines != 1 {
+        let count = summary.pipelines;
+        return Err(refused(format!(
+            "{}: it has {count} pipelines of gripd; one is needed",
+            path.display()
+        )));
+    }
+    let commands = !trace.command_n.is_empty();
+    trace.detection(py, &events, commands, [summary.slips, summary.unusable, summary.floor_lowered])
 }

@@ -73,6 +73,7 @@ CALLS = int(os.environ.get("FUZZ_CALLS", "100000"))
         (lambda: GraspEnv().step([1.0, 2.0]), ValueError, "one force"),
         (lambda: Pipeline(1e4, ["stylus"]), ValueError, "force_n"),
         (lambda: Pipeline(1e4, ["stylus", "force_n"]).at_least(-1.0), ValueError, "force_n = -1"),
+        (lambda: Pipeline(1e4, ["stylus", "force_n"]).expect(-1.0), ValueError, "force_n = -1"),
     ],
 )
 def test_a_sentence_says_what_is_wrong(call: Callable[[], object], kind: type, words: str) -> None:

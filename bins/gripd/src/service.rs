@@ -1,6 +1,7 @@
 //! Items of the hot thread in; lines, answers to clients, figures and dumps out: everything that people and programs see.
 
 mod models;
+mod objects;
 
 use crate::{
     clock::Clock,
@@ -30,7 +31,8 @@ use grip_daemon::{
     supply::PortUpdate,
 };
 use grip_record::mcap::Attached;
-use grip_session::exit::message;
+use grip_session::exit::{WrongArgument, message};
+use objects::Objects;
 use rtrb::{Consumer, Producer};
 use slip_core::ClientCommand;
 use std::{
@@ -104,6 +106,8 @@ pub(crate) struct Service {
     pending: VecDeque<Pending>,
     /// Commands of clients that found no room.
     commands_lost: u64,
+    /// What is remembered of objects.
+    objects: Option<Objects>,
 }
 
 impl Service {
@@ -115,6 +119,8 @@ impl Service {
         servers: Servers,
     ) -> anyhow::Result<Self> {
         let console = Console::new(settings.json, settings.config.log_level, clock);
+        let objects = Objects::open(&settings.config.memory)
+            .map_err(|error| WrongArgument(error.to_string()))?;
         let flight = FlightRecorder::new(settings.dump_folder());
         let reload = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&reload))?;
@@ -133,6 +139,7 @@ impl Service {
             no_folder: false,
             pending: VecDeque::new(),
             commands_lost: 0,
+            objects,
         })
     }
 
@@ -200,6 +207,7 @@ impl Service {
             self.console.port(&updates);
         }
         self.receive_recorder();
+        self.serve_objects();
         self.pass_commands();
         self.receive_settings();
         self.serve_models();
@@ -235,8 +243,8 @@ impl Service {
     }
 
     fn drain(&mut self) {
-        let Self { ends, console, board, servers, flight, .. } = self;
-        let mut cause = None;
+        let Self { ends, console, board, servers, flight, objects, .. } = self;
+        let (mut cause, mut remembered) = (None, Vec::new());
         ends.inbox.drain(&mut |item| {
             board.take(&item);
             if let Some(clients) = &mut servers.clients {
@@ -244,7 +252,9 @@ impl Service {
             }
             cause = flight.take(&item).or_else(|| cause.take());
             console.take(&item);
+            remembered.extend(objects.as_mut().and_then(|objects| objects.take(&item)));
         });
+        self.remember(&remembered);
         if let Some(cause) = cause {
             self.dump(&cause);
         }

@@ -20,6 +20,17 @@ impl Clock {
         Self { start: Instant::now(), wall }
     }
 
+    /// What the wall clock shows now (ns since 1970).
+    #[expect(
+        clippy::disallowed_methods,
+        clippy::unused_self,
+        reason = "the driver reads the clock"
+    )]
+    pub(crate) fn utc_ns(&self) -> u64 {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
+    }
+
     /// What the wall clock would show if it had not been touched since the start (ns since 1970).
     pub(crate) fn wall_ns(&self) -> u64 {
         u64::try_from((self.wall + self.start.elapsed()).as_nanos()).unwrap_or(u64::MAX)

@@ -5,7 +5,7 @@ use core::{
     time::Duration,
 };
 use grip_daemon::log::LogLevel;
-use grip_fleet::{EventId, LastReceived, Spool, Topic, Uid};
+use grip_fleet::{LastReceived, Spool, Stamp, Topic, Uid};
 use grip_link::message::{NackReason, daemon::Command};
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc::Sender},
@@ -18,7 +18,7 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(10);
 pub(crate) type Message = (LogLevel, String);
 
 /// A publication on its way.
-pub(crate) type Outgoing = (Topic, EventId, Vec<u8>);
+pub(crate) type Outgoing = (Topic, Stamp, Vec<u8>);
 
 /// A command from the network, by the number of its question.
 pub(crate) type Order = (u64, Command);
@@ -34,6 +34,10 @@ pub(crate) struct Kept {
     pub(crate) status: Vec<Vec<u8>>,
     /// What the gripper is made of, as JSON.
     pub(crate) about: String,
+    /// What a RELEASE must bear, where gripd takes commands.
+    pub(crate) token: Option<u32>,
+    /// Latched fault of the gripper; 0 for none.
+    pub(crate) fault: u16,
     /// Wall clock at the start of gripd (ns since 1970).
     pub(crate) start_ns: u64,
     /// Where gripd was when it was last received from.

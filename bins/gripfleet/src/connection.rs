@@ -55,7 +55,7 @@ impl Connection {
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
         let (answer, answers) = mpsc::channel();
-        let (curator, models, desk) = Curator::new(fleet.models.clone(), common.clone());
+        let (curator, models, desk) = Curator::new(fleet.models.clone(), common.clone(), clock);
         let ends = KeeperEnds { common: common.clone(), sender, orders, answer, desk, clock };
         let keeper = Keeper::new(bridge, fleet.clone(), run(), ends);
         let lending = Lending::new(config);
@@ -65,7 +65,8 @@ impl Connection {
         let commands = config.allow_commands && fleet.commands;
         let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers, models };
         let ros = Ros::new(fleet.ros_domain, clock);
-        let place = Place { site: settings.site.clone(), shown, commands, lending, ros };
+        let (site, ceiling_n) = (settings.site.clone(), config.grip.ceiling_n());
+        let place = Place { site, shown, commands, ceiling_n, lending, ros };
         let speaker = Speaker::new(network(fleet), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)

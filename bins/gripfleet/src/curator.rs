@@ -1,21 +1,28 @@
-//! Orders from the network, and counts and settings of gripd, in; answers and models for gripd out: the thread that may wait for a disk and for
-//! gripd. It watches a trial also where nobody asks any more.
+//! Orders from the network, and grasps and settings of gripd, in; answers and models for gripd out: the thread that may wait for a disk and for
+//! gripd. It ends a trial that nobody watches any more.
 
-use crate::common::{Common, PAUSE};
-use core::time::Duration;
+use crate::{
+    clock::Clock,
+    common::{Common, PAUSE},
+};
+use core::{
+    sync::atomic::{AtomicU16, Ordering},
+    time::Duration,
+};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
     deploy::{Examined, MOST_BYTES, Models, Notice, Order, Standing},
     net::{NetError, Question},
-    rollout::Counts,
+    rollout::Finished,
 };
+use grip_link::message::FaultCode;
 use grip_session::exit::message;
 use std::{
     collections::HashMap,
     path::PathBuf,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc,
         mpsc::{self, Receiver, RecvTimeoutError, Sender},
     },
 };
@@ -28,8 +35,8 @@ type Answered = (u64, Result<String, String>);
 /// Orders that may wait; one waits for a disk and for the border of a frame.
 const MOST_ORDERS: usize = 16;
 
-/// A trial is looked at after so many turns, and a way back that failed is tried again.
-const COUNTED: u32 = 25;
+/// Turns between two looks at the lease of a trial, and two attempts at a way back that failed.
+const TICK: u32 = 25;
 /// gripd answers a model within two seconds; a connection on which it does not has ended.
 const ANSWERED: Duration = Duration::from_secs(10);
 
@@ -38,12 +45,14 @@ const ANSWERED: Duration = Duration::from_secs(10);
 pub(crate) struct Desk {
     /// Models to be put in force; none is that of the configuration.
     pub(crate) wanted: Receiver<Option<Examined>>,
-    /// What became of them: all counts then.
-    pub(crate) swapped: Sender<Result<Counts, String>>,
+    /// What became of them: how many grasps had begun then.
+    pub(crate) swapped: Sender<Result<u64, String>>,
     /// What gripd works with, and whether it takes models.
     pub(crate) setups: Sender<(Setup, bool)>,
-    /// All counts so far.
-    pub(crate) counts: Arc<Mutex<Counts>>,
+    /// Grasps that have ended.
+    pub(crate) grasped: Sender<Finished>,
+    /// Latched fault of the gripper.
+    pub(crate) fault: Arc<AtomicU16>,
 }
 
 /// The thread.
@@ -53,9 +62,11 @@ pub(crate) struct Curator {
     asked: Receiver<Asked>,
     answered: Sender<Answered>,
     wanted: Sender<Option<Examined>>,
-    swapped: Receiver<Result<Counts, String>>,
+    swapped: Receiver<Result<u64, String>>,
     setups: Receiver<(Setup, bool)>,
-    counts: Arc<Mutex<Counts>>,
+    grasped: Receiver<Finished>,
+    fault: Arc<AtomicU16>,
+    clock: Clock,
 }
 
 /// What the thread of the network has of it.
@@ -100,22 +111,36 @@ impl Line {
 
 impl Curator {
     /// The thread's body, and the ends of its neighbours.
-    pub(crate) fn new(folder: Option<PathBuf>, common: Common) -> (Self, Line, Desk) {
+    pub(crate) fn new(folder: Option<PathBuf>, common: Common, clock: Clock) -> (Self, Line, Desk) {
         let (asked_in, asked) = mpsc::channel();
         let (answered, answered_out) = mpsc::channel();
         let (wanted, wanted_out) = mpsc::channel();
         let (swapped_in, swapped) = mpsc::channel();
         let (setups_in, setups) = mpsc::channel();
-        let counts = Arc::<Mutex<Counts>>::default();
+        let (grasped_in, grasped) = mpsc::channel();
+        let fault = Arc::<AtomicU16>::default();
         let desk = Desk {
             wanted: wanted_out,
             swapped: swapped_in,
             setups: setups_in,
-            counts: Arc::clone(&counts),
+            grasped: grasped_in,
+            fault: Arc::clone(&fault),
         };
         let line =
             Line { asked: asked_in, answered: answered_out, waiting: HashMap::new(), ticket: 0 };
-        (Self { folder, common, asked, answered, wanted, swapped, setups, counts }, line, desk)
+        let curator = Self {
+            folder,
+            common,
+            asked,
+            answered,
+            wanted,
+            swapped,
+            setups,
+            grasped,
+            fault,
+            clock,
+        };
+        (curator, line, desk)
     }
 
     /// Runs until one of the other threads has ended.
@@ -129,7 +154,7 @@ impl Curator {
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => return,
             };
-            let total = *self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+            let now_us = self.clock.now().host_us;
             let swap = &mut |model: Option<&Examined>| self.swap(model);
             let latest = self.setups.try_iter().last();
             let before = setup.settings;
@@ -140,20 +165,22 @@ impl Curator {
                 if setup.settings != before {
                     models.reloaded(setup.configured.clone(), swap);
                 }
+                self.grasped.try_iter().for_each(|finished| models.grasped(&finished));
                 turns += 1;
-                if turns >= COUNTED {
+                if turns >= TICK {
                     turns = 0;
-                    models.count(total, swap);
+                    let fault = FaultCode(self.fault.load(Ordering::Relaxed));
+                    models.tick(now_us, fault, swap);
                 }
             }
             if let Some((ticket, order)) = asked {
                 let answer = match (&mut models, order) {
                     (Ok(models), order) => {
-                        models.obey(order, swap).map_err(|fault| message(&fault))
+                        models.obey(order, now_us, swap).map_err(|fault| message(&fault))
                     }
                     // The way back is always open.
                     (Err(_), Order::Back { .. }) => {
-                        swap(None).map(|counted| Standing::configured(&setup.configured, counted))
+                        swap(None).map(|_| Standing::configured(&setup.configured))
                     }
                     (Err(reason), _) => Err((*reason).to_owned()),
                 };
@@ -202,7 +229,7 @@ impl Curator {
     }
 
     /// Puts a model in force; waits for the border of a frame, for two seconds for one at which nothing slips.
-    fn swap(&self, model: Option<&Examined>) -> Result<Counts, String> {
+    fn swap(&self, model: Option<&Examined>) -> Result<u64, String> {
         let ending = |_| "the connection to gripd has ended".to_owned();
         self.wanted.send(model.cloned()).map_err(|_| ending(()))?;
         self.swapped.recv_timeout(ANSWERED).unwrap_or_else(|_| {

@@ -5,23 +5,22 @@ use crate::{
     common::{Answered, Common, Order, Outgoing},
     curator::Desk,
 };
-use core::mem;
+use core::{mem, sync::atomic::Ordering};
 use grip_daemon::{clients::Stream, log::LogLevel};
 use grip_fleet::{
-    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, SpoolError, Topic, Uid,
-    deploy::Examined, rollout::Counting,
+    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, SpoolError, Stamp, Topic, Uid,
+    WallTime, deploy::Examined, rollout::GraspLog,
 };
 use grip_link::message::NackReason;
 use grip_session::{config::FleetConfig, exit::message, model::digest};
 use std::{
     collections::VecDeque,
     io::{self, Read as _, Write as _},
-    sync::{
-        PoisonError,
-        mpsc::{Receiver, Sender, SyncSender},
-    },
+    sync::mpsc::{Receiver, Sender, SyncSender},
 };
 
+/// What lies between an event in gripd and the clock that is read here: gripd serves its clients, and this thread its commands and models (us).
+const READ_US: u32 = 50_000;
 /// Bytes read at once.
 const CHUNK: usize = 16 * 1024;
 
@@ -50,7 +49,10 @@ pub(super) struct Keeper {
     open: VecDeque<(u16, u64)>,
     desk: Desk,
     clock: Clock,
-    counting: Counting,
+    grasps: GraspLog,
+    /// The wall clock at the start of gripd, and at the slip that is published next (ns since 1970).
+    start_ns: u64,
+    slipped_ns: Option<u64>,
     /// A model on its way: the number of its answer.
     loading: Option<(u16, Option<Examined>)>,
     /// The last model that came over the network.
@@ -77,7 +79,9 @@ impl Keeper {
             open,
             desk,
             clock,
-            counting: Counting::default(),
+            grasps: GraspLog::default(),
+            start_ns: 0,
+            slipped_ns: None,
             loading: None,
             loaded: None,
             greeting: None,
@@ -140,7 +144,7 @@ impl Keeper {
                 self.loaded = model;
             }
             // A thread that is gone waits for nothing.
-            let _gone = self.desk.swapped.send(swapped.map(|()| self.counting.counts()));
+            let _gone = self.desk.swapped.send(swapped.map(|()| self.grasps.swapped()));
             return;
         }
         while let Some((asked, number)) = self.open.pop_front() {
@@ -162,20 +166,34 @@ impl Keeper {
                 Incoming::Answer(seq, answer) => self.answer(seq, answer),
                 Incoming::Welcome(greeting) => {
                     let since_ns = greeting.host_us.saturating_mul(1000);
-                    self.common.kept().start_ns = self.clock.wall_ns().saturating_sub(since_ns);
+                    let mut kept = self.common.kept();
+                    kept.start_ns = self.clock.wall_ns().saturating_sub(since_ns);
+                    self.start_ns = self.clock.utc_ns().saturating_sub(since_ns);
+                    kept.token = greeting.token;
+                    drop(kept);
                     self.greeting = Some(greeting);
                 }
                 Incoming::Setup(setup) => self.meet(setup),
-                Incoming::State(state) => self.counting.state(&state),
-                Incoming::Slip(slip) => self.counting.slip(&slip),
+                Incoming::State(state) => {
+                    self.start_ns = self.clock.utc_ns().saturating_sub(1000 * state.host.0);
+                    self.desk.fault.store(state.fault.0, Ordering::Relaxed);
+                    self.common.kept().fault = state.fault.0;
+                    if let Some(finished) = self.grasps.state(&state) {
+                        // A thread that is gone counts nothing.
+                        let _gone = self.desk.grasped.send(finished);
+                    }
+                }
+                Incoming::Slip(slip) => {
+                    // One that comes after an outage was earlier.
+                    self.slipped_ns = Some(self.start_ns + 1000 * slip.host.0);
+                    self.grasps.slip(&slip);
+                }
                 Incoming::Goodbye(text) => {
                     self.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
                 }
             }
         }
         self.common.kept().received = self.bridge.last_received();
-        let counts = self.counting.counts();
-        *self.desk.counts.lock().unwrap_or_else(PoisonError::into_inner) = counts;
     }
 
     /// What the gripper is made of, for those who ask.
@@ -194,7 +212,6 @@ impl Keeper {
             program: greeting.program.clone(),
             firmware: setup.firmware.clone(),
             model: Some(model),
-            token: greeting.token.filter(|_| self.config.commands),
         };
         // What cannot be written, which no value makes, is left out.
         self.common.kept().about = about.to_json().unwrap_or_default();
@@ -219,9 +236,13 @@ impl Keeper {
             kept.status = self.bridge.status().map(<[u8]>::to_vec).collect();
         }
         let Some((_, spool)) = &mut kept.gripper else { return };
-        let id = match topic {
-            Topic::Events => spool.append(wire.clone()),
-            Topic::State | Topic::Health | Topic::Samples => spool.log().head(),
+        let stamp = match topic {
+            Topic::Events => {
+                let ns = self.slipped_ns.take().unwrap_or_else(|| self.clock.utc_ns());
+                let at = WallTime { ns, error_us: READ_US };
+                Stamp { id: spool.append_at(wire.clone(), at), at }
+            }
+            Topic::State | Topic::Health | Topic::Samples => spool.log().head().into(),
         };
         let trouble = spool.trouble();
         drop(kept);
@@ -229,7 +250,7 @@ impl Keeper {
             self.disk(trouble);
         }
         // What finds no room is asked for again, or out of date soon.
-        let _full = self.sender.try_send((topic, id, wire));
+        let _full = self.sender.try_send((topic, stamp, wire));
     }
 
     /// gripd had no room for events: whoever asks learns that they are missing.

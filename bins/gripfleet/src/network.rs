@@ -12,7 +12,10 @@ use grip_fleet::{
     Member, Part, Site,
     net::{Announced, NetError, Network, Question, RosAnnounced, Session},
 };
-use grip_link::message::{NackReason, daemon::Command};
+use grip_link::message::{
+    NackReason,
+    daemon::{Command, Operation},
+};
 use grip_session::exit::message;
 use std::{
     collections::VecDeque,
@@ -34,6 +37,8 @@ pub(super) struct Place {
     pub(super) shown: String,
     /// Whether commands are taken.
     pub(super) commands: bool,
+    /// The largest force that the settings allow (N).
+    pub(super) ceiling_n: f32,
     /// The recordings it gives away.
     pub(super) lending: Lending,
     /// A node of ROS 2 too.
@@ -166,10 +171,10 @@ impl Speaker {
             let answering = announced.is_answering() || self.place.lending.is_answering();
             let patience = if answering { Duration::ZERO } else { PAUSE };
             match self.outgoing.recv_timeout(patience) {
-                Ok((topic, id, wire)) => {
-                    announced.publish(topic, id, &wire);
+                Ok((topic, stamp, wire)) => {
+                    announced.publish(topic, stamp, &wire);
                     if let Some((ros, node)) = &mut node {
-                        ros.publish(node, id, &wire, self.common.kept().start_ns);
+                        ros.publish(node, stamp.id, &wire, self.common.kept().start_ns);
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
@@ -226,9 +231,18 @@ impl Speaker {
             let reason = "commands are not taken from the network: allow_commands and fleet.commands are not both set";
             return self.report(question.refuse(reason));
         }
+        // Whoever may command may also let go.
+        if question.payload_len() == 0 {
+            let token = self.common.kept().token.unwrap_or_default().to_string();
+            return self.report(question.reply(token.as_bytes()));
+        }
         let Ok(command) = Command::parse(&question.payload()) else {
             return self.report(question.refuse("this is no command"));
         };
+        let fault = self.common.kept().fault;
+        if let Some(reason) = unfit(&command, fault, self.place.ceiling_n) {
+            return self.report(question.refuse(&reason));
+        }
         if self.open.len() >= MOST_ORDERS {
             // The daemon had no room to answer them.
             self.open.pop_front();
@@ -256,6 +270,20 @@ impl Speaker {
     }
 }
 
+/// Why a command would not be carried out, or not as it was meant; gripd takes it all the same.
+fn unfit(command: &Command, fault: u16, ceiling_n: f32) -> Option<String> {
+    let moves = !matches!(command.operation, Operation::Stop | Operation::ClearFault);
+    if moves && fault != 0 {
+        return Some(format!(
+            "the gripper has latched fault {fault:04x} and moves nothing until that is cleared"
+        ));
+    }
+    let has_force = matches!(command.operation, Operation::AtLeast | Operation::Expect);
+    let (force_n, ceiling_n) = (f64::from(command.force_mn) / 1e3, f64::from(ceiling_n));
+    (has_force && force_n > ceiling_n)
+        .then(|| format!("{force_n} N is more than the {ceiling_n} N that the settings allow"))
+}
+
 /// Why the daemon does not take a command.
 const fn refusal(reason: NackReason) -> &'static str {
     match reason {
@@ -263,5 +291,28 @@ const fn refusal(reason: NackReason) -> &'static str {
         NackReason::Token => "letting go needs the token of this start of gripd; ask again",
         NackReason::Busy => "too many commands wait",
         _ => "the daemon refuses this command",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Command, Operation, unfit};
+
+    #[test]
+    fn what_would_not_be_carried_out_is_refused() {
+        let at_least = |force_mn| Command { force_mn, ..Command::new(Operation::AtLeast) };
+        let [most, more] = [45_000, 1_000_000_000].map(at_least);
+        assert_eq!(unfit(&most, 0, 45.0), None);
+        assert_eq!(
+            unfit(&more, 0, 45.0).unwrap(),
+            "1000000 N is more than the 45 N that the settings allow"
+        );
+        for operation in [Operation::Release, Operation::Grasp, Operation::AtLeast] {
+            let reason = unfit(&Command::new(operation), 0x0201, 45.0).unwrap();
+            assert!(reason.starts_with("the gripper has latched fault 0201"), "{reason}");
+        }
+        for operation in [Operation::Stop, Operation::ClearFault] {
+            assert_eq!(unfit(&Command::new(operation), 0x0201, 45.0), None);
+        }
     }
 }

@@ -140,6 +140,8 @@ pub struct Board {
     pub clients: ClientCounts,
     /// The recording.
     pub recording: RecordingState,
+    /// What is known of the object in hand or next; `None` where nothing is remembered.
+    pub object: Option<String>,
     link: LinkBoard,
     counters: HotCounters,
     /// Host time (us) and samples of the last counts, the oldest first.

@@ -6,7 +6,7 @@ use crate::clients::{Listen, Stream};
 use core::time::Duration;
 use grip_link::decoder::{Counters, Decoder, Role, Verdict};
 use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
-use grip_link::message::daemon::{Command, Load, Subscribe, ToClient};
+use grip_link::message::daemon::{Command, Load, Object, Subscribe, ToClient};
 use grip_link::message::{Kind, PayloadError, Versions};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -81,6 +81,12 @@ impl ClientLink {
     /// Bytes of LOAD, a piece of a model.
     pub fn load(&mut self, piece: &Load<'_>) -> Vec<u8> {
         self.request(Kind::LOAD, |out| piece.write(out))
+    }
+
+    /// Bytes of OBJECT, the name of the next object.
+    pub fn object(&mut self, name: &str) -> Vec<u8> {
+        let object = Object { text: name.as_bytes() };
+        self.request(Kind::OBJECT, |out| object.write(out))
     }
 
     /// Number of the last request, as ACK and NACK name it.
@@ -199,6 +205,15 @@ impl Client {
     /// [`ClientError`].
     pub fn load(&mut self, piece: &Load<'_>) -> Result<(), ClientError> {
         let bytes = self.link.load(piece);
+        self.send(&bytes)
+    }
+
+    /// Names the object that is grasped next; ACK says that the name stands.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn object(&mut self, name: &str) -> Result<(), ClientError> {
+        let bytes = self.link.object(name);
         self.send(&bytes)
     }
 

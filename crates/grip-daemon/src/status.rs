@@ -35,6 +35,8 @@ pub struct Status<'a> {
     pub late_commands: u64,
     /// The pipeline after the last frame; absent before there is one.
     pub pipeline: Option<Pipeline>,
+    /// What is known of the object in hand or next; absent where nothing is remembered.
+    pub object: Option<&'a str>,
     /// Slips since the start.
     pub slips: u64,
     /// Force commands written.
@@ -223,6 +225,7 @@ impl<'a> Status<'a> {
             pipeline: board
                 .state()
                 .map(|state| Pipeline::of(Micros(now_us).since(state.host), state)),
+            object: board.object.as_deref(),
             slips: hot.slips,
             commands: hot.commands,
             events: events.collect(),

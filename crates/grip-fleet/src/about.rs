@@ -13,9 +13,6 @@ pub struct About {
     /// The model that estimates the force: a file, or the name of a built-in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<String>,
-    /// What a RELEASE must bear; absent where commands are not taken from the network.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub token: Option<u32>,
 }
 
 impl About {
@@ -46,10 +43,9 @@ mod tests {
             program: "gripd 0.1.0".to_owned(),
             firmware: Some("1.2.3".to_owned()),
             model: None,
-            token: Some(7),
         };
         let text = about.to_json().unwrap();
-        assert_eq!(text, r#"{"program":"gripd 0.1.0","firmware":"1.2.3","token":7}"#);
+        assert_eq!(text, r#"{"program":"gripd 0.1.0","firmware":"1.2.3"}"#);
         let later = text.replace("{\"program", "{\"colour\":[1],\"program");
         assert_eq!(About::from_json(later.as_bytes()).unwrap(), about);
         assert!(About::from_json(b"{}").is_err());

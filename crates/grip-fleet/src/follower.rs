@@ -49,6 +49,19 @@ impl Follower {
         Self { since, received: VecDeque::new(), asking: false, again: false }
     }
 
+    /// A receiver that has got these events before, the last of each run, the latest run at the end.
+    #[must_use]
+    pub fn resumed(since: Since, received: impl IntoIterator<Item = EventId>) -> Self {
+        let mut resumed = Self::new(since);
+        received.into_iter().for_each(|id| resumed.receive(id));
+        resumed
+    }
+
+    /// The last event of each run that was received, the latest run at the end.
+    pub fn received(&self) -> impl Iterator<Item = EventId> {
+        self.received.iter().copied()
+    }
+
     /// Takes an event as it was published.
     pub fn live(&mut self, id: EventId) -> Verdict {
         if self.known(id) {
@@ -215,7 +228,8 @@ mod tests {
             assert_eq!(follower.answer(id(run, 1)), NEW);
             assert!(!follower.answered());
             if run < 99 {
-                log.restore(Logged { id: id(run, 1), wire: Vec::new() });
+                let at = crate::WallTime::default();
+                log.restore(Logged { id: id(run, 1), at, wire: Vec::new() });
             }
         }
         let next = log.append(Vec::new());

@@ -38,6 +38,57 @@ impl EventId {
     }
 }
 
+/// A time of day, by the clock of the gripper's computer, and how far off it may be of that clock. All zero where it is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WallTime {
+    /// Since 1970, UTC (ns).
+    pub ns: u64,
+    /// Largest error (us).
+    pub error_us: u32,
+}
+
+/// What stands beside a publication: which event it is, or the last event before it, and when it happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stamp {
+    /// Which.
+    pub id: EventId,
+    /// When.
+    pub at: WallTime,
+}
+
+impl From<EventId> for Stamp {
+    fn from(id: EventId) -> Self {
+        Self { id, at: WallTime::default() }
+    }
+}
+
+impl Stamp {
+    /// Bytes that [`Stamp::to_bytes`] gives.
+    pub const SIZE: usize = EventId::SIZE + 12;
+
+    /// The number of the event, then time (u64) and error (u32), little-endian.
+    #[must_use]
+    pub fn to_bytes(self) -> [u8; Self::SIZE] {
+        let mut bytes = [0; Self::SIZE];
+        let parts =
+            [&self.id.to_bytes()[..], &self.at.ns.to_le_bytes(), &self.at.error_us.to_le_bytes()];
+        bytes.iter_mut().zip(parts.concat()).for_each(|(byte, part)| *byte = part);
+        bytes
+    }
+
+    /// What these bytes stand for; `None` for another count of bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (id, rest) = bytes.split_at_checked(EventId::SIZE)?;
+        let (ns, error_us) = rest.split_first_chunk::<8>()?;
+        let at = WallTime {
+            ns: u64::from_le_bytes(*ns),
+            error_us: u32::from_le_bytes(error_us.try_into().ok()?),
+        };
+        Some(Self { id: EventId::from_bytes(id)?, at })
+    }
+}
+
 impl fmt::Display for EventId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:08x}.{}", self.run, self.seq)
@@ -61,7 +112,7 @@ impl FromStr for EventId {
 
 #[cfg(test)]
 mod tests {
-    use super::EventId;
+    use super::{EventId, Stamp, WallTime};
 
     #[test]
     fn numbers_are_read_as_they_are_written() {
@@ -73,6 +124,10 @@ mod tests {
         {
             assert!(wrong.parse::<EventId>().is_err(), "{wrong}");
         }
+        let id = EventId { run: 7, seq: 9 };
+        let stamp = Stamp { id, at: WallTime { ns: u64::MAX - 1, error_us: 20_000 } };
+        assert_eq!(Stamp::from_bytes(&stamp.to_bytes()), Some(stamp));
+        assert_eq!(Stamp::from_bytes(&id.to_bytes()), None);
         assert_eq!(EventId::from_bytes(&[0; 11]), None);
         assert_eq!(EventId::from_bytes(&[0; 13]), None);
     }

@@ -1,7 +1,8 @@
 //! A site and a gripper in, the names under which its messages are published out, and back.
 //!
 //! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
-//! daemon is there, the others answer questions.
+//! daemon is there, the others answer questions. Each event of an answer has a name of its own, `.../events/RUN/NUMBER`, and so has each
+//! message of `.../status/`: a receiver that keeps one answer of each name, as Zenoh does by default, keeps all.
 
 use core::{fmt, str::FromStr};
 use grip_session::config::{Site, Uid};
@@ -74,6 +75,18 @@ impl Part {
         Self::Recordings,
     ];
 
+    /// Whether each answer has a name of its own below that of the part.
+    #[must_use]
+    pub const fn has_names_below(self) -> bool {
+        matches!(self, Self::Topic(Topic::Events) | Self::Status)
+    }
+
+    /// What is asked for all answers of the part of this name.
+    #[must_use]
+    pub fn question(self, name: &str) -> String {
+        format!("{name}{}", if self.has_names_below() { "/**" } else { "" })
+    }
+
     /// The last word of the name.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -112,10 +125,10 @@ impl Member {
         let rest = key.strip_prefix(PREFIX)?.strip_prefix('/')?;
         let mut words = rest.split('/');
         let (site, uid, last) = (words.next()?, words.next()?, words.next()?);
-        if words.next().is_some() {
+        let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
+        if words.next().is_some() && !part.has_names_below() {
             return None;
         }
-        let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
         Some((Self { site: site.parse().ok()?, uid: uid.parse().ok()? }, part))
     }
 }
@@ -179,6 +192,11 @@ mod tests {
         }
         let key = member.key(Part::Topic(Topic::Events));
         assert_eq!(key, "grip/v1/hall-2.east/07070707070707070707070707070707/events");
+        for below in [format!("{key}/0000002a/7"), format!("{key}/**")] {
+            assert_eq!(Member::parse(&below), Some((member.clone(), Part::Topic(Topic::Events))));
+        }
+        assert_eq!(Part::Topic(Topic::Events).question("a/events"), "a/events/**");
+        assert_eq!(Part::Config.question("a/config"), "a/config");
         let here = Selector { site: Some(site), uid: None };
         assert_eq!(here.key(Part::Alive), "grip/v1/hall-2.east/*/alive");
         assert_eq!(Selector::default().key(Part::Status), "grip/v1/*/*/status");

@@ -33,7 +33,7 @@ pub use about::About;
 pub use bridge::{Bridge, Greeting, Incoming, LastReceived, Publication, Setup};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_session::config::{Site, Uid};
-pub use id::{EventId, IdError};
+pub use id::{EventId, IdError, Stamp, WallTime};
 pub use key::{Member, Part, Selector, Topic};
 pub use log::{EventLog, Logged};
 pub use message::{Message, MessageError};

@@ -1,6 +1,9 @@
 //! Events in, numbered once each; all that came after one of them out, as long as there was room.
 
-use crate::{follower::Since, id::EventId};
+use crate::{
+    follower::Since,
+    id::{EventId, Stamp, WallTime},
+};
 use std::collections::VecDeque;
 
 /// An event with its number.
@@ -8,6 +11,8 @@ use std::collections::VecDeque;
 pub struct Logged {
     /// Its number.
     pub id: EventId,
+    /// When it happened.
+    pub at: WallTime,
     /// The frame.
     pub wire: Vec<u8>,
 }
@@ -15,7 +20,7 @@ pub struct Logged {
 impl Logged {
     /// What it takes of the room (bytes): itself and what stands beside it.
     const fn size(&self) -> usize {
-        self.wire.len() + EventId::SIZE
+        self.wire.len() + Stamp::SIZE
     }
 }
 
@@ -42,11 +47,16 @@ impl EventLog {
         self.push(event);
     }
 
-    /// Numbers an event and keeps it.
+    /// Numbers an event of which it is not known when it happened, and keeps it.
     pub fn append(&mut self, wire: Vec<u8>) -> EventId {
+        self.append_at(wire, WallTime::default())
+    }
+
+    /// Numbers an event and keeps it.
+    pub fn append_at(&mut self, wire: Vec<u8>, at: WallTime) -> EventId {
         self.last += 1;
         let id = self.head();
-        self.push(Logged { id, wire });
+        self.push(Logged { id, at, wire });
         id
     }
 
@@ -158,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_oldest_make_room() {
-        let log = log(5, 10, 4 * 20);
+        let log = log(5, 10, 4 * 32);
         assert_eq!((log.len(), log.dropped(), log.head().seq), (4, 6, 10));
         assert_eq!(after(&log, &[EventId { run: 5, seq: 2 }]), [7, 8, 9, 10]);
         // Who has a place goes on from there, whatever has made room since.

@@ -1,12 +1,12 @@
 //! Events in, kept over an end of the daemon; what an earlier run has left out.
 //!
 //! Two files stand for a gripper, `UID.0.events` and `UID.1.events`. Records are put behind the others in one of them until it has
-//! half of the room; then the other one begins anew. A file is `GRIPEV1\n`, its number (u64) and records: length of the frame (u16), number
-//! of the event (12 bytes), frame, CRC-32C of all that (u32), little-endian. A kill costs nothing that was put there; a crash of the
+//! half of the room; then the other one begins anew. A file is `GRIPEV2\n`, its number (u64) and records: length of the frame (u16), number
+//! and time of the event (24 bytes), frame, CRC-32C of all that (u32), little-endian. A kill costs nothing that was put there; a crash of the
 //! machine may cost the end, which is cut off at the next start.
 
 use crate::{
-    id::EventId,
+    id::{EventId, Stamp, WallTime},
     log::{EventLog, Logged},
 };
 use core::mem;
@@ -18,11 +18,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const MAGIC: [u8; 8] = *b"GRIPEV1\n";
+const MAGIC: [u8; 8] = *b"GRIPEV2\n";
 /// Bytes before the first record.
 const HEAD: usize = MAGIC.len() + 8;
 /// Bytes of a record beside its frame.
-const BESIDE: usize = 2 + EventId::SIZE + 4;
+const BESIDE: usize = 2 + Stamp::SIZE + 4;
 
 /// Why events are not kept.
 #[derive(Debug, thiserror::Error)]
@@ -72,14 +72,19 @@ impl Spool {
         Ok(Self { log, disk: Some(disk), trouble: None })
     }
 
-    /// Numbers an event and keeps it. Where the disk refuses, it is kept in memory, and [`Spool::trouble`] tells.
+    /// As [`Spool::append_at`], for an event of which it is not known when it happened.
     pub fn append(&mut self, wire: Vec<u8>) -> EventId {
+        self.append_at(wire, WallTime::default())
+    }
+
+    /// Numbers an event and keeps it. Where the disk refuses, it is kept in memory, and [`Spool::trouble`] says why.
+    pub fn append_at(&mut self, wire: Vec<u8>, at: WallTime) -> EventId {
         if let Some(disk) = &mut self.disk
-            && let Err(source) = disk.write(&record(self.log.head(), &wire))
+            && let Err(source) = disk.write(&record(self.log.head(), at, &wire))
         {
             self.trouble = Some(SpoolError::File { path: disk.path(disk.generation), source });
         }
-        self.log.append(wire)
+        self.log.append_at(wire, at)
     }
 
     /// Leaves numbers out, as [`EventLog::skip`].
@@ -187,13 +192,13 @@ fn continue_at(path: &Path, len: u64) -> io::Result<File> {
 }
 
 /// A record: the event behind `head`.
-fn record(head: EventId, wire: &[u8]) -> Vec<u8> {
+fn record(head: EventId, at: WallTime, wire: &[u8]) -> Vec<u8> {
     let id = EventId { seq: head.seq + 1, ..head };
     // A frame has at most 500 bytes.
     let len = u16::try_from(wire.len()).unwrap_or(u16::MAX);
     let mut record = Vec::with_capacity(wire.len() + BESIDE);
     record.extend_from_slice(&len.to_le_bytes());
-    record.extend_from_slice(&id.to_bytes());
+    record.extend_from_slice(&Stamp { id, at }.to_bytes());
     record.extend_from_slice(wire);
     record.extend_from_slice(&crc32c(&record).to_le_bytes());
     record
@@ -241,22 +246,24 @@ fn first(bytes: &[u8]) -> Option<(Logged, usize, &[u8])> {
     if crc32c(covered) != u32::from_le_bytes(*crc) {
         return None;
     }
-    let (id, wire) = covered.get(2..)?.split_at_checked(EventId::SIZE)?;
-    Some((Logged { id: EventId::from_bytes(id)?, wire: wire.to_vec() }, size, behind))
+    let (stamp, wire) = covered.get(2..)?.split_at_checked(Stamp::SIZE)?;
+    let Stamp { id, at } = Stamp::from_bytes(stamp)?;
+    Some((Logged { id, at, wire: wire.to_vec() }, size, behind))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{EventId, HEAD, Spool, SpoolError, Uid};
+    use super::{EventId, HEAD, Spool, SpoolError, Uid, WallTime};
     use std::{fs, path::Path};
 
     const UID: Uid = Uid([3; 16]);
     const ROOM: usize = 1 << 20;
+    const AT: WallTime = WallTime { ns: 1_700_000_000_123_456_789, error_us: 20 };
 
     fn fill(folder: &Path, run: u32, events: u8) -> Spool {
         let mut spool = Spool::open(folder, UID, run, ROOM).unwrap();
         for event in 0..events {
-            spool.append(vec![event; 20]);
+            spool.append_at(vec![event; 20], AT);
         }
         assert!(spool.trouble().is_none());
         spool
@@ -275,6 +282,7 @@ mod tests {
         assert_eq!(ids(&spool), [(1, 1), (1, 2), (3, 1)]);
         let wires: Vec<u8> = spool.log().from(0).map(|event| event.wire[0]).collect();
         assert_eq!(wires, [0, 1, 0]);
+        assert!(spool.log().from(0).all(|event| event.at == AT), "when they happened too");
         drop(spool);
         assert_eq!(fill(folder.path(), 1, 0).log().head().run, 2, "a clock that was set back");
     }
@@ -286,9 +294,9 @@ mod tests {
             drop(fill(folder.path(), 1, 3));
             let file = folder.path().join(format!("{UID}.1.events"));
             let bytes = fs::read(&file).unwrap();
-            assert_eq!(bytes.len(), HEAD + 3 * 38);
+            assert_eq!(bytes.len(), HEAD + 3 * 50);
             fs::write(&file, &bytes[..bytes.len() - cut]).unwrap();
-            let left = 3 - u64::try_from(cut.div_ceil(38)).unwrap();
+            let left = 3 - u64::try_from(cut.div_ceil(50)).unwrap();
             drop(fill(folder.path(), 2, 1));
             let spool = fill(folder.path(), 4, 0);
             let mut wanted: Vec<(u32, u64)> = (1..=left).map(|seq| (1, seq)).collect();
@@ -310,7 +318,7 @@ mod tests {
     #[test]
     fn the_room_is_never_exceeded_and_the_newest_stay() {
         let folder = tempfile::tempdir().unwrap();
-        let room = 1000;
+        let room = 1300;
         for run in 1..4 {
             let mut spool = Spool::open(folder.path(), UID, run, room).unwrap();
             for _ in 0..100 {

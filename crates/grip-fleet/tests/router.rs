@@ -145,7 +145,7 @@ impl Receiver {
             patience = Duration::ZERO;
             self.most_asked = self.most_asked.max(self.watch.asking());
             self.figures += usize::from(matches!(reported, Reported::Telemetry { .. }));
-            let Reported::Event { member, id, message, missing } = reported else { continue };
+            let Reported::Event { member, id, message, missing, .. } = reported else { continue };
             assert_eq!(missing, 0, "{member} {id}");
             let ToClient::Notice(notice) = message.read().unwrap() else { panic!("{message:?}") };
             let number = core::str::from_utf8(notice.text).unwrap().parse().unwrap();
@@ -397,6 +397,56 @@ fn who_is_there_is_listed_with_what_it_states_of_itself() {
 }
 
 /// More than fit into Zenoh's own queue of answers (256).
+/// A client that asks as Zenoh's pages say, with what is set by default: it keeps one answer of each name.
+#[test]
+fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = port();
+    let _router = router(port);
+    let network = network(folder.path(), port);
+    let mut daemon = Daemon::start(folder.path(), &network, 1, 7);
+    (0..60).for_each(|_| daemon.report());
+    let session = network.open().unwrap();
+    let name = daemon.member.key(Part::Topic(Topic::Events));
+    let status = daemon.member.key(Part::Status);
+    let mut asked = |question: &str| {
+        let answers = session.get(question).wait().unwrap();
+        let (mut came, mut refused) = (Vec::new(), String::new());
+        for at in 0..MOST {
+            daemon.turn(at);
+            match answers.try_recv() {
+                Ok(Some(reply)) => match reply.into_result() {
+                    Ok(sample) => came.push(sample.key_expr().to_string()),
+                    Err(error) => {
+                        refused = String::from_utf8_lossy(&error.payload().to_bytes()).into_owned();
+                    }
+                },
+                Ok(None) => thread::park_timeout(STEP),
+                Err(_) => break,
+            }
+        }
+        (came, refused)
+    };
+    let (came, refused) = asked(&format!("{name}/**"));
+    assert_eq!((came.len(), refused.as_str()), (60, ""));
+    // Zenoh's default gives them in no order.
+    assert!(came.contains(&format!("{name}/00000007/60")), "{came:?}");
+    let (came, _) = asked(&format!("{name}/**?after=00000007.57"));
+    assert_eq!(came.len(), 3);
+    assert_eq!(asked(&format!("{status}/**")).0.len(), 2);
+    for (question, words) in [
+        (format!("{name}/**?after=7.57"), "after=7.57: expected RUN.NUMBER, RUN as eight"),
+        (format!("{name}/**?after=nonsense"), "after=nonsense: expected"),
+        (format!("{name}/**?after=00000007.1;most=x"), "most=x: expected a count"),
+        (format!("{name}/**?since=ever"), "since=ever: expected now"),
+        (name.clone(), "events/**: each answer has a name of its own"),
+        (status, "status/**: each answer has a name of its own"),
+    ] {
+        let (came, refused) = asked(&question);
+        assert!(came.is_empty() && refused.contains(words), "{question}: {came:?} {refused}");
+    }
+}
+
 #[test]
 fn three_hundred_are_listed_with_what_they_say() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());

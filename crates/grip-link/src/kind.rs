@@ -57,6 +57,7 @@ kinds! {
     0xA9 COMMAND: DAEMON, "A client wants the gripper to do something.";
     0xAA QUERY: DAEMON, "A client asks for everything known now.";
     0xAB LOAD: DAEMON, "A client brings a piece of a model.";
+    0xAC OBJECT: DAEMON, "A client names the next object.";
 }
 
 impl Kind {

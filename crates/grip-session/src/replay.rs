@@ -4,6 +4,7 @@ use crate::{config::HostConfig, model::HostEstimator};
 use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step,
+    detector::SlipDetector,
     health::{HealthConfig, HealthCounters},
     methods::Method,
     stages::StageCounters,
@@ -83,6 +84,12 @@ impl<'a> Replay<'a> {
         let pipeline = Pipeline::new(config, estimator)?;
         let samples = recording.samples.iter().enumerate();
         Ok(Self { samples, taxels: recording.taxels.as_ref(), pipeline })
+    }
+
+    /// The detector of the stylus after the last step.
+    #[must_use]
+    pub fn detector(&self) -> &SlipDetector {
+        self.pipeline.detector()
     }
 
     /// How often each stage ran so far.

@@ -273,6 +273,7 @@ impl EventLog {
             estimate_n: state.estimate_n,
             command_n: state.command_n,
             estimate_sigma_n: estimate.map(|e| e.sigma_n),
+            mean_slope: features.and_then(|f| f.mean_slope),
             ..report
         }
     }
@@ -287,6 +288,7 @@ impl fmt::Display for Event {
                     GripEvent::Empty => "nothing between the fingers",
                     GripEvent::Lost => "the object is lost",
                     GripEvent::Persistent => "the slip does not end",
+                    GripEvent::Found => "the needed force is found",
                     GripEvent::Regrasped => "the object is touched again",
                 };
                 write!(f, "{:10.4} s  {event}", t.as_seconds())?;

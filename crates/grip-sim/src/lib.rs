@@ -14,6 +14,7 @@ pub mod port;
 pub mod pty;
 mod random;
 pub mod scene;
+pub mod shape;
 pub mod stylus;
 pub mod surface;
 mod vibration;

@@ -18,6 +18,7 @@ pub(crate) enum Purpose {
     Tangential = 9,
     SensorFault = 10,
     Vibration = 11,
+    Texture = 12,
 }
 
 /// The generator of `purpose` under `seed`.

@@ -6,10 +6,13 @@
 //! [`mean_spacing`] says. Amplitude and spacing parameters as in ISO 21920-2; the relation between Ra and
 //! RSm is a fit to machined surfaces, not a law.
 //!
+//! [`Surface::with_shape`] adds waviness and form, so that all three parts of a texture are there.
+//!
 //! Each asperity is a pure function of seed and index (the ChaCha stream is seekable), so the profile has no
 //! end, takes constant memory and may be walked in both directions.
 
 use crate::random::{self, Purpose};
+use crate::shape::Shape;
 use rand_chacha::ChaCha8Rng;
 
 /// Median of delta / Ra.
@@ -50,6 +53,7 @@ pub struct Surface {
     index: u64,
     start_m: f64,
     current: Asperity,
+    shape: Option<Shape>,
     /// The place asked for last, and its height.
     last: (f64, f64),
 }
@@ -60,7 +64,13 @@ impl Surface {
     pub fn new(ra_m: f64, rsm_m: f64, seed: u64) -> Self {
         let rng = random::stream(seed, Purpose::Surface);
         let current = asperity(&rng, ra_m, rsm_m, 0);
-        Self { rng, ra_m, rsm_m, index: 0, start_m: 0.0, current, last: (0.0, 0.0) }
+        Self { rng, ra_m, rsm_m, index: 0, start_m: 0.0, current, shape: None, last: (0.0, 0.0) }
+    }
+
+    /// The same asperities on waviness and form.
+    #[must_use]
+    pub fn with_shape(self, shape: Shape) -> Self {
+        Self { shape: Some(shape), ..self }
     }
 
     /// The true i-th irregularity, counted from x = 0.
@@ -78,7 +88,7 @@ impl Surface {
         })
     }
 
-    /// Height (m) above the valleys at `x_m` (m); 0 for negative or NaN `x_m`.
+    /// Height (m) at `x_m` (m) above the valleys, or above the one at 0 where there is waviness or form; 0 for negative or NaN `x_m`.
     ///
     /// Costs one cosine plus one draw for each asperity between this place and the last one asked for; nothing at the same place.
     pub fn height(&mut self, x_m: f64) -> f64 {
@@ -101,7 +111,11 @@ impl Surface {
             self.start_m -= self.current.spacing_m;
         }
         let phase = core::f64::consts::TAU * (x_m - self.start_m) / self.current.spacing_m;
-        0.5 * self.current.delta_m * (1.0 - phase.cos())
+        let roughness = 0.5 * self.current.delta_m * (1.0 - phase.cos());
+        match &self.shape {
+            Some(shape) => roughness + shape.waviness_m(x_m) + shape.form_m(x_m),
+            None => roughness,
+        }
     }
 
     fn move_to(&mut self, index: u64) {
@@ -166,6 +180,42 @@ mod tests {
             // The running start of an asperity is a sum; walking back rounds it differently.
             assert!((surface.height(x) - h).abs() < 1e-14, "at {x}");
         }
+    }
+
+    #[test]
+    fn without_waviness_and_form_every_bit_is_that_of_the_asperities() {
+        let mut surface = Surface::new(1.6e-6, 50e-6, 11);
+        let (mut start, mut index) = (0.0, 0);
+        for i in 1..20_000 {
+            let x = f64::from(i) * 1e-6;
+            while x >= start + surface.asperity(index).spacing_m {
+                start += surface.asperity(index).spacing_m;
+                index += 1;
+            }
+            let Asperity { delta_m, spacing_m } = surface.asperity(index);
+            let plain =
+                0.5 * delta_m * (1.0 - (core::f64::consts::TAU * (x - start) / spacing_m).cos());
+            assert_eq!(surface.height(x).to_bits(), plain.to_bits(), "at {x}");
+        }
+    }
+
+    #[test]
+    fn a_shape_carries_the_same_asperities() {
+        let shape = Shape {
+            amplitude_m: 5e-6,
+            wavelength_m: 2e-3,
+            phases: [0.3, 1.7, 4.4],
+            tilt: 1e-3,
+            curvature_1_m: 0.5,
+        };
+        let mut plain = Surface::new(1.6e-6, 50e-6, 11);
+        let mut shaped = plain.clone().with_shape(shape);
+        for i in 0..3000 {
+            let x = f64::from(i) * 7e-6;
+            let below = shape.waviness_m(x) + shape.form_m(x);
+            assert!((shaped.height(x) - plain.height(x) - below).abs() < 1e-18, "at {x}");
+        }
+        assert_eq!(shaped.asperity(70), plain.asperity(70));
     }
 
     #[test]

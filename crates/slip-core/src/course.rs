@@ -68,6 +68,7 @@ pub struct Course {
     readings: u16,
     points: [Point; 3],
     filled: u8,
+    motion: Option<Motion>,
 }
 
 impl Course {
@@ -91,16 +92,13 @@ impl Course {
         self.sum.t_s += t_s;
         self.sum.x_m += travel_m - x0;
         self.readings = self.readings.saturating_add(1);
-        // A reading stands for the time up to the next one.
-        if t.since(self.begun).plus(self.period()) >= BLOCK {
+        // A reading stands for the time up to the next one: on average this time over the steps, which is at least what is left of
+        // the block where this time is at least as many steps as long.
+        let (passed, steps) = (t.since(self.begun), u64::from(self.readings.saturating_sub(1)));
+        let left = BLOCK.since(passed);
+        if left == Micros(0) || (steps > 0 && passed.0 >= left.0 * steps) {
             self.end_block();
         }
-    }
-
-    /// Mean time between the readings of the block.
-    fn period(&self) -> Micros {
-        let steps = u64::from(self.readings.saturating_sub(1));
-        Micros(self.last.since(self.begun).0.checked_div(steps).unwrap_or(0))
     }
 
     fn end_block(&mut self) {
@@ -110,12 +108,18 @@ impl Course {
         self.filled = (self.filled + 1).min(3);
         self.sum = Point::default();
         self.readings = 0;
+        self.motion = self.motion_of_blocks();
     }
 
-    /// How the object moved over the last blocks; `None` before the second one, and at `t` too long after the last one.
+    /// How the object moved over the last blocks; `None` before the second one, and at `t` too long after the last reading.
     #[must_use]
+    #[inline]
     pub fn motion(&self, t: Micros) -> Option<Motion> {
-        if self.filled < 2 || t.since(self.last) > LASTS {
+        self.motion.filter(|_| t.since(self.last) <= LASTS)
+    }
+
+    fn motion_of_blocks(&self) -> Option<Motion> {
+        if self.filled < 2 {
             return None;
         }
         let [first, middle, last] = self.points;
@@ -133,6 +137,7 @@ impl Course {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::Course;
     use crate::units::Micros;
 
@@ -146,6 +151,29 @@ mod tests {
             course.push(now, x(i as f32 / rate_hz as f32));
         }
         (course, now)
+    }
+
+    /// A block ends where the time so far and the mean time between its readings are together as long as one.
+    #[test]
+    fn a_block_ends_with_the_reading_that_stands_for_its_last_part() {
+        for steps_us in
+            [[100_u64, 100, 100], [333, 334, 333], [1900, 7, 600], [4000, 1, 2], [5000, 1, 1]]
+        {
+            let (mut course, mut now, mut times) = (Course::default(), 0, std::vec![0]);
+            course.push(Micros(0), 0.0);
+            for step_us in steps_us.iter().cycle().take(200) {
+                let filled = course.readings;
+                now += step_us;
+                course.push(Micros(now), 1e-6);
+                if filled == 0 {
+                    times.clear();
+                }
+                times.push(now);
+                let (passed, steps) = (now - times[0], times.len() as u64 - 1);
+                let period = passed.checked_div(steps).unwrap_or(0);
+                assert_eq!(course.readings == 0, passed + period >= 4000, "{steps_us:?} {now}");
+            }
+        }
     }
 
     #[test]

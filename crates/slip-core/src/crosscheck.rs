@@ -22,7 +22,10 @@
 //! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
-use crate::{turns::Turns, units::Micros};
+use crate::{
+    turns::{TurnCount, Turns},
+    units::Micros,
+};
 
 /// Vibration for this long (s) moves a sound travel sensor.
 const CONTRADICTED_S: f32 = 0.012;
@@ -119,7 +122,7 @@ struct Slip {
     reversals: Reversals,
     strong_s: f32,
     /// Turns of the stylus, and how many there were when the travel last moved.
-    turns: Turns,
+    turns: TurnCount,
     passed: u32,
     felt: bool,
     /// The last reading of the travel (m), and the turns when it last changed.
@@ -380,14 +383,12 @@ impl CrossCheck {
         } else {
             slip.strong_s += seen.dt_s * (statistic / STRONG).min(1.0);
         }
-        let before = slip.turns.count();
-        slip.turns.step(seen.reading, seen.noise, seen.dt_s);
-        let turns = slip.turns.count();
+        let turned = slip.turns.step(seen.reading, seen.noise);
         // Noise turns too, until it is found to be noise.
         slip.close &= seen.holds_alone;
         // On pads that swing the stylus turns where the travel does.
-        let once = turns.saturating_sub(slip.reversals.count);
-        if turns > before && once >= CLOSE && seen.holds_alone {
+        let once = slip.turns.count().saturating_sub(slip.reversals.count);
+        if turned && once >= CLOSE && seen.holds_alone {
             #[expect(clippy::cast_precision_loss, reason = "turns of one slip")]
             let least_m = CLOSE_M * once as f32;
             slip.close |= slip.moved_m < least_m;

@@ -30,7 +30,7 @@ pub struct FloorConfig {
     /// Length of the stretch of rest the floor is learned from (ms), 10 to 10,000.
     pub learn_ms: f32,
     /// Smallest noise that is believed (signal unit, rms): the resolution of the sensor. 0: what its readings show, the smallest step
-    /// between two of them over sqrt(12).
+    /// between two of them over sqrt(12). That also counts where it is more, and most readings equal the one before: a coarse converter.
     pub min_rms: f32,
 }
 
@@ -52,12 +52,14 @@ impl FloorConfig {
 /// The noise energy of `N` bands, or the measurement of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Floor<const N: usize> {
+    /// Least energy that is believed (signal unit squared): with the readings' own step, and by the configuration; 0 there leaves it to the step.
     min_energy: f32,
-    /// Whether the least energy is that of the readings' own step.
-    own_step: bool,
+    configured: f32,
     later_len: u32,
     known: bool,
     energy: Option<[f32; N]>,
+    /// The same without what rounding adds.
+    measured: [f32; N],
     lowered: u32,
     part_len: u32,
     in_part: u32,
@@ -85,10 +87,11 @@ impl<const N: usize> Floor<N> {
     pub fn learn(config: FloorConfig, rate_hz: f32) -> Self {
         Self {
             min_energy: config.min_rms * config.min_rms,
-            own_step: config.min_rms == 0.0,
+            configured: config.min_rms * config.min_rms,
             later_len: part_len(LATER_MS, rate_hz),
             known: false,
             energy: None,
+            measured: [0.0; N],
             lowered: 0,
             part_len: part_len(config.learn_ms, rate_hz),
             in_part: 0,
@@ -109,7 +112,8 @@ impl<const N: usize> Floor<N> {
     #[must_use]
     pub fn known(config: FloorConfig, energy: [f32; N]) -> Self {
         let floor = Self::learn(config, 1.0);
-        Self { known: true, energy: Some(energy.map(|e| e.max(floor.min_energy))), ..floor }
+        let least = energy.map(|e| e.max(floor.min_energy));
+        Self { known: true, energy: Some(least), measured: energy, ..floor }
     }
 
     /// The floor, once it is known: energy of each band (signal unit squared).
@@ -141,11 +145,15 @@ impl<const N: usize> Floor<N> {
         self.stretch.take()
     }
 
-    /// What rounding alone adds to the readings (signal unit, rms), where the configuration does not say it.
-    pub(crate) fn resolve(&mut self, rms: f32) {
-        if self.own_step {
-            self.min_energy = rms * rms;
-        }
+    /// What rounding alone adds to the readings (signal unit, rms): of a sensor whose resolution the configuration does not state, and of one that is
+    /// `coarse`. Says whether that has changed a floor that is known.
+    pub(crate) fn resolve(&mut self, rms: f32, coarse: bool) -> bool {
+        let rounding = if coarse || self.configured == 0.0 { rms * rms } else { 0.0 };
+        self.min_energy = self.configured.max(rounding);
+        let Some(energy) = self.energy else { return false };
+        let resolved = self.measured.map(|measured| measured.max(self.min_energy));
+        self.energy = Some(resolved);
+        resolved != energy
     }
 
     /// Takes the mean band energies of the next block. Says whether the floor has changed.
@@ -175,27 +183,28 @@ impl<const N: usize> Floor<N> {
 
     fn end_stretch(&mut self) -> bool {
         self.done = 0;
-        if self.own_step && self.min_energy == 0.0 {
+        if self.min_energy == 0.0 {
             // One and the same reading: a sensor that says nothing yet.
             return false;
         }
         let part_blocks = core::mem::replace(&mut self.part_len, self.later_len);
         let mut changed = false;
         let mut spread = [0.0; N];
-        let measured: [f32; N] = core::array::from_fn(|band| {
+        let shown: [f32; N] = core::array::from_fn(|band| {
             let mut parts = self.parts.map(|part| part.get(band).copied().unwrap_or(0.0));
             parts.sort_unstable_by(f32::total_cmp);
             spread[band] = quartile_spread(&parts);
-            (0.5 * (parts[PARTS / 2 - 1] + parts[PARTS / 2])).max(self.min_energy)
+            0.5 * (parts[PARTS / 2 - 1] + parts[PARTS / 2])
         });
+        let measured = shown.map(|energy| energy.max(self.min_energy));
         self.stretch = self.energy.map(|floor| {
             let over_floor = core::array::from_fn(|band| measured[band] / floor[band]);
             Stretch { spread, over_floor, part_blocks }
         });
         let mut energy = self.energy.unwrap_or([f32::INFINITY; N]);
-        for (energy, measured) in energy.iter_mut().zip(measured) {
-            if measured < LOWER_BELOW * *energy {
-                *energy = measured;
+        for (band, energy) in energy.iter_mut().enumerate() {
+            if measured[band] < LOWER_BELOW * *energy {
+                (*energy, self.measured[band]) = (measured[band], shown[band]);
                 changed = true;
             }
         }

@@ -97,36 +97,13 @@ impl Fusion {
         self.check.begin();
     }
 
-    /// Compares stylus and travel in a slip: statistic of the stylus, 0 where it is quiet now and `None` where it is not usable, and whether
-    /// it can give the force alone.
-    pub fn compare(
-        &mut self,
-        sample: &Sample,
-        dt: Micros,
-        (sigma_m, noise): (f32, f32),
-        (stylus, holds_alone): (Option<f32>, bool),
-    ) {
-        let force_n = sample.normal_force_n;
-        if !(self.uses(Method::Travel) && self.uses(Method::Stylus)) {
-            return;
+    /// Compares stylus and travel in a slip; the leaps of the travel are counted and left out here.
+    pub fn compare(&mut self, mut seen: Seen) {
+        if self.uses(Method::Travel) && self.uses(Method::Stylus) {
+            seen.travel_m = seen.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
+            seen.leaps = self.travel.leaps();
+            self.check.step(&seen);
         }
-        #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
-        let dt_s = dt.as_seconds().min(0.01) as f32;
-        let travel_m = sample.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
-        let leaps = self.travel.leaps();
-        let (t, reading) = (sample.t, sample.stylus);
-        self.check.step(&Seen {
-            t,
-            dt_s,
-            travel_m,
-            sigma_m,
-            leaps,
-            force_n,
-            stylus,
-            reading,
-            noise,
-            holds_alone,
-        });
     }
 
     /// Whether the stylus contradicts a travel that is usable.

@@ -33,6 +33,7 @@ pub mod pressure;
 mod resolution;
 pub mod sample;
 pub mod scene;
+mod sink;
 pub mod speed;
 pub mod stages;
 mod travel_noise;

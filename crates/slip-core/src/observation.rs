@@ -74,7 +74,8 @@ impl Default for ObservationConfig {
 pub struct SlipObservation {
     config: ObservationConfig,
     rate_hz: f32,
-    /// Deviation of one reading of the travel (m).
+    /// Deviation of one reading of the travel as configured, and as configured or seen in this slip (m).
+    configured_sigma_m: f32,
     travel_sigma_m: f32,
     /// Deviation of the latest speed that is measured otherwise (m/s); `None` where it is not known.
     speed_sigma_m_s: Option<f32>,
@@ -149,6 +150,7 @@ impl SlipObservation {
         Self {
             config,
             rate_hz,
+            configured_sigma_m: 0.0,
             travel_sigma_m: 0.0,
             speed_sigma_m_s: None,
             heights: true,
@@ -171,21 +173,30 @@ impl SlipObservation {
     /// The same for a travel sensor of which one reading has the deviation `travel_sigma_m` (m).
     #[must_use]
     pub fn with_travel_sigma(self, travel_sigma_m: f32) -> Self {
-        Self { travel_sigma_m, ..self }
+        Self { configured_sigma_m: travel_sigma_m, travel_sigma_m, ..self }
     }
 
     /// Deviation of one reading of the travel as configured (m).
     #[must_use]
     pub fn configured_sigma_m(&self) -> f32 {
-        self.travel_sigma_m
+        self.configured_sigma_m
     }
 
     /// Deviation of one reading of the travel (m): as configured, or as seen in this slip where that is clearly more.
     #[must_use]
+    #[inline]
     pub fn travel_sigma_m(&self) -> f32 {
-        let known = self.noise.seen() >= NOISE_READINGS;
-        let seen_m = if known { self.noise.sigma_m() } else { 0.0 };
-        if seen_m > CLEARLY * self.travel_sigma_m { seen_m } else { self.travel_sigma_m }
+        self.travel_sigma_m
+    }
+
+    /// The next reading of the travel (m) is looked at for its noise.
+    fn measure_noise(&mut self, travel_m: f32) {
+        let differs = self.noise.push(travel_m, NOISE_READINGS, f32::INFINITY);
+        if differs && self.noise.seen() >= NOISE_READINGS {
+            let seen_m = self.noise.sigma_m();
+            let clearly = seen_m > CLEARLY * self.configured_sigma_m;
+            self.travel_sigma_m = if clearly { seen_m } else { self.configured_sigma_m };
+        }
     }
 
     /// The deviation of the speed (m/s) in the samples that follow, where it does not come from the travel.
@@ -197,7 +208,7 @@ impl SlipObservation {
     /// Begins with the next sample. `noise_m` is the deviation of the stylus noise (m, rms), `None` where
     /// the stylus does not measure displacement and irregularities have no heights.
     pub fn begin(&mut self, noise_m: Option<f32>) {
-        *self = Self::new(self.config, self.rate_hz).with_travel_sigma(self.travel_sigma_m);
+        *self = Self::new(self.config, self.rate_hz).with_travel_sigma(self.configured_sigma_m);
         self.heights = noise_m.is_some();
         let hysteresis = self.config.hysteresis_sigmas * noise_m.unwrap_or(0.0);
         self.extractor = IrregularityExtractor::new(hysteresis.max(self.config.min_hysteresis_m));
@@ -277,7 +288,7 @@ impl SlipObservation {
 
     /// The speed over the window, as long as the object moves forward.
     fn slide(&mut self, t: Micros, travel_m: f32, force_n: f32) -> Option<SpeedReading> {
-        self.noise.push(travel_m, NOISE_READINGS, f32::INFINITY);
+        self.measure_noise(travel_m);
         self.furthest_m = self.furthest_m.max(self.position_m);
         let recoil_m = f64::from(self.config.recoil_m.max(NOISES * self.travel_sigma_m()));
         if self.position_m > self.advance.position_m + recoil_m {

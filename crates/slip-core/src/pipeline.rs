@@ -27,6 +27,7 @@ use crate::{
     pressure::Standing,
     sample::Sample,
     scene::{Contact, Scene},
+    sink::Sink,
     stages::StageCounters,
     travel_noise::TravelQuality,
     turns::Turns,
@@ -56,6 +57,7 @@ pub struct Pipeline<W> {
     host_time: HostTime,
     whiteness: Whiteness,
     turns: Turns,
+    sink: Sink,
     need: Need,
     travel_quality: TravelQuality,
     /// When the last slip ended.
@@ -92,17 +94,21 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let before = self.health.health();
         let plain = self.health.passes(sample);
 
+        if !plain {
+            return match self.health.check(sample) {
+                Some(safe) => {
+                    let levelled = self.sink.level(&safe);
+                    self.stages(levelled.as_ref().unwrap_or(&safe), taxels, before, Rested::Not)
+                }
+                None => self.unchanged(sample.t, 0.0),
+            };
+        }
+        let levelled = self.sink.level(sample);
+        let sample = levelled.as_ref().unwrap_or(sample);
         // The guard: where nothing happens, few stages look at a sample.
-        let rested = if plain { self.rested(sample, taxels) } else { Rested::Not };
-        if let Rested::Quiet { statistic } = rested {
-            return self.unchanged(sample.t, statistic);
-        }
-        if plain {
-            return self.stages(sample, taxels, before, rested);
-        }
-        match self.health.check(sample) {
-            Some(safe) => self.stages(&safe, taxels, before, rested),
-            None => self.unchanged(sample.t, 0.0),
+        match self.rested(sample, taxels) {
+            Rested::Quiet { statistic } => self.unchanged(sample.t, statistic),
+            rested => self.stages(sample, taxels, before, rested),
         }
     }
 
@@ -130,19 +136,20 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let begins = event.as_ref().is_some_and(|slip| slip.first);
 
         let statistic = detection.map_or(0.0, |detection| detection.statistic);
-        if self.slip.is_none() && !self.config.no_skip {
-            let (command, grip) = self.control(sample, dt, None);
-            self.rest = self.rest_after();
-            return Step { event, command, grip, ..self.unchanged(sample.t, statistic) };
-        }
-
+        let slips = self.slip.is_some() || self.config.no_skip;
         // Evidence, while the object slips: force and travel only as far as they are believed.
-        let sample = &self.believe(sample, dt, stylus, begins);
-        let mut step = Step { event, ..self.unchanged(sample.t, statistic) };
-        self.observe(sample);
-        self.estimate(sample, &mut step);
-        self.weigh_need(sample, begins);
-        (step.command, step.grip) = self.control(sample, dt, Some(&step));
+        let believed = if slips { &self.believe(sample, dt, stylus, begins) } else { sample };
+        // One step, made where the caller wants it: an event is large, and rare.
+        let mut step = self.unchanged(sample.t, statistic);
+        if event.is_some() {
+            step.event = event;
+        }
+        if slips {
+            self.observe(believed);
+            self.estimate(believed, &mut step);
+            self.weigh_need(believed, begins);
+        }
+        (step.command, step.grip) = self.control(believed, dt, slips.then_some(&step));
         self.rest = self.rest_after();
         step
     }
@@ -151,11 +158,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub fn obey(&mut self, command: ClientCommand) -> bool {
         match command {
             ClientCommand::AtLeast(force_n) if force_n >= 0.0 => self.at_least(force_n),
+            ClientCommand::Expect(force_n) if force_n >= 0.0 => self.expect(force_n),
             ClientCommand::Release => self.release(),
             ClientCommand::Grasp => self.close_again(),
-            ClientCommand::AtLeast(_) | ClientCommand::Stop | ClientCommand::ClearFault(_) => {
-                return false;
-            }
+            ClientCommand::AtLeast(_)
+            | ClientCommand::Expect(_)
+            | ClientCommand::Stop
+            | ClientCommand::ClearFault(_) => return false,
         }
         true
     }

@@ -14,11 +14,13 @@ pub struct Contact {
 /// Gaussian noise passes six standard deviations once in a day at 10 kHz. The quietest of the blocks shows some 15 % less
 /// than one.
 const SIGMAS: f32 = 6.0;
-/// Samples of a block, and of all: the quietest block counts, so that a touch in the others is no noise.
+/// Samples of a block, and blocks: the quietest one counts, so that a touch in the others is no noise.
 const BLOCK: u16 = 64;
-const LEARNED: u16 = 4 * BLOCK;
-/// A block with fewer differences shows nothing: the force is read with few of the samples.
+const BLOCKS: u16 = 4;
+/// A block has so many differences at least. Where the force is read with few of the samples, or repeated until it is read again, it is longer.
 const LEAST: u16 = BLOCK / 4;
+/// More samples than this are not waited for.
+const LONGEST: u16 = 300 * BLOCK;
 /// Variance of `a - 2 b + c` over that of each reading. The second difference leaves a force that rises evenly out.
 const SECOND: f32 = 6.0;
 
@@ -30,6 +32,8 @@ struct ForceNoise {
     /// Squares of the second differences of this block (N^2), and how many there are.
     sum: f32,
     differences: u16,
+    /// Blocks that have ended; all of them where nothing changes in the time of so many.
+    blocks: u16,
     /// Smallest mean square of a block (N^2).
     least: f32,
 }
@@ -43,6 +47,7 @@ impl Contact {
             last: [None; 2],
             sum: 0.0,
             differences: 0,
+            blocks: 0,
             least: f32::INFINITY,
         };
         Self { contact_n, touching: false, noise }
@@ -52,7 +57,7 @@ impl Contact {
     #[must_use]
     #[inline]
     pub fn is_learning(&self) -> bool {
-        self.noise.samples < LEARNED
+        self.noise.blocks < BLOCKS && self.noise.samples < LONGEST
     }
 
     /// Takes the normal force (N) of a sample for its noise, while that is being learned.
@@ -100,7 +105,8 @@ impl Contact {
 
 impl ForceNoise {
     fn push(&mut self, normal_force_n: Option<f32>) {
-        if let Some(force_n) = normal_force_n {
+        // A reading that is repeated is none.
+        if let Some(force_n) = normal_force_n.filter(|_| normal_force_n != self.last[1]) {
             if let [Some(a), Some(b)] = self.last {
                 let second = a - 2.0 * b + force_n;
                 self.sum += second * second;
@@ -109,11 +115,16 @@ impl ForceNoise {
             self.last = [self.last[1], Some(force_n)];
         }
         self.samples += 1;
-        if self.samples.is_multiple_of(BLOCK) {
-            if self.differences >= LEAST {
-                self.least = self.least.min(self.sum / f32::from(self.differences));
-            }
+        if !self.samples.is_multiple_of(BLOCK) {
+            return;
+        }
+        if self.differences >= LEAST {
+            self.least = self.least.min(self.sum / f32::from(self.differences));
             (self.sum, self.differences) = (0.0, 0);
+            self.blocks += 1;
+        } else if self.last[0].is_none() && self.samples >= BLOCKS * BLOCK {
+            // A force that never changes has no noise.
+            self.blocks = BLOCKS;
         }
     }
 }
@@ -158,5 +169,14 @@ mod tests {
         }
         assert!(!none.is_learning() && none.update(None) && none.update(Some(0.06)));
         assert!(!slower.is_learning() && slower.update(Some(0.06)));
+        // A sensor of 250 Hz at 10 kHz: each reading is repeated 40 times.
+        let (mut held, mut held_n) = (Contact::new(0.05), 0.0);
+        for i in 0..20_000_u16 {
+            held_n = if i % 40 == 0 { 0.03 * noise() } else { held_n };
+            held.learn(Some(held_n));
+            let touches = held.update(Some(held_n));
+            assert!(i < 2600 || !touches, "{i}: {held_n} N");
+        }
+        assert!(!held.is_learning() && held.update(Some(0.3)));
     }
 }

@@ -89,8 +89,8 @@ impl TravelQuality {
         }
         // Between the steps of a coarse sensor readings repeat; those of a fast object do not.
         let rounding_m = if self.repeated >= seen { rounding(step_m) } else { 0.0 };
-        let noise_m = self.noise.sigma_m();
-        let noisy = seen > READINGS && noise_m > ROUNDED * rounding_m;
+        let noise_m = if seen > READINGS { self.noise.sigma_m() } else { 0.0 };
+        let noisy = noise_m > ROUNDED * rounding_m;
         let sigma_m = if noisy { noise_m } else { rounding_m }.max(configured_m);
         if seen > READINGS || sigma_m > COARSE_M {
             self.coarse = sigma_m > if self.coarse { FINE_M } else { COARSE_M };

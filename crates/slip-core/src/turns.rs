@@ -3,14 +3,50 @@
 //! One stylus cannot tell how fast an object slides, since the spacing of the surface is not known. But the rate of its turns follows the speed,
 //! so that it falls where the object slows down.
 
-/// Turns of one slip.
+/// Turns of one slip, counted.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Turns {
+pub struct TurnCount {
     /// The readings, smoothed.
     smooth: f32,
     extreme: Option<f32>,
     rising: bool,
     count: u32,
+}
+
+impl TurnCount {
+    /// Takes the next reading; `noise` is the noise in the vibration band (rms, same unit). Whether there was a turn.
+    #[inline]
+    pub fn step(&mut self, x: f32, noise: f32) -> bool {
+        let Some(extreme) = &mut self.extreme else {
+            (self.smooth, self.extreme) = (x, Some(x));
+            return false;
+        };
+        self.smooth += SMOOTHING * (x - self.smooth);
+        let x = self.smooth;
+        let ahead = if self.rising { x - *extreme } else { *extreme - x };
+        if ahead >= 0.0 {
+            *extreme = x;
+        } else if -ahead > NOISES * noise {
+            *extreme = x;
+            self.rising = !self.rising;
+            self.count = self.count.saturating_add(1);
+            return true;
+        }
+        false
+    }
+
+    /// Peaks and valleys so far.
+    #[must_use]
+    #[inline]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+}
+
+/// Turns of one slip, with their rate.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Turns {
+    turns: TurnCount,
     /// Turns per second, lately and at most.
     rate: f32,
     most: f32,
@@ -47,34 +83,23 @@ impl Turns {
     /// Takes the next reading, `dt_s` after the one before; `noise` is the noise in the vibration band (rms, same unit).
     #[inline]
     pub fn step(&mut self, x: f32, noise: f32, dt_s: f32) {
-        if self.extreme.is_none() {
-            (self.smooth, self.low, self.high) = (x, x, x);
+        if self.turns.extreme.is_none() {
+            (self.low, self.high) = (x, x);
         }
-        self.smooth += SMOOTHING * (x - self.smooth);
-        let x = self.smooth;
-        (self.low, self.high) = (self.low.min(x), self.high.max(x));
-        self.countable |= self.high - self.low > 2.0 * NOISES * noise;
-        let extreme = self.extreme.get_or_insert(x);
-        let ahead = if self.rising { x - *extreme } else { *extreme - x };
+        let turns = self.turns.step(x, noise);
+        if !self.countable {
+            let x = self.turns.smooth;
+            (self.low, self.high) = (self.low.min(x), self.high.max(x));
+            self.countable = self.high - self.low > 2.0 * NOISES * noise;
+        }
         let share = (dt_s / TAU_S).min(1.0);
         self.rate -= share * self.rate;
-        if ahead >= 0.0 {
-            *extreme = x;
-        } else if -ahead > NOISES * noise {
-            *extreme = x;
-            self.rising = !self.rising;
-            self.count = self.count.saturating_add(1);
+        if turns {
             self.rate += 1.0 / TAU_S;
-            if self.count >= ENOUGH {
+            if self.turns.count() >= ENOUGH {
                 self.most = self.most.max(self.rate);
             }
         }
-    }
-
-    /// Peaks and valleys so far.
-    #[must_use]
-    pub fn count(&self) -> u32 {
-        self.count
     }
 
     /// What they say; `None` where the surface is too smooth to count them.

@@ -34,6 +34,11 @@ fn any_config() -> impl Strategy<Value = GripConfig> {
     )
 }
 
+/// What is known of the object (N); often nothing.
+fn any_expected() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(0.0_f32), 0.01_f32..40.0]
+}
+
 fn any_input(furthest_m: f32) -> impl Strategy<Value = GripInput> {
     let slip = prop::sample::select(vec![SlipNow::No, SlipNow::Fading, SlipNow::Evident]);
     let estimate = prop::option::of((0.5_f32..60.0, 0.0_f32..3.0));
@@ -70,9 +75,10 @@ fn calm() -> GripInput {
     GripInput { dt_s: DT_S, travel: true, ..touched }
 }
 
-/// A controller that holds its first object.
-fn holding(config: GripConfig) -> GripController {
+/// A controller that holds its first object, which is expected to need `expected_n` (N); 0 where nothing is known of it.
+fn holding(config: GripConfig, expected_n: f32) -> GripController {
     let mut grip = GripController::new(config);
+    grip.expect(expected_n);
     grip.grasp(None);
     while grip.state() != GripState::Holding {
         grip.step(&calm());
@@ -107,18 +113,21 @@ proptest! {
 
     #[test]
     fn every_step_is_within_the_limits(
-        config in any_config(), stretches in prop::collection::vec(any_stretch(1e-2, 100.0), 1..40)
+        config in any_config(), expected_n in any_expected(),
+        stretches in prop::collection::vec(any_stretch(1e-2, 100.0), 1..40)
     ) {
         config.check().unwrap();
-        live(&mut holding(config), &config, &stretches);
+        live(&mut holding(config, expected_n), &config, &stretches);
     }
 
     /// Alarms, faults and wishes leave nothing behind: only what moved is held with more, and what the search waits for with one step more.
     #[test]
     fn without_movement_nothing_rises_for_good(
-        config in any_config(), stretches in prop::collection::vec(any_stretch(UNCONFIRMED_M, 6.0), 1..40)
+        config in any_config(), expected_n in any_expected(),
+        stretches in prop::collection::vec(any_stretch(UNCONFIRMED_M, 6.0), 1..40)
     ) {
-        let mut grip = holding(config);
+        let begun_n = if expected_n > 0.0 { expected_n.min(config.ceiling_n()) } else { config.trial_force_n };
+        let mut grip = holding(config, expected_n);
         live(&mut grip, &config, &stretches);
         grip.at_least(0.0);
         let searched_from_n = grip.command_n();
@@ -126,10 +135,10 @@ proptest! {
             grip.step(&calm());
         }
         // The step of a search is 1.11 times that of the reflex.
-        let most_n = 1.11 * (1.0 + config.reflex_step) * config.trial_force_n.max(6.0);
+        let most_n = 1.11 * (1.0 + config.reflex_step) * begun_n.max(6.0);
         prop_assert!(grip.command_n() <= most_n + 1e-3, "{} after {searched_from_n}", grip.command_n());
         if config.relax_per_s == 0.0 {
-            prop_assert!(grip.command_n() <= config.trial_force_n + 1e-3, "{}", grip.command_n());
+            prop_assert!(grip.command_n() <= begun_n.max(config.least_force_n) + 1e-3, "{}", grip.command_n());
         }
     }
 }

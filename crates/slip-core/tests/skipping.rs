@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 use slip_core::{
     Arrival, Pipeline, PipelineConfig, Sample, Step,
+    grip::GripEvent,
     methods::{Method, Methods},
     scene::Scene,
     stages::StageCounters,
@@ -14,6 +15,8 @@ use slip_core::{
 #[derive(Clone, Copy, Debug)]
 enum Stretch {
     Open,
+    /// The same with nine milliseconds from sample to sample.
+    OpenForLong,
     Held,
     Texture(f32),
     Sliding(f32),
@@ -31,6 +34,7 @@ fn any_stretch() -> impl Strategy<Value = (Stretch, usize)> {
     let kind = prop_oneof![
         4 => Just(Stretch::Held),
         2 => Just(Stretch::Open),
+        2 => Just(Stretch::OpenForLong),
         2 => (0.2e-6_f32..5e-6).prop_map(Stretch::Texture),
         1 => (0.0_f32..0.1).prop_map(Stretch::Sliding),
         1 => Just(Stretch::Motion),
@@ -65,7 +69,11 @@ struct Gripper {
 
 impl Gripper {
     fn sample(&mut self, stretch: Stretch) -> Sample {
-        self.t += if matches!(stretch, Stretch::Gap) { 30_000 } else { 100 };
+        self.t += match stretch {
+            Stretch::Gap => 30_000,
+            Stretch::OpenForLong => 9000,
+            _ => 100,
+        };
         self.phase += 0.15;
         let mut sample = Sample {
             normal_force_n: Some(2.5 + 0.01 * self.noise.next()),
@@ -73,7 +81,7 @@ impl Gripper {
             ..Sample::stylus(Micros(self.t), 1e-3 + 1e-7 * self.noise.next())
         };
         match stretch {
-            Stretch::Open => {
+            Stretch::Open | Stretch::OpenForLong => {
                 sample.normal_force_n = Some(0.01 * self.noise.next());
                 // The roller turns freely.
                 self.travel_m += 2e-5;
@@ -174,6 +182,31 @@ proptest! {
         for (at, (one, other)) in skipping.iter().zip(&all).enumerate() {
             prop_assert_eq!(one, other, "sample {}", at);
         }
+    }
+}
+
+/// Fingers that close on nothing report it once, and then wait for touch, skipped or not.
+#[test]
+fn fingers_that_closed_on_nothing_wait_for_touch() {
+    let plan = [
+        (Stretch::Held, 1000),
+        (Stretch::Open, 1000),
+        (Stretch::OpenForLong, 600),
+        (Stretch::Open, 1000),
+        (Stretch::WithoutTravel, 2000),
+        (Stretch::Texture(3e-6), 100),
+        (Stretch::Held, 2000),
+    ];
+    for rate in [10_000.0, 1000.0] {
+        let config = PipelineConfig::gripping(Hertz(rate));
+        let samples = grasp(&plan, 3);
+        let (skipping, _) = run_and_release(config, &samples, 0, Some(6200));
+        let every = PipelineConfig { no_skip: true, ..config };
+        let (all, _) = run_and_release(every, &samples, 0, Some(6200));
+        assert_eq!(skipping, all);
+        let empty = |step: &&Step| step.grip == Some(GripEvent::Empty);
+        assert_eq!(skipping.iter().filter(empty).count(), 1);
+        assert!(skipping.iter().skip(9000).any(|step| step.scene == Scene::Holding));
     }
 }
 

@@ -145,6 +145,8 @@ enum {
   SLIP_OPERATION_STOP = 4,
   // clear the named fault.
   SLIP_OPERATION_CLEAR_FAULT = 5,
+  // the next objects are known to be held with this force; 0: nothing is known.
+  SLIP_OPERATION_EXPECT = 6,
 };
 
 // What a call led to.
@@ -193,6 +195,8 @@ typedef enum slip_object {
   SLIP_OBJECT_REGRASPED = 3,
   // Its slip has not ended within two seconds.
   SLIP_OBJECT_PERSISTENT = 4,
+  // The force that the object needs is found: no less is tried.
+  SLIP_OBJECT_FOUND = 5,
 } slip_object;
 
 // What the channel `stylus` holds.
@@ -447,8 +451,8 @@ enum slip_status slip_push(struct slip_pipeline *pipeline,
                            const struct slip_block *block,
                            struct slip_result *result);
 
-// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST,
-// _RELEASE, _GRASP). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
+// Asks the controller to hold with at least `force_n`, to let go, to close again, or to grasp the next objects with `force_n`, which they are known to need
+// (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP, _EXPECT). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
 //
 // `pipeline` is NULL or points to slip_size() readable bytes.
 enum slip_status slip_command(struct slip_pipeline *pipeline,

@@ -112,6 +112,8 @@ pub enum SlipObject {
     Regrasped = 3,
     /// Its slip has not ended within two seconds.
     Persistent = 4,
+    /// The force that the object needs is found: no less is tried.
+    Found = 5,
 }
 
 /// An event.
@@ -184,6 +186,7 @@ impl SlipEvent {
                     GripEvent::Lost => SlipObject::Lost,
                     GripEvent::Regrasped => SlipObject::Regrasped,
                     GripEvent::Persistent => SlipObject::Persistent,
+                    GripEvent::Found => SlipObject::Found,
                 };
                 let command_n = known(*command_n);
                 Self::other(t.0, row, SlipEventKind::Object, (0, object as u8), command_n)

@@ -165,8 +165,8 @@ pub unsafe extern "C" fn slip_push(
     status
 }
 
-/// Asks the controller to hold with at least `force_n`, to let go, or to close again (SLIP_OPERATION_AT_LEAST,
-/// _RELEASE, _GRASP). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
+/// Asks the controller to hold with at least `force_n`, to let go, to close again, or to grasp the next objects with `force_n`, which they are known to need
+/// (SLIP_OPERATION_AT_LEAST, _RELEASE, _GRASP, _EXPECT). A pipeline that only observes does nothing, with SLIP_STATUS_OK.
 ///
 /// # Safety
 /// `pipeline` is NULL or points to slip_size() readable bytes.
@@ -183,6 +183,7 @@ pub unsafe extern "C" fn slip_command(
             1 => ClientCommand::AtLeast(force_n),
             2 => ClientCommand::Release,
             3 => ClientCommand::Grasp,
+            6 => ClientCommand::Expect(force_n),
             _ => return Err(SlipStatus::Value),
         };
         if live.obey(command) { Ok(()) } else { Err(SlipStatus::Value) }

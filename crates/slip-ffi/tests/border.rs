@@ -257,6 +257,7 @@ fn expected(event: &Event, row: u64) -> SlipEvent {
                 GripEvent::Lost => 2,
                 GripEvent::Regrasped => 3,
                 GripEvent::Persistent => 4,
+                GripEvent::Found => 5,
             };
             other(2, *t, 0, code, *command_n)
         }

@@ -129,6 +129,7 @@ codes! {
         3 => Link "link" "something about the link; code: its state.",
         4 => Client "client" "a client's command was carried out; code: the operation.",
         5 => Goodbye "goodbye" "the daemon closes this connection; code: why.",
+        6 => Object "object" "what is known of the object in hand or next; count: grasps that have shown it.",
     }
 
     /// What dropped frames held.
@@ -232,6 +233,7 @@ codes! {
         3 => Grasp "grasp" "close again after a release.",
         4 => Stop "stop" "stop in software, latched by the gripper; not a safety function.",
         5 => ClearFault "clear_fault" "clear the named fault.",
+        6 => Expect "expect" "the next objects are known to be held with this force; 0: nothing is known.",
     }
 
     /// How the elements of a row stand in SAMPLES.

@@ -13,6 +13,8 @@ pub enum ClientCommand {
     Grasp,
     /// Stop in software; latched by the gripper. Not a safety function.
     Stop,
+    /// Expect an object that is known to be held with this force (N), margin included: the next grasps begin with it. 0: nothing is known.
+    Expect(f32),
     /// Clear this fault.
     ClearFault(FaultCode),
 }
@@ -26,6 +28,7 @@ impl ClientCommand {
             Self::Release => Operation::Release,
             Self::Grasp => Operation::Grasp,
             Self::Stop => Operation::Stop,
+            Self::Expect(_) => Operation::Expect,
             Self::ClearFault(_) => Operation::ClearFault,
         }
     }
@@ -42,6 +45,7 @@ impl core::fmt::Display for ClientCommand {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::AtLeast(force_n) => write!(f, "hold with at least {force_n:.2} N"),
+            Self::Expect(force_n) => write!(f, "expect an object that needs {force_n:.2} N"),
             Self::ClearFault(fault) => write!(f, "clear fault {:04x}", fault.0),
             Self::Release | Self::Grasp | Self::Stop => f.write_str(self.operation().name()),
         }

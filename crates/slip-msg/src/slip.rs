@@ -35,6 +35,7 @@ message! {
     }
     local {
         estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate.";
+        mean_slope: Option<f32>, "", "Mean height over distance of the irregularities the stylus passed.";
         first: bool, "", "Whether this is the first notice of the slip: not its turn to gross, its certificate or its end.";
     }
 }

@@ -16,6 +16,8 @@ import time
 import tty
 from typing import Callable
 
+from computer import Computer
+
 OPEN, SUPPORTED, LIFTED, DROPPED = range(4)
 POWER_ON, PIN, WATCHDOG, SOFTWARE = 1, 2, 3, 4
 
@@ -53,6 +55,7 @@ class Board:
             self._qmp.readline()
             self._command("qmp_capabilities")
             self._bench = self._connected(at["bench"])
+            self._computer = Computer()
         except BaseException:
             self._qemu.kill()
             raise
@@ -184,13 +187,14 @@ class Board:
         termios.tcsetattr(self._spare, termios.TCSANOW, modes)
 
     def lost_s(self, since: Truth) -> float:
-        """How far the firmware's clock fell behind this computer's since a line of the present start (s). Interrupts that
-        a busy computer gives the emulator no time for are lost; lines only come late, so the least of the last ones counts.
+        """How far the firmware's clock fell behind this computer's since a line of the present start (s), or for how long a
+        processor of this computer stood still meanwhile, whichever is longer. Interrupts that a busy computer gives the
+        emulator no time for are lost; lines only come late, so the least of the last ones counts.
         """
         with self._changed:
             lines = [(at, now) for at, now in self.lines if now["boot"] == since["boot"] and now["t_us"] >= since["t_us"]]
         behind = [at - now["t_us"] / 1e6 for at, now in lines]
-        return min(behind[-5:]) - min(behind[:5])
+        return max(min(behind[-5:]) - min(behind[:5]), self._computer.stood_s(lines[0][0]))
 
     def pace(self) -> float:
         """Seconds of the firmware in a second of this computer, over all its starts."""
@@ -201,6 +205,7 @@ class Board:
 
     def close(self) -> None:
         """Ends QEMU."""
+        self._computer.close()
         self._qemu.kill()
         self._qemu.wait()
         with contextlib.suppress(OSError):

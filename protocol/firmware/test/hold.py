@@ -7,7 +7,7 @@ from host import Gripd, Host, Spare
 
 GRASPS = 4
 """So many are to be held. With two spare tries a gripd that holds 9 of 10 on a very busy computer passes 98 times of 100,
-one that holds 3 of 10 passes 7 times of 100, and once in 100 where the emulation keeps up."""
+one that holds 3 of 10 passes 7 times of 100, and once in 100 where the computer keeps up."""
 
 
 def needed_n() -> float:
@@ -17,7 +17,7 @@ def needed_n() -> float:
 
 def gripd_holds(board: Board, gripd: str) -> str:
     """Slip, estimate and final force of each grasp as gripd tells them, position and force as they are. Every object has
-    another surface. A drop counts, but for two while the emulation fell behind; where it fell far behind the try does not."""
+    another surface. A drop counts, but for two while the computer fell behind; where it fell far behind the try does not."""
     spare, held, tries = Spare(), 0, 0
     while held < GRASPS:
         board.fresh()
@@ -34,11 +34,11 @@ def gripd_holds(board: Board, gripd: str) -> str:
             said = check_hold(code, lines, err, truth)
             held += 1
         except CheckFailed as error:
-            # A wrong force is gripd's own, wherever the emulation says anything.
+            # A wrong force is gripd's own, wherever the try says anything.
             must(fell or behind_s >= Spare.LOST_S, str(error))
             said = str(error)
             spare.take(said, behind_s)
-        print(f"     try {tries}, firmware's clock {1000 * behind_s:.0f} ms behind: {said}", flush=True)
+        print(f"     try {tries}, computer {1000 * behind_s:.0f} ms behind: {said}", flush=True)
     counted = tries - spare.lost
     return f"{held} of {counted} grasps held, {GRASPS} in at most {GRASPS + Spare.TRIES} were asked for; {spare.lost} not counted"
 

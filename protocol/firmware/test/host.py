@@ -61,14 +61,15 @@ def until_holding(board: Board, program: Gripd, timeout_s: float = 30.0) -> Trut
 
 
 class Spare:
-    """Tries that a busy computer may cost. It shows in the firmware's clock: the emulator had less time than it needs, and
-    gripd, which shares the computer, may have had no more while the object fell. A drop at any other time is gripd's own."""
+    """Tries that a busy computer may cost. It shows in the firmware's clock and on each processor (`Board.lost_s`): the
+    emulator had less time than it needs, or gripd, which shares the computer, while the object fell. A drop at any other
+    time is gripd's own."""
 
     TRIES = 2
     BEHIND_S = 0.02
     """Samples that are later than this raise no force, and the object takes about 0.1 s to fall through the fingers."""
     LOST_S = 0.1
-    """An emulation that falls further behind says nothing of gripd: the try is not counted, but for so many of them."""
+    """A computer that is further behind says nothing of gripd: the try is not counted, but for so many of them."""
     LOST_TRIES = 20
     PAUSE_S = 5.0
 
@@ -80,10 +81,10 @@ class Spare:
         """Uses one up; raises CheckFailed where there is none or the emulation kept up."""
         if behind_s >= self.LOST_S:
             self.lost += 1
-            must(self.lost <= self.LOST_TRIES, f"{said}; the emulation fell {1000 * self.LOST_S:.0f} ms behind in {self.lost} tries")
+            must(self.lost <= self.LOST_TRIES, f"{said}; the computer fell {1000 * self.LOST_S:.0f} ms behind in {self.lost} tries")
             time.sleep(self.PAUSE_S)
             return
-        must(behind_s >= self.BEHIND_S, f"{said}; the firmware's clock was only {1000 * behind_s:.0f} ms behind")
+        must(behind_s >= self.BEHIND_S, f"{said}; the computer was only {1000 * behind_s:.0f} ms behind")
         must(self.left > 0, f"{said}; {self.TRIES} spare tries are used up")
         self.left -= 1
 
@@ -99,7 +100,7 @@ def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
             return program, until_holding(board, program)
         except CheckFailed as error:
             said, behind_s = program.end(), board.lost_s(start)
-            print(f"     firmware's clock {1000 * behind_s:.0f} ms behind: {error}; gripd said {said.splitlines()[:3]}", flush=True)
+            print(f"     computer {1000 * behind_s:.0f} ms behind: {error}; gripd said {said.splitlines()[:3]}", flush=True)
             spare.take(str(error), behind_s)
         except BaseException:
             program.end()

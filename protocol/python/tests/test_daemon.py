@@ -23,6 +23,8 @@ from grip_link.messages.daemon import (
     Health,
     Load,
     Notice,
+    NoticeKind,
+    Object,
     Operation,
     RealTime,
     Rows,
@@ -42,7 +44,7 @@ from vectors import BAD_CLIENTS, CLIENTS, Invalid, Valid, words
 MESSAGES: dict[int, Any] = {
     Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
     Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SUBSCRIBE: Subscribe, Kind.COMMAND: Command,
-    Kind.SETUP: Setup, Kind.LOAD: Load,
+    Kind.SETUP: Setup, Kind.LOAD: Load, Kind.OBJECT: Object,
 }  # fmt: skip
 LISTEN = Path(__file__).resolve().parents[1] / "examples" / "listen.py"
 
@@ -116,7 +118,7 @@ def test_verdicts_of_bad_input(case: Invalid) -> None:
 
 
 class FakeDaemon(threading.Thread):
-    """Greets one client, answers QUERY with two messages, refuses COMMAND, sends rows; an odd greeting on request."""
+    """Greets one client, answers QUERY with two messages and OBJECT, refuses COMMAND, sends rows; an odd greeting on request."""
 
     def __init__(self, greeting: Optional[bytes] = None) -> None:
         super().__init__(daemon=True)
@@ -149,6 +151,10 @@ class FakeDaemon(threading.Thread):
             yield sender.send(Kind.ACK, Ack(header.kind, header.seq).pack())
         if header.kind == Kind.COMMAND:
             yield sender.send(Kind.NACK, Nack(header.kind, NackReason.FORBIDDEN, header.seq).pack())
+        if header.kind == Kind.OBJECT:
+            known = Notice(NoticeKind.OBJECT, 0, 0, 3, 5, b"bottle: known").pack()
+            yield sender.send(Kind.NOTICE, known)
+            yield sender.send(Kind.ACK, Ack(header.kind, header.seq).pack())
 
 
 @pytest.fixture
@@ -170,6 +176,7 @@ def test_samples_query_and_refusal(fake: FakeDaemon) -> None:
         assert math.isnan(first.values[RowSet.NORMAL_FORCE]) and second.values[RowSet.NORMAL_FORCE] == 2.5
         with pytest.raises(PermissionError, match="forbidden"):
             daemon.command(Command(Operation.STOP))
+        daemon.name_object("bottle")
         assert daemon.counters.gap == 0 and daemon.counters.bad_blocks == 0
 
 

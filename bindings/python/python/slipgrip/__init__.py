@@ -26,6 +26,7 @@ from ._core import (
     profile,
     read,
     replay,
+    trace,
     train,
 )
 from ._env import GraspEnv
@@ -54,5 +55,6 @@ __all__ = [
     "profile",
     "read",
     "replay",
+    "trace",
     "train",
 ]

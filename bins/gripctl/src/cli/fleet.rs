@@ -21,13 +21,15 @@ pub(crate) enum FleetCommand {
     ///
     /// Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 events are missing.
     Events(EventsArgs),
-    /// Show what one gripper does: events, and its state five times a second.
+    /// Show what one gripper does: events, and its state five times a second. Exit code 1 where it is not there within 10 s.
     Tail(TailArgs),
-    /// Give a model to one gripper, then to some, then to all, and take it back where one of them becomes worse.
+    /// Give a model to one gripper, then to some, then to all, and take it back where it is worse.
     ///
-    /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Each gripper examines the model,
-    /// counts its slips and faults with it against those before, and goes back by itself where they become more. Ctrl-C takes the
-    /// model back; a second one leaves everything as it is.
+    /// Everybody is asked first whether it would take it; where somebody would not, nobody gets it. Then the number of grasps of a stage is
+    /// computed and printed. The grasps with the model are compared with those before it, of all grippers together: where objects are lost
+    /// or slip more, or are held with too much force, all go back. Nobody keeps it before all have tried it. Ctrl-C takes it back; a second
+    /// one leaves the trials to their lease. A gripper that nobody watches goes back by itself after the lease; the same command within it
+    /// takes the roll-out up again.
     ///
     /// Exit codes: 0 all have it, 1 stopped and rolled back, 2 wrong arguments.
     Deploy(DeployArgs),
@@ -92,6 +94,9 @@ pub(crate) struct EventsArgs {
     /// First everything that the grippers have kept.
     #[arg(long)]
     pub(crate) all: bool,
+    /// Keep in this file what was shown, and go on there at the next start.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state: Option<PathBuf>,
     /// Stop after this time (s).
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) seconds: Option<f64>,
@@ -117,19 +122,31 @@ pub(crate) struct DeployArgs {
     pub(crate) to: Selection,
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
-    /// How long each gripper is watched (s), in time with something between its fingers; it must have been counted for as long before.
-    #[arg(long, value_name = "S", default_value_t = 600.0, allow_negative_numbers = true)]
-    pub(crate) watch: f64,
+    /// Print the number of grasps of a stage, and give the model to nobody.
+    #[arg(long)]
+    pub(crate) plan: bool,
+    /// Grasps of a stage; computed from the two differences below, where absent.
+    #[arg(long, value_name = "COUNT", conflicts_with_all = ["notice_lost", "notice_force"])]
+    pub(crate) grasps: Option<u16>,
+    /// Share of the grasps that may not be lost beside those that were before, noticed nine times in ten.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.1, allow_negative_numbers = true)]
+    pub(crate) notice_lost: f64,
+    /// Force over that of before that is noticed nine times in ten; more than 1.2, which is let pass.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.5, allow_negative_numbers = true)]
+    pub(crate) notice_force: f32,
     /// Share of the grippers in the second stage.
     #[arg(long, value_name = "SHARE", default_value_t = 0.2, allow_negative_numbers = true)]
     pub(crate) some: f64,
-    /// Slips and faults may become more often by this factor.
-    #[arg(long, default_value_t = 1.5, allow_negative_numbers = true)]
-    pub(crate) factor: f64,
+    /// Probability that a model that is as good is rolled back all the same.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, allow_negative_numbers = true)]
+    pub(crate) error: f64,
+    /// A gripper on trial that nobody has watched for so long goes back by itself (s).
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    pub(crate) lease: u32,
     /// How long a gripper may answer nothing before the roll-out is stopped (s).
     #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
     pub(crate) patience: f64,
-    /// How long a gripper that tries the model may hold nothing before the roll-out is stopped (s).
+    /// How long a gripper that tries the model may finish no grasp before the roll-out is stopped (s).
     #[arg(long, value_name = "S", default_value_t = 3600.0, allow_negative_numbers = true)]
     pub(crate) idle: f64,
     /// Send a model that is broken or made for something else: each gripper should refuse it.

@@ -39,10 +39,12 @@ pub(crate) struct GraspArgs {
     /// gripd with each sensor set, and every older law and the oracle with stylus and travel.
     #[arg(long)]
     pub(crate) compare: bool,
-    /// What goes wrong, a row each: none, gain (+-20 %), noise (x 3), latency (0 to 20 ms either way), loss (5 % of the samples), dead-stylus,
+    /// What goes wrong, a row each: none, gain (+-20 %), noise (x 3), latency (0 to 20 ms either way), jitter (the same, of each frame), loss (5 % of the samples), dead-stylus,
     /// link (5 ms either way and noise x 3), everything. All of them where none is named: `--stress`, `--stress=noise,loss`.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = stresses, num_args = 0.., require_equals = true, default_missing_value = "all")]
     pub(crate) stress: Vec<Chosen<Stress>>,
+    #[command(flatten)]
+    pub(crate) equip: EquipArgs,
     #[command(flatten)]
     pub(crate) tables: TableArgs,
     /// Configuration file, as for gripd.
@@ -62,6 +64,18 @@ pub(crate) struct GraspArgs {
     pub(crate) json: bool,
 }
 
+/// Files of keys that take the place of those of the scene.
+#[derive(Debug, Args)]
+pub(crate) struct EquipArgs {
+    /// Gripper: direct, industrial (20 to 235 N in 255 steps, 150 commands a second), tendon (hysteresis and dead band), soft (rubber on
+    /// air), franka (a grasp command each 33 ms), or a file. One after the other over the scene; in --matrix a column each.
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with_all = ["faults", "stalls", "memory"])]
+    pub(crate) gripper: Vec<String>,
+    /// Its sensors: stylus_travel, stylus_alone, encoder_20um, optical_flow, ft_250hz, accelerometer, adc_12bit, usb_16ms, or a file.
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with_all = ["faults", "stalls", "memory", "sensors", "compare"])]
+    pub(crate) sensing: Vec<String>,
+}
+
 /// Tables of what goes wrong in the middle of a grasp.
 #[derive(Debug, Args)]
 pub(crate) struct TableArgs {
@@ -73,6 +87,13 @@ pub(crate) struct TableArgs {
     /// Table of stalls: in the middle of a slip the line or the daemon stops for 50 to 1000 ms.
     #[arg(long, conflicts_with_all = ["scene", "scenes", "all", "sensors", "baseline", "compare", "stress", "plot", "duration"])]
     pub(crate) stalls: bool,
+    /// Memory of objects: each is grasped ten times under one name, then another one stands under it, with memory and without. --trials is
+    /// the number of objects per scene, 20 by default.
+    #[arg(long, conflicts_with_all = ["baseline", "compare", "stress", "plot", "faults", "stalls"])]
+    pub(crate) memory: bool,
+    /// Grippers by sensors by laws: each --gripper (all built-in ones) with each --sensing (all), by gripd, the older laws and the oracle.
+    #[arg(long, conflicts_with_all = ["sensors", "baseline", "compare", "plot", "faults", "stalls", "memory"])]
+    pub(crate) matrix: bool,
     /// Only these sensors in --faults: stylus, force, travel.
     #[arg(long, value_name = "SENSOR", value_delimiter = ',', value_parser = fault_sensors, requires = "faults")]
     pub(crate) fault_sensor: Vec<Chosen<Sensor>>,

@@ -37,6 +37,13 @@ pub(crate) enum Command {
     Doctor(DoctorArgs),
     /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
     Status(StatusArgs),
+    /// Tell a running gripd which object is grasped next: it begins with what it knows of that name.
+    ///
+    /// The name stands until another one is given. gripd needs `allow_commands = true`, and `file` in its table `memory`. Prints what is known of the
+    /// object.
+    Object(ObjectArgs),
+    /// Show what gripd has learned of objects: needed force, friction, surface, with their uncertainty.
+    Objects(ObjectsArgs),
     /// See many grippers at once: who is there, what happens to them.
     #[cfg(feature = "fleet")]
     Fleet(fleet::FleetArgs),
@@ -127,6 +134,24 @@ pub(crate) struct DoctorArgs {
     /// How long to listen to the gripper (s).
     #[arg(long, value_name = "S", default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) seconds: f64,
+    /// One JSON object a line.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ObjectArgs {
+    /// Its name, at most 64 bytes; an empty one is an object without a name.
+    pub(crate) name: String,
+    /// Where gripd listens: `tcp:ADDRESS:PORT` or `unix:PATH`.
+    #[arg(default_value = grip_daemon::clients::Listen::DEFAULT)]
+    pub(crate) address: grip_daemon::clients::Listen,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ObjectsArgs {
+    /// The file of the memory: `file` of the table `memory` in gripd.toml.
+    pub(crate) file: PathBuf,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -303,13 +328,17 @@ pub(crate) struct ScoreArgs {
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
     /// Detectors to put side by side: default, stylus (alone, with its tests fused), energy, cusum, glrt (one test alone),
-    /// travel, pressure, fused. The last three also read what lies beside a recording: NAME_pose.csv as its travel,
-    /// NAME_taxels.csv or NAME_electrodes.csv as its taxel array.
+    /// esc, esc_literal (the scattered energy of the last 10 ms, by the slopes and as printed), nn (a network that learns the
+    /// labelled slips of the other materials), travel, pressure, fused. The last three also read what lies beside a recording:
+    /// NAME_pose.csv as its travel, NAME_taxels.csv or NAME_electrodes.csv as its taxel array.
     #[arg(long, value_delimiter = ',', default_value = "default")]
     pub(crate) detectors: Vec<String>,
     /// A row for each material too.
     #[arg(long)]
     pub(crate) materials: bool,
+    /// Measure the run time of each detector: `ns_per_sample` of the total.
+    #[arg(long)]
+    pub(crate) time: bool,
     /// Write misses and latency against false alarms over a range of thresholds to FILE: .json, or a chart as .svg or .png;
     /// may be repeated.
     #[arg(long, value_name = "FILE")]
@@ -329,9 +358,15 @@ pub(crate) struct ProfileArgs {
     /// Trial force (N); E_sc is proportional to it, so 1 gives it per newton.
     #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
     pub(crate) force: f64,
-    /// Cutoff wavelength lambda_c (mm): longer waves are shape, not roughness.
+    /// Cutoff wavelength lambda_c (mm): longer waves are form or waviness, not roughness.
     #[arg(long, value_name = "MM", default_value_t = 2.5, allow_negative_numbers = true)]
     pub(crate) cutoff_mm: f64,
+    /// Cutoff wavelength lambda_f (mm): longer waves are form, not waviness. Sampling length of Wz; none otherwise, and the whole profile is one.
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) lambda_f_mm: Option<f64>,
+    /// Degree of the least-squares polynomial that is the form: 1 for a line, 2 for an arc.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=9))]
+    pub(crate) form_degree: u8,
     /// Cutoff wavelength lambda_s (um): shorter waves are noise; 0 for none. A hundredth of lambda_c otherwise.
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     pub(crate) lambda_s_um: Option<f64>,
@@ -344,7 +379,7 @@ pub(crate) struct ProfileArgs {
     /// Weights of the filters: three moving averages, as many instruments have, or the Gaussian of ISO 16610-21.
     #[arg(long, value_enum, default_value = "moving-average")]
     pub(crate) filter: Filter,
-    /// Take the least-squares line away first: for a tilted profile, whose ends are wrong otherwise.
+    /// Take the form away before the roughness too: for a tilted or bent profile, whose ends are wrong otherwise.
     #[arg(long)]
     pub(crate) level: bool,
     /// Distance between two heights (um), where `x_mm` is absent or wrong.
@@ -356,7 +391,10 @@ pub(crate) struct ProfileArgs {
     /// Compare with the roughness profile of an instrument (.csv, `height_um`, as many rows).
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
-    /// Draw the roughness profile with its peaks and valleys (.svg or .png).
+    /// Write the parts of the profile (.csv): `x_mm`, `height_um`, `form_um`, `waviness_um`, `roughness_um`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parts: Option<PathBuf>,
+    /// Draw the roughness profile with its peaks and valleys, and above it the profile with its form and waviness (.svg or .png).
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
     /// One JSON object a line.

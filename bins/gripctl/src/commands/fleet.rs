@@ -3,6 +3,7 @@
 mod back;
 mod command;
 mod deploy;
+mod place;
 mod recordings;
 
 use super::{
@@ -16,21 +17,28 @@ use crate::{
     cli::fleet::{FleetArgs, FleetCommand, PlaceArgs, ReachArgs, RouterArgs},
     output,
 };
+use anyhow::bail;
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
 use grip_fleet::{
-    About, EventId, Member, Message, Selector, Since, Topic, Uid,
+    About, Member, Message, Selector, Since, Stamp, Topic, Uid,
     net::{self, Listed, Network, Reported, Watch, list},
 };
 use grip_link::message::daemon::ToClient;
-use grip_session::exit::{Exit, WrongArgument};
+use grip_session::{
+    exit::{Exit, WrongArgument},
+    utc,
+};
+use place::Place;
 use serde::Serialize;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use std::sync::Arc;
 
+/// How long `tail` waits for a gripper that is not there.
+const ABSENT: Duration = Duration::from_secs(10);
 /// Longest wait between two looks at the signals.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -39,12 +47,17 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
         FleetCommand::List(args) => show_list(&args.place),
         FleetCommand::Events(args) => {
             let since = if args.all { Since::Start } else { Since::Now };
-            let seconds = duration(args.seconds)?;
-            watch(&args.place, args.uid, since, &[], seconds)
+            let place = args.state.as_deref().map(Place::open).transpose()?;
+            let limit = duration(args.seconds)?;
+            let wanted =
+                Wanted { uid: args.uid, since, telemetry: &[], limit, must_be_there: false };
+            watch(&args.place, &wanted, place)
         }
         FleetCommand::Tail(args) => {
-            let seconds = duration(args.seconds)?;
-            watch(&args.place, Some(args.uid), Since::Now, &[Topic::State], seconds)
+            let (uid, since, limit) = (Some(args.uid), Since::Now, duration(args.seconds)?);
+            let telemetry = &[Topic::State];
+            let wanted = Wanted { uid, since, telemetry, limit, must_be_there: true };
+            watch(&args.place, &wanted, None)
         }
         FleetCommand::Deploy(args) => deploy::run(args),
         FleetCommand::Back(args) => back::run(args),
@@ -179,6 +192,11 @@ struct Tagged<T: Serialize> {
     uid: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<String>,
+    /// When it happened, by the clock of the gripper's computer, and the largest error against that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unix_ns: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_us: Option<u32>,
     #[serde(flatten)]
     what: T,
 }
@@ -197,37 +215,53 @@ struct Printer {
     lost: bool,
 }
 
-fn watch(
-    place: &PlaceArgs,
+/// What is to be shown.
+struct Wanted<'a> {
     uid: Option<Uid>,
     since: Since,
-    telemetry: &[Topic],
+    telemetry: &'a [Topic],
     limit: Duration,
-) -> anyhow::Result<Exit> {
-    let network = network(&place.reach)?;
+    /// A gripper that is not there soon is not waited for.
+    must_be_there: bool,
+}
+
+fn watch(args: &PlaceArgs, wanted: &Wanted<'_>, mut place: Option<Place>) -> anyhow::Result<Exit> {
+    let network = network(&args.reach)?;
     let stopped = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register(signal, Arc::clone(&stopped))?;
     }
-    let selector = Selector { site: place.site.clone(), uid };
-    let mut watch = Watch::new(network.open()?, &selector, since, telemetry)?;
-    let mut printer = Printer { json: place.json, lost: false };
+    let selector = Selector { site: args.site.clone(), uid: wanted.uid };
+    let mut watch = Watch::new(network.open()?, &selector, wanted.since, wanted.telemetry)?;
+    if let Some(place) = &place {
+        watch.resume(place.known());
+    }
+    let mut printer = Printer { json: args.json, lost: false };
     let start = clock::monotonic();
     let mut nobody = true;
     while !stopped.load(Ordering::Relaxed) {
         let gone_by = clock::monotonic().saturating_sub(start);
-        let left = limit.saturating_sub(gone_by);
+        let left = wanted.limit.saturating_sub(gone_by);
         if left.is_zero() {
             break;
         }
-        if nobody && gone_by > net::PATIENCE {
+        if nobody && gone_by > if wanted.must_be_there { ABSENT } else { net::PATIENCE } {
             nobody = false;
+            if wanted.must_be_there {
+                bail!("no such gripper is there ('fleet list' shows who is)");
+            }
             eprintln!("gripctl: nobody is there who is meant; waiting ('fleet list' shows who is)");
         }
         if let Some(reported) = watch.next(left.min(LOOK))? {
             nobody = false;
             printer.reported(&reported)?;
         }
+        if let Some(place) = &mut place {
+            place.keep(&watch, clock::monotonic().saturating_sub(start), false)?;
+        }
+    }
+    if let Some(place) = &mut place {
+        place.keep(&watch, Duration::ZERO, true)?;
     }
     Ok(if printer.lost { Exit::DataLost } else { Exit::Done })
 }
@@ -237,9 +271,9 @@ impl Printer {
         match reported {
             Reported::Came(member) => self.life(member, true),
             Reported::Gone(member) => self.life(member, false),
-            Reported::Event { member, id, message, missing } => {
+            Reported::Event { member, id, at, message, missing } => {
                 self.missing(member, *missing)?;
-                self.event(member, *id, message)
+                self.event(member, Stamp { id: *id, at: *at }, message)
             }
             Reported::Telemetry { member, message } => self.telemetry(member, message),
             Reported::Unreadable { key } => {
@@ -267,15 +301,18 @@ impl Printer {
         Ok(output::line(&format!("{member}  {events} events are missing: they had to make room"))?)
     }
 
-    fn event(&self, member: &Member, id: EventId, message: &Message) -> anyhow::Result<()> {
+    fn event(&self, member: &Member, stamp: Stamp, message: &Message) -> anyhow::Result<()> {
+        let id = stamp.id;
         let Ok(Some(event)) = message.read().map(|message| EventReport::of(&message)) else {
             eprintln!("gripctl: {member}: event {id} is of a kind that this gripctl does not know");
             return Ok(());
         };
         if self.json {
-            return machine(member, Some(id), event);
+            return machine(member, Some(stamp), event);
         }
-        Ok(output::line(&format!("{member}  {}", text::event(&event)))?)
+        let time =
+            if stamp.at.ns > 0 { utc::line(stamp.at.ns / 1000) + "  " } else { String::new() };
+        Ok(output::line(&format!("{member}  {time}{}", text::event(&event)))?)
     }
 
     fn telemetry(&self, member: &Member, message: &Message) -> anyhow::Result<()> {
@@ -291,7 +328,10 @@ impl Printer {
     }
 }
 
-fn machine(member: &Member, id: Option<EventId>, what: impl Serialize) -> anyhow::Result<()> {
+fn machine(member: &Member, stamp: Option<Stamp>, what: impl Serialize) -> anyhow::Result<()> {
     let (site, uid) = (member.site.to_string(), member.uid.to_string());
-    output::json(&Tagged { site, uid, id: id.map(|id| id.to_string()), what })
+    let id = stamp.map(|stamp| stamp.id.to_string());
+    let at = stamp.map(|stamp| stamp.at).filter(|at| at.ns > 0);
+    let (unix_ns, error_us) = (at.map(|at| at.ns), at.map(|at| at.error_us));
+    output::json(&Tagged { site, uid, id, unix_ns, error_us, what })
 }

@@ -22,6 +22,7 @@ mod hyper;
 pub(crate) mod import;
 pub(crate) mod label;
 mod measure;
+pub(crate) mod objects;
 pub(crate) mod ports;
 pub(crate) mod profile;
 mod profile_plot;

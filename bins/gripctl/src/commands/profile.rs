@@ -12,7 +12,11 @@ use grip_eval::{
 };
 use grip_record::HeightProfile;
 use grip_session::exit::{Exit, WrongArgument};
-use std::path::Path;
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
 
 pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     let trial = esc::trial(args.force, args.speed, args.noise)?;
@@ -29,13 +33,17 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     }
     if let Some(plot) = &args.plot {
         let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
-        profile_plot::chart(&name, &evaluation).write(plot)?;
+        profile_plot::chart(&name, &profile, &evaluation, args.level).write(plot)?;
+    }
+    if let Some(parts) = &args.parts {
+        write_parts(parts, &profile, &evaluation)
+            .with_context(|| format!("cannot write {}", parts.display()))?;
     }
     notes(args, &evaluation, &line);
     if args.json {
         output::json(&line)?;
     } else {
-        print(&line)?;
+        print(&line, args.level)?;
     }
     Ok(Exit::Done)
 }
@@ -45,6 +53,7 @@ fn options(args: &ProfileArgs) -> Result<ProfileOptions, WrongArgument> {
     let metres = |flag, um: Option<f64>, usual_m| {
         um.map_or(Ok(usual_m), |um| Ok(1e-6 * checked(flag, um, true)?))
     };
+    let long_cutoff = args.lambda_f_mm.map(|mm| checked("--lambda-f-mm", mm, false)).transpose()?;
     let hysteresis =
         args.hysteresis_um.map(|um| checked("--hysteresis-um", um, true)).transpose()?;
     Ok(ProfileOptions {
@@ -54,10 +63,34 @@ fn options(args: &ProfileArgs) -> Result<ProfileOptions, WrongArgument> {
             Filter::MovingAverage => FilterKind::MovingAverage,
             Filter::Gaussian => FilterKind::Gaussian,
         },
+        long_cutoff_m: long_cutoff.map(|mm| mm * 1e-3),
+        form_degree: args.form_degree,
         level: args.level,
         hysteresis_m: hysteresis.map(|um| um * 1e-6),
         ..usual
     })
+}
+
+/// One row for each height; waviness and form are counted from their own mean lines.
+fn write_parts(
+    file: &Path,
+    profile: &HeightProfile,
+    evaluation: &Evaluation,
+) -> std::io::Result<()> {
+    let mut out = BufWriter::new(File::create(file)?);
+    writeln!(out, "x_mm,height_um,form_um,waviness_um,roughness_um")?;
+    let Evaluation { form_m, waviness_m, roughness_m, .. } = evaluation;
+    let parts = form_m.iter().zip(waviness_m).zip(roughness_m);
+    for (i, (height, ((form, waviness), roughness))) in
+        profile.heights_m.iter().zip(parts).enumerate()
+    {
+        #[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
+        let x_mm = 1e3 * profile.step_m * i as f64;
+        let [height, form, waviness, roughness] =
+            [height, form, waviness, roughness].map(|z| 1e6 * z);
+        writeln!(out, "{x_mm:.6},{height:.4},{form:.4},{waviness:.4},{roughness:.4}")?;
+    }
+    out.flush()
 }
 
 fn compare(evaluation: &Evaluation, file: &Path) -> anyhow::Result<Agreement> {
@@ -98,7 +131,7 @@ fn notes(args: &ProfileArgs, evaluation: &Evaluation, line: &ProfileLine) {
     }
 }
 
-fn print(line: &ProfileLine) -> anyhow::Result<()> {
+fn print(line: &ProfileLine, level: bool) -> anyhow::Result<()> {
     output::line(&format!(
         "profile        {:.3} mm, {:.4} um a step, noise {:.4} um (rms)",
         line.length_mm, line.step_um, line.noise_um
@@ -118,6 +151,7 @@ fn print(line: &ProfileLine) -> anyhow::Result<()> {
         output::or_dash(line.rsm_um, 1),
         output::or_dash(line.period_um, 1)
     ))?;
+    output::line(&waviness(line))?;
     if let Some(reference) = &line.reference {
         output::line(&format!(
             "reference      correlation {:.6}, Ra {:+.2} %, difference {:.4} um (rms)",
@@ -144,7 +178,33 @@ fn print(line: &ProfileLine) -> anyhow::Result<()> {
         "E_sc at {} N and {} m/s, {:.4} s to pass the profile",
         line.force_n, line.speed_m_s, line.contact_time_s
     ))?;
-    esc::table(&line.esc)
+    esc::table(&line.esc)?;
+    output::line("")?;
+    output::line(&format!(
+        "the same with waviness{}, of {} irregularities (primary profile)",
+        if level { "" } else { " and form" },
+        line.primary.n
+    ))?;
+    esc::table(&line.primary.esc)
+}
+
+/// Wa and Wz, or what the profile is too short for.
+fn waviness(line: &ProfileLine) -> String {
+    let form = match line.form_degree {
+        1 => "line".to_owned(),
+        degree => format!("polynomial of degree {degree}"),
+    };
+    let above = format!("above a {form}, {:.3} um high", line.form_um);
+    match (line.wa_um, line.wz_um, line.waviness_sections) {
+        (Some(wa), Some(wz), Some(sections)) => format!(
+            "waviness       Wa {wa:.4}  Wz {wz:.3}  {}, {sections} sections, {above}",
+            line.lambda_f_mm.map_or("no lambda_f".to_owned(), |mm| format!("lambda_f {mm} mm")),
+        ),
+        _ => format!(
+            "waviness       not measured: it needs {} mm of profile; {above}",
+            short(line.waviness_needs_mm)
+        ),
+    }
 }
 
 /// A length of an option without the digits of a division.

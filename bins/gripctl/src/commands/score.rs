@@ -9,8 +9,8 @@ use crate::{
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, DETECTORS, Detector, Floors, MaterialScore, RecordingScore, Rules,
-        Score, Total, compare,
+        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore, RecordingScore,
+        Rules, Score, Total, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};
@@ -31,7 +31,11 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         FloorOrigin::Live => Floors::Live,
     };
     let rules = Rules { guard_ms: args.guard_ms, floors };
-    let scores = compare(&args.directory, &options, &config, rules, &detectors)?;
+    #[expect(clippy::disallowed_methods, reason = "a program may read a clock")]
+    let start = std::time::Instant::now();
+    let elapsed = || start.elapsed();
+    let clock = args.time.then_some(&elapsed as Clock<'_>);
+    let scores = compare(&args.directory, &options, &config, rules, &detectors, clock)?;
     if let Some(score) = scores.first() {
         report_floor(score, args);
     }
@@ -228,6 +232,11 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             or_dash(total.steady_share.map(|share| 100.0 * share), 0)
         ))?;
         output::line(&by_chance(total.steady_chance))?;
+    }
+    if let Some(ns) = total.ns_per_sample {
+        output::line(&format!(
+            "run time: {ns:.0} ns a sample, in the recording where it is shortest"
+        ))?;
     }
     if total.rest_s > 0.0 {
         output::line(&format!(

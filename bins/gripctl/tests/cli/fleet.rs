@@ -6,12 +6,12 @@ use grip_fleet::{
     About, EventLog, Member, Part, Spool, Topic, Uid,
     deploy::{Models, Order, digest, examine},
     net::{Announced, Network, Question},
-    rollout::Counts,
+    rollout::{Finished, Grasp},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
     message::{
-        Kind,
+        FaultCode, Kind,
         daemon::{Command, Gripper, Notice, NoticeKind, Operation},
     },
 };
@@ -70,9 +70,11 @@ fn answer(question: &Question) {
             program: "gripd 1".to_owned(),
             firmware: Some("1.2.3".to_owned()),
             model: None,
-            token: Some(7),
         };
         return question.reply(about.to_json().unwrap().as_bytes()).unwrap();
+    }
+    if question.payload_len() == 0 {
+        return question.reply(b"7").unwrap();
     }
     let command = Command::parse(&question.payload()).unwrap();
     match (command.operation, command.force_mn, command.token) {
@@ -152,12 +154,24 @@ fn kept_events_are_shown_once_and_in_order() {
     assert_eq!(events, wanted.iter().collect::<Vec<_>>(), "{lines:?}");
     assert_eq!(lines[0], format!("{MEMBER}  is there"));
     let uid = "00000000000000000000000000000001";
-    let ran = ran_beside(&["fleet", "tail", uid, "--seconds", "4"]);
+    let ran = ran_beside(&["fleet", "events", "--uid", uid, "--seconds", "4"]);
     assert!(ran.out.is_empty() && ran.err.contains("nobody is there who is meant"), "{ran:?}");
+    let ran = ran_beside(&["fleet", "tail", uid]);
+    assert!(ran.code == 1 && ran.err.contains("no such gripper is there"), "{ran:?}");
     let lines = beside(&["fleet", "events", "--all", "--seconds", "5", "--json"]);
     let values: Vec<Value> = lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
     let ids: Vec<&str> = values.iter().filter_map(|value| value["id"].as_str()).collect();
     assert_eq!(ids, ["00000001.1", "00000001.2", "00000001.3"]);
+    // The file of the place says what was shown: nothing comes again.
+    let folder = tempfile::tempdir().unwrap();
+    let state = folder.path().join("place.json");
+    let file = state.to_str().unwrap();
+    let args = ["fleet", "events", "--all", "--seconds", "5", "--state", file];
+    let shown = |lines: &[String]| lines.iter().filter(|line| line.contains("link: ")).count();
+    assert_eq!([beside(&args), beside(&args)].map(|lines| shown(&lines)), [3, 0]);
+    std::fs::write(&state, "rubbish").unwrap();
+    let ran = ran_beside(&args);
+    assert!(ran.code == 2 && ran.err.contains("no file of --state"), "{ran:?}");
 }
 
 #[test]
@@ -190,29 +204,38 @@ fn what_cannot_be_is_reported_in_a_sentence() {
     refuse(2, &["router", "--listen", &place], &[&reported]);
 }
 
-/// A gripper that holds something for a fifth of a second each turn and slips once a second; with another model than its own so many times as often.
-fn try_models(endpoint: &str, folder: &Path, often: u64, (end, there): (&AtomicBool, &AtomicBool)) {
+/// A gripper that grasps something twenty times a second; with another model than its own it loses each n-th object, none for 0.
+fn try_models(endpoint: &str, folder: &Path, lost: u64, (end, there): (&AtomicBool, &AtomicBool)) {
     let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
     let text = default_text();
     let own = examine("own", &digest(text.as_bytes()), text.as_bytes()).unwrap();
     let mut models = Models::open(folder, own.id).unwrap();
     let mut announced = Announced::new(&session, &member, &[Part::Model]).unwrap();
-    let (mut total, mut slips) = (Counts { seconds: 100.0, slips: 100, faults: 0, grasps: 1 }, 0.0);
+    let mut number = 0;
+    let mut grasp = |models: &mut Models| {
+        number += 1;
+        let is_own = models.standing().in_force.name == "own";
+        let lost = !is_own && lost > 0 && number % lost == 0;
+        let force_ratio = Some([1.0, 1.2, 1.1][usize::try_from(number % 3).unwrap()]);
+        let grasp = Grasp { lost, regrasps: 1, slip_mm: 0.5, force_ratio };
+        models.grasped(&Finished { number, grasp });
+    };
+    (0..200).for_each(|_| grasp(&mut models));
     there.store(true, Ordering::SeqCst);
+    let mut now_us = 0;
     while !end.load(Ordering::SeqCst) {
         thread::park_timeout(core::time::Duration::from_millis(10));
-        let is_own = models.standing().in_force.name == "own";
-        slips += if is_own { 0.2 } else { 0.2 * f64::from(u32::try_from(often).unwrap()) };
-        let new = (total.seconds - 100.0, slips);
-        let (slips, grasps) = (100 + whole(new.1), total.grasps + 1);
-        total = Counts { seconds: 100.2 + new.0, slips, faults: 0, grasps };
-        models.count(total, &mut |_| Ok(total));
+        now_us += 10_000;
+        if now_us % 50_000 == 0 {
+            grasp(&mut models);
+        }
+        models.tick(now_us, FaultCode::NONE, &mut |_| Ok(0));
         let log = EventLog::new(1, 1 << 16);
         announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
         while let Some(question) = announced.question() {
             let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-            match models.obey(order, &mut |_| Ok(total)) {
+            match models.obey(order, now_us, &mut |_| Ok(0)) {
                 Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
                 Err(fault) => question.refuse(&fault.to_string()).unwrap(),
             }
@@ -220,18 +243,13 @@ fn try_models(endpoint: &str, folder: &Path, often: u64, (end, there): (&AtomicB
     }
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few hundred")]
-fn whole(count: f64) -> u64 {
-    count as u64
-}
-
-/// What `gripctl fleet deploy` says where a gripper slips so often with the new model.
-fn deployed(often: u64, text: &str, args: &[&str]) -> Ran {
-    reported(often, text, &[&["deploy", "new.json"], args].concat())
+/// What `gripctl fleet deploy` prints where a gripper loses each n-th object with the new model.
+fn deployed(lost: u64, text: &str, args: &[&str]) -> Ran {
+    reported(lost, text, &[&["deploy", "new.json"], args].concat())
 }
 
 /// The same of any command for the grippers of the hall.
-fn reported(often: u64, text: &str, args: &[&str]) -> Ran {
+fn reported(lost: u64, text: &str, args: &[&str]) -> Ran {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();
@@ -240,7 +258,7 @@ fn reported(often: u64, text: &str, args: &[&str]) -> Ran {
     thread::scope(|scope| {
         let models = folder.path().join("models");
         let (end, there, place) = (&end, &there, endpoint.as_str());
-        scope.spawn(move || try_models(place, &models, often, (end, there)));
+        scope.spawn(move || try_models(place, &models, lost, (end, there)));
         while !there.load(Ordering::SeqCst) {
             thread::yield_now();
         }
@@ -256,31 +274,40 @@ fn reported(often: u64, text: &str, args: &[&str]) -> Ran {
 #[test]
 fn a_model_is_given_to_a_gripper_that_keeps_it() {
     let other = format!("{} ", default_text());
-    let ran = deployed(1, &other, &["--watch", "20"]);
+    let ran = deployed(0, &other, &["--notice-lost", "0.3"]);
     assert_eq!(ran.code, 0, "{ran:?}");
-    let before = format!("everybody was asked and would take it\n{MEMBER}  tries it; before it 1");
-    assert!(
-        ran.out.starts_with(&before) && ran.out.contains("keeps it: it is no worse"),
-        "{ran:?}"
-    );
+    let lines: Vec<&str> = ran.out.lines().collect();
+    let plan = "everybody was asked and would take it; a stage takes ";
+    assert!(lines[0].starts_with(plan) && lines[1] == "stage 1 begins", "{ran:?}");
+    assert!(lines[2].starts_with(&format!("{MEMBER}  tries it; it has made ")), "{ran:?}");
+    assert!(ran.out.contains(&format!("{MEMBER}  keeps it\n")), "{ran:?}");
     assert!(
         ran.out
             .ends_with(&format!("1 gripper has new.json ({})\n", &digest(other.as_bytes())[..12]))
     );
-    let ran = deployed(1, default_text(), &["--watch", "20", "--json"]);
+    let ran = deployed(0, default_text(), &["--grasps", "20", "--json"]);
     let lines: Vec<Value> =
         ran.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let states: Vec<&str> = lines.iter().filter_map(|line| line["says"].as_str()).collect();
     assert_eq!((states, &lines[lines.len() - 1]["done"]), (vec!["had"], &true.into()));
+    // The plan alone gives it to nobody.
+    let ran = deployed(1, &other, &["--plan", "--json", "--notice-lost", "0.3"]);
+    let plan: Value = serde_json::from_str(ran.out.lines().last().unwrap()).unwrap();
+    assert!(ran.code == 0 && plan["type"] == "plan" && !ran.out.contains("taken"), "{ran:?}");
 }
 
 #[test]
 fn a_model_that_is_worse_is_taken_back_and_a_broken_one_is_not_even_sent() {
     let other = format!("{} ", default_text());
-    let ran = deployed(8, &other, &["--watch", "90"]);
+    let ran = deployed(2, &other, &["--grasps", "150"]);
     assert_eq!(ran.code, 1, "{ran:?}");
-    let why = format!("was stopped and rolled back: {MEMBER} has more slips with the new model");
-    assert!(ran.out.contains(&why), "{ran:?}");
+    let why = " was stopped and rolled back: after ";
+    let what = " grasps with the new model: objects are lost, or slip more often or further\n";
+    assert!(ran.out.contains(why) && ran.out.ends_with(what), "{ran:?}");
+    let ran = deployed(0, &other, &["--notice-lost", "0.001"]);
+    assert!(ran.code == 1 && ran.out.contains("went to nobody: 500 grasps do not show"), "{ran:?}");
+    let ran = deployed(0, &other, &["--grasps", "500"]);
+    assert!(ran.code == 1 && ran.out.contains(" grasps, and 500 are needed to compare"), "{ran:?}");
     let ran = deployed(1, "{}", &[]);
     assert!(ran.code == 2 && ran.err.contains("nothing was sent (--force sends it"), "{ran:?}");
     let ran = deployed(1, "{}", &["--force", "--json"]);
@@ -304,10 +331,13 @@ fn the_way_back_is_one_command() {
 fn a_roll_out_that_cannot_be_is_reported_before_anything_is_sent() {
     let other = format!("{} ", default_text());
     for (args, code, words) in [
-        (&["--watch", "0"][..], 2, "--watch 0: expected a number of more than 0"),
-        (&["--watch", "0.5"], 2, "--watch takes 1 to 2592000 s"),
+        (&["--patience", "0"][..], 2, "--patience 0: expected a number of more than 0"),
+        (&["--grasps", "0"], 2, "--grasps 1 to 500"),
+        (&["--lease", "1"], 2, "--lease 5 to 86400 s"),
+        (&["--error", "0.9"], 2, "--error takes 1e-6 to 0.5"),
+        (&["--notice-lost", "0"], 2, "--notice-lost 0.001 to 1"),
         (&["--some", "2"], 2, "--some 2: expected a share from 0 to 1"),
-        (&["--factor", "0.5"], 2, "--factor 1 to 100"),
+        (&["--notice-force", "1.1"], 2, "--notice-force 1.2 to 100"),
         (&["--site", "yard"], 1, "hall: no such gripper is there"),
     ] {
         let ran = deployed(1, &other, args);

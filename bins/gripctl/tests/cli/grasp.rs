@@ -1,6 +1,7 @@
 //! `gripctl grasp`: many simulated objects, the same every time.
 
 use crate::run::{gripctl, number};
+use std::path::Path;
 
 #[test]
 fn ten_objects_are_held_the_same_way_every_time() {
@@ -98,7 +99,35 @@ fn ways_of_grasping_stand_beside_each_other() {
         assert!(text.contains(part), "{part} in {text}");
     }
     let troubles = with(&["--stress", "--json"]).done().json();
-    assert_eq!(troubles.len(), 3 * 8);
+    assert_eq!(troubles.len(), 3 * 9);
+}
+
+#[test]
+fn grippers_by_sensors_by_laws_stand_in_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("weak.toml"), "[drive]\nforce_max_n = 0.5\n").unwrap();
+    let common = ["grasp", "--trials", "2", "--duration", "1.0", "--gripper"];
+    let with = |more: &[&str]| {
+        let args: Vec<&str> = common.iter().chain(more).copied().collect();
+        gripctl(folder.path(), &args)
+    };
+    let cells = ["direct,weak.toml", "--sensing", "usb_16ms", "--matrix"];
+    let rows = with(&[&cells[..], &["--json"]].concat()).done().json();
+    assert_eq!(rows.len(), 2 * 5);
+    let oracle = |row: &&serde_json::Value| row["law"] == "oracle";
+    let oracles: Vec<_> = rows.iter().filter(oracle).collect();
+    assert_eq!(
+        (&oracles[0]["gripper"], &oracles[0]["kept_by_oracle"]),
+        (&"direct".into(), &2.into())
+    );
+    // Half a newton lifts nothing: no law can be asked to.
+    assert_eq!((&oracles[1]["lost"], &oracles[1]["kept_by_oracle"]), (&2.into(), &0.into()));
+    let text = with(&cells).done().out;
+    assert!(text.contains("0 of 0") && text.contains("of 2 cells"), "{text}");
+
+    let single = with(&["weak.toml", "--json"]).done().json();
+    assert_eq!(single[0]["dropped"], 2, "{single:?}");
+    with(&["nope"]).refused(2, &["no gripper named", "industrial"]);
 }
 
 #[test]
@@ -160,4 +189,51 @@ fn stalls_stand_in_a_table() {
     let cells = lines.iter().filter(|line| line["type"] == "stall").count();
     assert_eq!((cells, lines.len()), (60, 80));
     assert!(lines.iter().all(|line| line["oracle_dropped"] == 0));
+}
+
+/// The same objects ten times under one name, and then another one; a table of both, with memory and without.
+#[test]
+fn what_is_remembered_of_an_object_spares_it_slips() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = include_str!("../../../../docs/examples/scenes/in_50_ms.toml");
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let args = ["grasp", "scene.toml", "--memory", "--sensors", "travel", "--seed", "3000"];
+    let more = ["--trials", "2", "--duration", "2", "--json"];
+    let ran = gripctl(folder.path(), &[&args[..], &more].concat()).done();
+    let lines = ran.json();
+    assert_eq!(lines.len(), 24, "{}", ran.out);
+    let slip_mm = |memory: bool| {
+        let tenth = lines.iter().find(|line| line["grasp"] == 10 && line["memory"] == memory);
+        number(&tenth.unwrap()["slip_mm"], "p50")
+    };
+    assert!(slip_mm(true) < 0.5 * slip_mm(false), "{}", ran.out);
+    for line in lines.iter().filter(|line| line["grasp"].as_u64() <= Some(10)) {
+        let lost = (&line["dropped"], &line["crushed"], &line["noticed"]);
+        assert_eq!(lost, (&0.into(), &0.into(), &0.into()), "{line}");
+    }
+}
+
+/// A blow is not what an object needs, and pads that sink are no slip: neither is learned.
+#[test]
+fn objects_that_are_hit_or_shaken_are_not_crushed_for_what_is_remembered() {
+    let args = ["grasp", "bump", "shaken", "--memory", "--sensors", "travel", "--seed", "5001"];
+    let ran = gripctl(Path::new("."), &[&args[..], &["--trials", "2", "--json"]].concat()).done();
+    let lines = ran.json();
+    assert_eq!(lines.len(), 48, "{}", ran.out);
+    for line in lines.iter().filter(|line| line["grasp"].as_u64() <= Some(10)) {
+        assert_eq!((&line["dropped"], &line["crushed"]), (&0.into(), &0.into()), "{line}");
+    }
+}
+
+#[test]
+fn objects_that_are_remembered_stand_in_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "[bottle]\nneeded_n = { value = 5.0, deviation = 0.1, grasps = 4 }\n";
+    std::fs::write(folder.path().join("objects.toml"), text).unwrap();
+    let lines = gripctl(folder.path(), &["objects", "objects.toml", "--json"]).done().json();
+    assert_eq!((lines.len(), &lines[0]["name"]), (1, &"bottle".into()));
+    let expected_n = number(&lines[0], "expected_n");
+    assert!((expected_n - 6.3).abs() < 1e-5, "1.2 times 5 N and 5 %: {expected_n}");
+    let table = gripctl(folder.path(), &["objects", "objects.toml"]).done().out;
+    assert!(table.contains("bottle") && table.contains("5.00 +-5 %"), "{table}");
 }

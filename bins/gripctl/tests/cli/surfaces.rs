@@ -114,6 +114,68 @@ fn every_reading_of_a_list() {
     );
 }
 
+/// A wave of 4 um and 2 mm under the sine, on an arc, 12 mm long.
+fn write_wavy(folder: &Path) {
+    let tau = core::f64::consts::TAU;
+    let row = |i: u32| {
+        let x = f64::from(i) * 2e-3;
+        let height = 2.0 * (tau * x / 0.25).sin() + 4.0 * (tau * x / 2.0).sin() + x * (12.0 - x);
+        format!("{x:.3},{height:.4}\n")
+    };
+    let text: String = (0..6000).map(row).collect();
+    fs::write(folder.join("wavy.csv"), format!("x_mm,height_um\n{text}")).unwrap();
+}
+
+#[test]
+fn waviness_is_reported_beside_roughness() {
+    let folder = tempfile::tempdir().unwrap();
+    write_wavy(folder.path());
+    let args = ["profile", "wavy.csv", "--speed", "0.05", "--cutoff-mm", "0.8"];
+    let args = [&args[..], &["--form-degree", "2", "--level"]].concat();
+    let with = |more: &[&str]| gripctl(folder.path(), &[&args[..], more].concat());
+    let line = with(&["--json", "--parts", "parts.csv"]).done().json().remove(0);
+    // Three moving averages keep 89.9 % of a wave of 2.5 cutoffs.
+    let wa = 8.0 / core::f64::consts::PI * 0.8989;
+    assert!((number(&line, "wa_um") / wa - 1.0).abs() < 0.03, "{wa} {line}");
+    assert!((number(&line, "form_um") / 36.0 - 1.0).abs() < 0.1, "{line}");
+    assert!(line["lambda_f_mm"].is_null() && line["waviness_sections"] == 1, "{line}");
+    let (roughness, primary) = (&line["esc"][2], &line["primary"]["esc"][2]);
+    let ratio = number(primary, "value") / number(roughness, "value");
+    assert!((0.8..1.2).contains(&ratio) && number(&line["primary"], "n") > 30.0, "{line}");
+    let parts = fs::read_to_string(folder.path().join("parts.csv")).unwrap();
+    let mut rows = parts.lines();
+    assert_eq!(rows.next(), Some("x_mm,height_um,form_um,waviness_um,roughness_um"));
+    let sums = rows.map(|row| {
+        let v: Vec<f64> = row.split(',').map(|field| field.parse().unwrap()).collect();
+        assert_eq!(v.len(), 5);
+        (v[2] + v[3] + v[4] - v[1]).abs()
+    });
+    // lambda_s takes 1 % of the sine away.
+    assert!(sums.fold(0.0, f64::max) < 0.05);
+    let text = with(&["--lambda-f-mm", "6"]).done().out;
+    for words in ["Wa ", "lambda_f 6 mm, 2 sections", "polynomial of degree 2", "with waviness, of"]
+    {
+        assert!(text.contains(words), "no {words:?} in {text}");
+    }
+}
+
+#[test]
+fn a_profile_too_short_for_waviness_says_so_and_bad_limits_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_wavy(folder.path());
+    let args = ["profile", "wavy.csv", "--speed", "0.05"];
+    let with = |more: &[&str]| gripctl(folder.path(), &[&args[..], more].concat());
+    let line = with(&["--json"]).done().json().remove(0);
+    assert!(line["wa_um"].is_null() && line["wz_um"].is_null() && number(&line, "ra_um") > 0.0);
+    assert!((number(&line, "waviness_needs_mm") - 12.5).abs() < 1e-9, "{line}");
+    let text = with(&[]).done().out;
+    assert!(text.contains("not measured: it needs 12.5 mm of profile"), "{text}");
+    with(&["--lambda-f-mm", "1"]).refused(2, &["must be longer than lambda_c of 2.5 mm"]);
+    with(&["--lambda-f-mm", "-1"]).refused(2, &["--lambda-f-mm -1: expected a number of more"]);
+    with(&["--form-degree", "0"]).refused(2, &["0 is not in 1..=9"]);
+    with(&["--parts", "no/parts.csv"]).refused(1, &["cannot write no/parts.csv"]);
+}
+
 /// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter
 /// traces is stretched to 10 mm.
 #[test]

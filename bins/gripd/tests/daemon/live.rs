@@ -92,7 +92,7 @@ fn check_summary(summary: &Value, code: i32) {
 
 /// The fields of the contract in the lines of events; there is a slip among them.
 fn check_events(lines: &[Value]) {
-    let known = ["slip", "slip_end", "health"];
+    let known = ["slip", "slip_end", "health", "grip"];
     assert!(lines.iter().all(|line| known.contains(&line["type"].as_str().unwrap())));
     let slips: Vec<&Value> = lines.iter().filter(|line| line["type"] == "slip").collect();
     assert!(!slips.is_empty(), "{lines:?}");

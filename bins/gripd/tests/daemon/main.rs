@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod live;
+mod memory;
 mod ports;
 mod recording;
 mod refusals;

@@ -155,6 +155,15 @@ pub struct Loading {
     pub model: Option<Brought>,
 }
 
+/// A name that a client gives to the next object.
+#[derive(Clone, Debug)]
+pub struct Naming {
+    client: u64,
+    ack: Option<u16>,
+    /// The name.
+    pub name: String,
+}
+
 impl Client {
     /// Writes what the socket takes.
     fn write(&mut self, now_us: u64) {
@@ -183,6 +192,8 @@ pub struct Clients {
     /// A model that waits to be fetched, and the client whose model is in force.
     load: Option<Loading>,
     bearer: Option<u64>,
+    /// The name of the next object that waits to be fetched.
+    naming: Option<Naming>,
     counters: ClientCounters,
     of_gone: Blame,
 }
@@ -223,6 +234,7 @@ impl Clients {
             commands: VecDeque::with_capacity(MOST_COMMANDS),
             load: None,
             bearer: None,
+            naming: None,
             counters: ClientCounters::default(),
             of_gone: Blame::default(),
         })
@@ -289,6 +301,26 @@ impl Clients {
             Ok(_) => session.accept(load.ack, Kind::LOAD),
             Err(reason) => session.decline(load.ack, Kind::LOAD, reason),
         }
+    }
+
+    /// The name of the next object that a client has given, if one has; [`Clients::named`] answers it.
+    pub fn next_name(&mut self) -> Option<Naming> {
+        self.naming.take()
+    }
+
+    /// Answers [`Clients::next_name`], unless the client has gone.
+    pub fn named(&mut self, naming: &Naming, outcome: Result<(), NackReason>) {
+        let client = self.roster.clients.iter_mut().find(|client| client.id == naming.client);
+        let Some(Client { session, .. }) = client else { return };
+        match outcome {
+            Ok(()) => session.accept(naming.ack, Kind::OBJECT),
+            Err(reason) => session.decline(naming.ack, Kind::OBJECT, reason),
+        }
+    }
+
+    /// What is known of the object in hand or next, for those who want to hear it, and for QUERY; `grasps` have shown it.
+    pub fn object(&mut self, host_us: u64, text: &str, grasps: u32) {
+        self.known.object(host_us, text, grasps, &mut self.roster);
     }
 
     /// What SETUP says from now on.
@@ -472,6 +504,12 @@ impl Clients {
                 Asked::Command(command) => {
                     self.counters.commands = self.counters.commands.saturating_add(1);
                     self.commands.push_back(command);
+                }
+                Asked::Object { ack, .. } if self.naming.is_some() => {
+                    client.session.decline(ack, Kind::OBJECT, NackReason::Busy);
+                }
+                Asked::Object { ack, name } => {
+                    self.naming = Some(Naming { client: client.id, ack, name });
                 }
                 Asked::Load { ack, .. } if self.load.is_some() => {
                     client.session.decline(ack, Kind::LOAD, NackReason::Busy);

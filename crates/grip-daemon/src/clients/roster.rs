@@ -119,6 +119,8 @@ pub(super) struct Known {
     health: Option<Health>,
     slips: VecDeque<SlipReport>,
     number: u32,
+    /// What is known of the object: host time (us), text, grasps.
+    object: Option<(u64, String, u32)>,
     /// The last event of the gripper: it rejects every command while a fault is latched, which is news once.
     device_event: Option<(EventKind, FaultCode)>,
 }
@@ -135,6 +137,7 @@ impl Default for Known {
             health: None,
             slips: VecDeque::with_capacity(RECENT),
             number: 0,
+            object: None,
             device_event: None,
         }
     }
@@ -156,7 +159,17 @@ impl Known {
         for slip in &self.slips {
             session.message(Class::Answers, Kind::SLIP, |out| slip.write(out));
         }
+        if let Some((host_us, text, grasps)) = &self.object {
+            let notice = object_notice(*host_us, text, *grasps);
+            session.message(Class::Answers, Kind::NOTICE, |out| notice.write(out));
+        }
         session.accept(ack, Kind::QUERY);
+    }
+
+    pub(super) fn object(&mut self, host_us: u64, text: &str, grasps: u32, roster: &mut Roster) {
+        self.object = Some((host_us, text.to_owned(), grasps));
+        let notice = object_notice(host_us, text, grasps);
+        roster.report(Class::News, Topics::NEWS, Kind::NOTICE, |out| notice.write(out));
     }
 
     pub(super) fn state(&mut self, state: &PipelineState, roster: &mut Roster) {
@@ -293,6 +306,10 @@ impl Known {
         self.health = Some(health);
         roster.report(Class::States, Topics::HEALTH, Kind::HEALTH, |out| health.write(out));
     }
+}
+
+const fn object_notice(host_us: u64, text: &str, grasps: u32) -> Notice<'_> {
+    Notice { count: grasps, ..notice(NoticeKind::Object, 0, host_us, text) }
 }
 
 const fn notice(kind: NoticeKind, code: u8, host_us: u64, text: &str) -> Notice<'_> {

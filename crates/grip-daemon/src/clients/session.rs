@@ -62,6 +62,13 @@ pub enum Asked {
         /// The whole file.
         model: Option<Brought>,
     },
+    /// It names the next object, and may.
+    Object {
+        /// Number of the request, where it wants an answer.
+        ack: Option<u16>,
+        /// The name.
+        name: String,
+    },
 }
 
 /// One client.
@@ -124,6 +131,7 @@ enum Request {
     Command(Command),
     Query,
     Load(Result<Whole, NackReason>),
+    Object(String),
 }
 
 impl ClientSession {
@@ -174,6 +182,7 @@ impl ClientSession {
                         ToDaemon::Command(command) => Request::Command(command),
                         ToDaemon::Query => Request::Query,
                         ToDaemon::Load(load) => Request::Load(loading.take(&load, terms)),
+                        ToDaemon::Object(object) => Request::Object(object.name().to_owned()),
                     });
                     (frame.header, request)
                 }
@@ -219,6 +228,13 @@ impl ClientSession {
                     None
                 }
             },
+            Ok(Request::Object(name)) if terms.allow_commands => {
+                Some(Asked::Object { ack: header.ack_req.then_some(header.seq), name })
+            }
+            Ok(Request::Object(_)) => {
+                self.refuse(header, NackReason::Forbidden);
+                None
+            }
             Ok(Request::Load(piece)) => {
                 let ack = header.ack_req.then_some(header.seq);
                 match piece {
@@ -461,6 +477,7 @@ fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReas
         Operation::AtLeast => ClientCommand::AtLeast(Newtons::from_mn(command.force_mn).0),
         Operation::Release if command.token == terms.token => ClientCommand::Release,
         Operation::Release => return Err(NackReason::Token),
+        Operation::Expect => ClientCommand::Expect(Newtons::from_mn(command.force_mn).0),
         Operation::Grasp => ClientCommand::Grasp,
         Operation::Stop => ClientCommand::Stop,
         Operation::ClearFault => ClientCommand::ClearFault(command.fault),

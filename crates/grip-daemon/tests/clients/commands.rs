@@ -8,12 +8,13 @@ use grip_link::message::daemon::{Command, Operation, ToClient, Topics};
 use grip_link::message::{DeviceState, Event, EventKind, FaultCode};
 use slip_core::ClientCommand;
 
-const EVERY: [Operation; 5] = [
+const EVERY: [Operation; 6] = [
     Operation::AtLeast,
     Operation::Release,
     Operation::Grasp,
     Operation::Stop,
     Operation::ClearFault,
+    Operation::Expect,
 ];
 
 fn drain(rig: &mut Rig) -> Vec<ClientCommand> {
@@ -40,19 +41,21 @@ fn what_is_allowed_reaches_the_hot_thread_in_order() {
     let token = viewer.seen.token;
     assert_ne!(token, 0);
     let force = Command { force_mn: 4_250, ..Command::new(Operation::AtLeast) };
+    let expect = Command { force_mn: 9_500, ..Command::new(Operation::Expect) };
     let clear = Command { fault: FaultCode(0x0201), ..Command::new(Operation::ClearFault) };
     let release = Command { token, ..Command::new(Operation::Release) };
     let grasp = Command::new(Operation::Grasp);
-    for command in [force, release, grasp, Command::new(Operation::Stop), clear] {
+    for command in [force, release, grasp, Command::new(Operation::Stop), clear, expect] {
         viewer.client.command(&command).unwrap();
     }
-    rig.until(&mut viewer, |seen| seen.acks.len() == 5);
+    rig.until(&mut viewer, |seen| seen.acks.len() == 6);
     let wanted = [
         ClientCommand::AtLeast(4.25),
         ClientCommand::Release,
         ClientCommand::Grasp,
         ClientCommand::Stop,
         ClientCommand::ClearFault(FaultCode(0x0201)),
+        ClientCommand::Expect(9.5),
     ];
     assert_eq!(drain(&mut rig), wanted);
 }
@@ -67,6 +70,42 @@ fn a_release_without_the_token_and_a_negative_force_are_refused() {
     rig.until(&mut viewer, |seen| seen.nacks.len() == 2);
     let reasons: Vec<&str> = viewer.seen.nacks.iter().map(|(_, why)| why.as_str()).collect();
     assert_eq!((reasons, drain(&mut rig)), (vec!["Token", "Malformed"], vec![]));
+}
+
+#[test]
+fn a_name_is_fetched_once_answered_and_told_to_whoever_asks() {
+    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
+    viewer.client.object("bottle").unwrap();
+    let naming = (0..PATIENCE).find_map(|_| {
+        rig.turn();
+        rig.clients.next_name()
+    });
+    let naming = naming.unwrap();
+    assert_eq!((naming.name.as_str(), rig.clients.next_name().is_none()), ("bottle", true));
+    rig.clients.named(&naming, Ok(()));
+    rig.clients.object(5, "bottle: known", 3);
+    rig.until(&mut viewer, |seen| seen.acks.len() == 1 && seen.texts.len() == 1);
+    let mut late = rig.viewer(2, wanted(Topics::default(), 0));
+    late.client.query().unwrap();
+    rig.until(&mut late, |seen| seen.acks.len() == 1);
+    assert_eq!(
+        (viewer.seen.texts, late.seen.texts),
+        (vec!["bottle: known".to_owned()], vec!["bottle: known".to_owned()])
+    );
+}
+
+#[test]
+fn names_are_refused_where_nothing_is_commanded_and_where_one_waits() {
+    for (allow_commands, reasons) in [(false, ["Forbidden"; 2].as_slice()), (true, &["Busy"])] {
+        let mut rig = Rig::new(ClientsConfig { allow_commands, ..tcp() });
+        let mut viewer = rig.viewer(1, wanted(Topics::NEWS, 0));
+        viewer.client.object("bottle").unwrap();
+        viewer.client.object("cup").unwrap();
+        rig.until(&mut viewer, |seen| seen.nacks.len() == reasons.len());
+        let seen: Vec<&str> = viewer.seen.nacks.iter().map(|(_, why)| why.as_str()).collect();
+        assert_eq!((seen, rig.clients.next_name().is_some()), (reasons.to_vec(), allow_commands));
+    }
 }
 
 #[test]

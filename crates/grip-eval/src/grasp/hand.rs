@@ -7,7 +7,7 @@ use grip_session::{
     session::{Session, SessionError, SessionOptions, Update},
 };
 use grip_sim::Truth;
-use slip_core::{estimate::ForceEstimate, grip::Trials};
+use slip_core::{ClientCommand, estimate::ForceEstimate, grip::Trials};
 
 /// Who commands the force.
 pub trait Hand {
@@ -43,6 +43,8 @@ pub trait Hand {
 /// A session of gripd.
 pub struct Own<'a> {
     session: Session,
+    /// What the object is known to be held with (N); 0 where nothing is.
+    expected_n: f32,
     report: &'a mut dyn FnMut(Update<'_>),
 }
 
@@ -64,7 +66,13 @@ impl<'a> Own<'a> {
     ) -> Result<Self, SessionError> {
         let mut session = Session::new(config.clone(), estimator, SessionOptions::default())?;
         session.open(0, 1)?;
-        Ok(Self { session, report })
+        Ok(Self { session, expected_n: 0.0, report })
+    }
+
+    /// That expects an object which is known to be held with `expected_n` (N).
+    #[must_use]
+    pub fn expecting(self, expected_n: f32) -> Self {
+        Self { expected_n, ..self }
     }
 }
 
@@ -76,8 +84,13 @@ impl Hand for Own<'_> {
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError> {
         let (mut left, mut out) = (bytes, [0; MAX_WIRE]);
+        let mut begun = false;
         while let Some(updates) = self.session.receive(now_us, &mut left)? {
+            begun |= matches!(updates, Update::Began(_));
             (self.report)(updates);
+        }
+        if begun && self.expected_n > 0.0 {
+            self.session.obey(now_us, ClientCommand::Expect(self.expected_n));
         }
         if let Some(len) = self.session.command(now_us, &mut out) {
             send(out.get(..len).unwrap_or(&out));

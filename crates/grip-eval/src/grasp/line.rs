@@ -1,5 +1,6 @@
 //! Frames and the time at which they were sent in; frames in order, later, and some of them not at all, out.
 
+use super::laboratory::micros;
 use slip_core::units::Micros;
 use std::collections::VecDeque;
 
@@ -8,6 +9,10 @@ use std::collections::VecDeque;
 pub struct Line {
     /// What every frame takes, in either direction.
     pub latency: Micros,
+    /// What a frame takes on top, uniform from 0 to this; frames stay in order.
+    pub jitter: Micros,
+    /// Frames of the gripper are handed over only at multiples of this time; 0: at once.
+    pub batch: Micros,
     /// Share of the gripper's frames that are lost, 0 to 1.
     pub loss: f64,
     /// Which ones.
@@ -18,6 +23,8 @@ pub struct Line {
 #[derive(Clone, Debug)]
 pub(super) struct Wire {
     latency: Micros,
+    jitter: Micros,
+    batch: Micros,
     loss: f64,
     dice: Dice,
     under_way: VecDeque<(Micros, Vec<u8>)>,
@@ -29,6 +36,8 @@ impl Wire {
     pub(super) fn from_gripper(line: Line) -> Self {
         Self {
             latency: line.latency,
+            jitter: line.jitter,
+            batch: line.batch,
             loss: line.loss,
             dice: Dice(line.seed),
             under_way: VecDeque::new(),
@@ -37,13 +46,21 @@ impl Wire {
     }
 
     pub(super) fn to_gripper(line: Line) -> Self {
-        Self::from_gripper(Line { loss: 0.0, ..line })
+        Self::from_gripper(Line { loss: 0.0, batch: Micros(0), seed: !line.seed, ..line })
     }
 
     /// Sends a frame.
     pub(super) fn send(&mut self, now: Micros, frame: &[u8]) {
         if !(self.loss > 0.0 && self.dice.share() < self.loss) {
-            self.under_way.push_back((now.plus(self.latency), frame.to_vec()));
+            let mut at = now.plus(self.latency);
+            if self.jitter.0 > 0 {
+                at = at.plus(micros(self.dice.between([0.0, self.jitter.as_seconds()])));
+            }
+            if self.batch.0 > 0 {
+                at = Micros(at.0.next_multiple_of(self.batch.0));
+            }
+            let last = self.under_way.back().map_or(at, |(last, _)| *last);
+            self.under_way.push_back((at.max(last), frame.to_vec()));
         }
     }
 
@@ -106,9 +123,43 @@ mod tests {
         assert_eq!(came(&mut wire, 10_100), [9_600]);
     }
 
+    /// Sends the number of each of 2000 frames, one each 0.1 ms; what came, and when (us).
+    fn delivered(line: Line) -> Vec<(u64, u64)> {
+        let mut wire = Wire::from_gripper(line);
+        let mut came = Vec::new();
+        for now in (0..300_000).step_by(100) {
+            if now < 200_000 {
+                wire.send(Micros(now), &now.to_le_bytes());
+            }
+            while let Some(frame) = wire.receive(Micros(now)) {
+                came.push((u64::from_le_bytes(frame.try_into().unwrap()), now));
+            }
+        }
+        came
+    }
+
+    #[test]
+    fn a_line_with_batches_hands_over_at_multiples_of_their_length() {
+        let came = delivered(Line { batch: Micros(16_000), ..Line::default() });
+        assert_eq!(came.len(), 2000);
+        for (sent, at) in came {
+            assert_eq!(at, sent.div_ceil(16_000) * 16_000);
+        }
+    }
+
+    #[test]
+    fn a_line_with_jitter_keeps_the_order_and_the_bound() {
+        let came = delivered(Line { jitter: Micros(20_000), seed: 3, ..Line::default() });
+        assert_eq!(came.len(), 2000);
+        assert!(came.is_sorted());
+        let late: Vec<u64> = came.iter().map(|(sent, at)| at - sent).collect();
+        assert!(late.iter().all(|late| *late <= 20_100));
+        assert!(late.iter().any(|late| *late > 19_000), "{:?}", late.iter().max());
+    }
+
     #[test]
     fn frames_come_in_order_after_the_latency_and_the_share_is_lost() {
-        let line = Line { latency: Micros(500), loss: 0.05, seed: 7 };
+        let line = Line { latency: Micros(500), loss: 0.05, seed: 7, ..Line::default() };
         let mut wire = Wire::from_gripper(line);
         let mut whole = Wire::to_gripper(line);
         let mut came = 0;

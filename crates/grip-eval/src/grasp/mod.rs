@@ -10,6 +10,8 @@ mod hand;
 mod laboratory;
 mod law;
 mod line;
+pub mod matrix;
+pub mod memory;
 mod play;
 mod sensors;
 pub mod stalls;
@@ -71,12 +73,12 @@ impl Bench {
     /// Where scene and settings do not make a device and a session.
     pub fn grasp(&self, scene: &Scene, seed: u64, way: &Way) -> Result<GraspResult, GraspError> {
         let scene = way.scene(scene, seed)?;
-        let config = way.sensors.settings(&self.config);
+        let config = way.settings(&scene, &self.config);
         let setup = Setup {
             scene: &scene,
             config: &config,
             duration: self.duration,
-            line: way.stress.line(seed),
+            line: way.line(&scene),
             incident: way.stress.stylus_dies(seed, &scene, self.duration),
         };
         let outcome = match way.law.baseline(&setup).map_err(TrialError::from)? {
@@ -104,7 +106,7 @@ impl Bench {
             truth.force_needed_n
         };
         let limit_n = config.drive.force_max_n.min(f64::from(self.config.grip.f_max_n));
-        let holdable = dropped.then(|| could_be_held(scene, &way.sensors.settings(&self.config)));
+        let holdable = dropped.then(|| could_be_held(scene, &way.settings(scene, &self.config)));
         GraspResult {
             kind: "grasp",
             scene: config.name.clone(),
@@ -141,6 +143,29 @@ impl Way {
         self.sensors.equip(&mut config);
         self.stress.trouble(&mut config);
         Scene::new(config)
+    }
+
+    /// The line of this grasp.
+    fn line(&self, scene: &Scene) -> Line {
+        let config = scene.config();
+        let batch = laboratory::micros(1e-3 * config.reading.batch_ms);
+        Line { batch, ..self.stress.line(config.seed) }
+    }
+
+    /// `config` for this gripper: it knows where a second stylus stands and, since IDENT does not have it, the smallest force that the data
+    /// sheet states, or the drive answers. The fingers close to it in the usual time.
+    fn settings(&self, scene: &Scene, config: &HostConfig) -> HostConfig {
+        let mut config = self.sensors.settings(config);
+        let drive = &scene.config().drive;
+        #[expect(clippy::cast_possible_truncation, reason = "a force needs no more digits")]
+        let least_n = drive.force_min_n.max(drive.step_n).max(1.5 * drive.dead_band_n) as f32;
+        let grip = &mut config.grip;
+        grip.least_force_n = grip.least_force_n.max(least_n);
+        if least_n > grip.trial_force_n {
+            grip.close_rate_n_s *= least_n / grip.trial_force_n;
+            grip.trial_force_n = least_n;
+        }
+        config
     }
 }
 

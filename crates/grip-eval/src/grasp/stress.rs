@@ -1,6 +1,7 @@
 //! The name of a trouble in; a scene and a line that have it out.
 
 use super::{
+    laboratory::micros,
     line::{Dice, Line},
     play::{Incident, IncidentKind},
 };
@@ -22,6 +23,8 @@ pub struct Stress {
     pub noise: f64,
     /// Bounds of the time that every frame takes in either direction (ms), drawn for each grasp.
     pub latency_ms: [f64; 2],
+    /// What each frame takes on top in either direction: 0 to so many ms, drawn for each frame.
+    pub jitter_ms: f64,
     /// Share of the gripper's frames, and with them of the samples, that are lost.
     pub loss: f64,
     /// The stylus dies at some time after the lift.
@@ -41,16 +44,18 @@ impl Stress {
         gain: 0.0,
         noise: 1.0,
         latency_ms: [0.0; 2],
+        jitter_ms: 0.0,
         loss: 0.0,
         dead_stylus: false,
     };
 
     /// Every trouble, beginning with none.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::NONE,
         Self { name: "gain", gain: 0.2, ..Self::NONE },
         Self { name: "noise", noise: 3.0, ..Self::NONE },
         Self { name: "latency", latency_ms: [0.0, 20.0], ..Self::NONE },
+        Self { name: "jitter", jitter_ms: 20.0, ..Self::NONE },
         Self { name: "loss", loss: 0.05, ..Self::NONE },
         Self { name: "dead-stylus", dead_stylus: true, ..Self::NONE },
         Self { name: "link", noise: 3.0, latency_ms: [5.0, 5.0], ..Self::NONE },
@@ -60,7 +65,7 @@ impl Stress {
             noise: 3.0,
             latency_ms: [0.0, 20.0],
             loss: 0.05,
-            dead_stylus: false,
+            ..Self::NONE
         },
     ];
 
@@ -71,6 +76,7 @@ impl Stress {
             "gain" => "every sensor shows up to 20 % too much or too little",
             "noise" => "three times the noise",
             "latency" => "every frame takes 0 to 20 ms in either direction",
+            "jitter" => "each frame takes another 0 to 20 ms in either direction",
             "loss" => "5 % of the samples are lost",
             "dead-stylus" => "the stylus dies after the lift",
             "link" => "every frame takes 5 ms in either direction, three times the noise",
@@ -121,7 +127,8 @@ impl Stress {
             reason = "0 to 20,000 us"
         )]
         let latency = Micros((1e3 * dice.between(self.latency_ms)) as u64);
-        Line { latency, loss: self.loss, seed }
+        let jitter = micros(1e-3 * self.jitter_ms);
+        Line { latency, jitter, loss: self.loss, seed, ..Line::default() }
     }
 
     /// When the stylus dies: uniform between the lift and the end.
@@ -149,7 +156,8 @@ mod tests {
             let mut config = calm.clone();
             stress.trouble(&mut config);
             let line = stress.line(1);
-            let changed = config != calm || line.latency.0 > 0 || line.loss > 0.0;
+            let late = line.latency.max(line.jitter).0 > 0;
+            let changed = config != calm || late || line.loss > 0.0;
             assert_eq!(changed || stress.dead_stylus, stress.name != "none", "{}", stress.name);
             assert_eq!(stress.explained().starts_with("nothing"), stress.name == "none");
         }

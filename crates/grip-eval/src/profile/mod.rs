@@ -1,17 +1,25 @@
-//! A height profile in; its roughness, irregularities and every reading of E_sc out.
+//! A height profile in; its form, waviness and roughness, irregularities and every reading of E_sc out.
 //!
-//! Two filters split the profile: what is longer than lambda_c is shape and waviness, what is shorter than lambda_s is
-//! noise; what is left is the roughness profile, on which Ra, Rq, Rz and RSm are measured. The irregularities are
+//! Two filters split the profile: what is longer than lambda_c is form and waviness, what is shorter than lambda_s is
+//! noise; what is left is the roughness profile, on which Ra, Rq, Rz and RSm are measured. Form is the least-squares polynomial
+//! ([`form`]), and what lambda_c leaves of the heights above it, less what is longer than lambda_f where that is given, is the
+//! waviness profile, with Wa and Wz (ISO 4287; order of the steps as in ISO 16610-1).
+//!
+//! Where the form is not taken away before the roughness ([`ProfileOptions::level`]), the three parts add up to the
+//! profile but for its ends. The irregularities are
 //! found on that profile after one more low-pass ([`ProfileOptions::low_pass_m`]), which keeps noise from raising the peaks, and with a
-//! hysteresis that noise does not decide about ([`batch::widest_gap`]).
+//! hysteresis that noise does not decide about ([`batch::widest_gap`]). Those of the primary profile, in which form and waviness still are, are found in the
+//! same way with the same hysteresis.
 
 pub mod batch;
+pub mod form;
 mod report;
 
-pub use report::{Agreement, ProfileLine, Spread};
+pub use report::{Agreement, IrregularityLine, ProfileLine, Spread};
 
 use crate::roughness::{
-    BufferTooShort, FilterKind, ProfileFilter, Roughness, dominant_wavelength, noise_deviation,
+    BufferTooShort, FilterKind, ProfileFilter, Roughness, Waviness, dominant_wavelength,
+    noise_deviation,
 };
 use grip_record::HeightProfile;
 use slip_core::irregularity::{Irregularity, SpatialLowPass, Turn};
@@ -27,7 +35,11 @@ pub struct ProfileOptions {
     pub low_pass_m: f64,
     /// How the filters weight.
     pub filter: FilterKind,
-    /// Whether the least-squares line is taken away before anything else.
+    /// Cutoff wavelength lambda_f (m), longer than lambda_c: longer waves are form; `None` for no such limit.
+    pub long_cutoff_m: Option<f64>,
+    /// Degree of the polynomial that is the form; 1 is a line.
+    pub form_degree: u8,
+    /// Whether the form is taken away before anything else. Otherwise the waviness alone goes without it.
     pub level: bool,
     /// Hysteresis of peaks and valleys (m), instead of one chosen from the profile.
     pub hysteresis_m: Option<f64>,
@@ -42,6 +54,8 @@ impl ProfileOptions {
             short_cutoff_m: cutoff_m / 100.0,
             low_pass_m: cutoff_m / 30.0,
             filter: FilterKind::default(),
+            long_cutoff_m: None,
+            form_degree: 1,
             level: false,
             hysteresis_m: None,
         }
@@ -59,6 +73,14 @@ pub enum ProfileError {
         /// The step (m).
         step_m: f64,
     },
+    /// lambda_f leaves no room for waviness.
+    #[error("lambda_f of {} mm: it must be longer than lambda_c of {} mm and span at most 1000000000 steps", long_cutoff_m * 1e3, cutoff_m * 1e3)]
+    LongCutoff {
+        /// lambda_f (m).
+        long_cutoff_m: f64,
+        /// lambda_c (m).
+        cutoff_m: f64,
+    },
     /// A buffer of the evaluation was too short.
     #[error(transparent)]
     Buffer(#[from] BufferTooShort),
@@ -69,6 +91,12 @@ pub enum ProfileError {
 pub struct Evaluation {
     /// Distance between two heights (m).
     pub step_m: f64,
+    /// The form (m): the least-squares polynomial of the heights.
+    pub form_m: Vec<f64>,
+    /// The waviness profile (m).
+    pub waviness_m: Vec<f64>,
+    /// Its parameters; `None` where the profile is too short ([`Waviness::shortest_m`]).
+    pub waviness: Option<Waviness>,
     /// The roughness profile (m).
     pub roughness_m: Vec<f64>,
     /// Its parameters.
@@ -83,8 +111,10 @@ pub struct Evaluation {
     pub hysteresis_m: f64,
     /// Peaks and valleys in order, at their places on the profile.
     pub turns: Vec<Turn>,
-    /// Irregularities in order.
+    /// Irregularities of the roughness profile in order.
     pub irregularities: Vec<Irregularity>,
+    /// Irregularities of the primary profile in order: lambda_s alone, with waviness, and with form unless that was taken away.
+    pub primary: Vec<Irregularity>,
 }
 
 /// Hysteresis over the noise that is left after the low-pass, at least.
@@ -105,16 +135,20 @@ pub fn evaluate(
     if cutoff_m.is_nan() || cutoff_m < 5.0 * step_m {
         return Err(unsuitable);
     }
-    let mut heights = profile.heights_m.clone();
-    let tilt = level(&mut heights, step_m, options.level);
-    let noise_m = noise_deviation(&heights, &mut vec![0.0; heights.len()]).unwrap_or(0.0);
+    let tilt = slope(&profile.heights_m) / step_m;
+    let form_m = form::least_squares(&profile.heights_m, options.form_degree);
+    let levelled = difference(&profile.heights_m, &form_m);
+    let heights = if options.level { &levelled } else { &profile.heights_m };
+    let noise_m = noise_deviation(heights, &mut vec![0.0; heights.len()]).unwrap_or(0.0);
     let filter = |cutoff_m| ProfileFilter::new(options.filter, cutoff_m, step_m);
-    let mean_line = low_passed(&heights, Some(filter(cutoff_m).ok_or(unsuitable)?))?;
-    let mut roughness_m = low_passed(&heights, filter(options.short_cutoff_m))?;
-    roughness_m.iter_mut().zip(&mean_line).for_each(|(z, line)| *z -= line);
+    let lambda_c = filter(cutoff_m).ok_or(unsuitable)?;
+    let primary_m = low_passed(heights, filter(options.short_cutoff_m))?;
+    let roughness_m = difference(&primary_m, &low_passed(heights, Some(lambda_c))?);
+    let waviness_m = waviness(&levelled, step_m, lambda_c, options)?;
     let parameters = Roughness::measure(&roughness_m, step_m, cutoff_m).ok_or(unsuitable)?;
     let low_pass = SpatialLowPass::new(options.low_pass_m);
     let smooth = smoothed(&roughness_m, step_m, low_pass);
+    let smooth_primary = smoothed(&primary_m, step_m, low_pass);
     let noise_left = noise_m * low_pass.noise_gain(step_m);
     let hysteresis =
         options.hysteresis_m.map_or_else(|| chosen(&smooth, &parameters, noise_left), narrow);
@@ -128,9 +162,40 @@ pub fn evaluate(
             .map(|turn| Turn { position_m: turn.position_m - low_pass.lag_m(), ..turn })
             .collect(),
         irregularities: batch::irregularities(&smooth, step_m, hysteresis).collect(),
+        primary: batch::irregularities(&smooth_primary, step_m, hysteresis).collect(),
+        waviness: Waviness::measure(&waviness_m, step_m, cutoff_m, options.long_cutoff_m),
+        form_m,
+        waviness_m,
         roughness_m,
         parameters,
     })
+}
+
+/// What `lambda_c` leaves of the levelled heights, less what is longer than lambda_f where the profile holds that.
+fn waviness(
+    levelled: &[f64],
+    step_m: f64,
+    lambda_c: ProfileFilter,
+    options: &ProfileOptions,
+) -> Result<Vec<f64>, ProfileError> {
+    let waves = low_passed(levelled, Some(lambda_c))?;
+    let Some(long_cutoff_m) = options.long_cutoff_m else { return Ok(waves) };
+    let cutoff_m = options.cutoff_m;
+    let lambda_f = ProfileFilter::new(options.filter, long_cutoff_m, step_m);
+    let lambda_f = lambda_f
+        .filter(|_| long_cutoff_m > cutoff_m)
+        .ok_or(ProfileError::LongCutoff { long_cutoff_m, cutoff_m })?;
+    #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
+    let length_m = (levelled.len() as f64 + 1.0) * step_m;
+    if length_m < long_cutoff_m {
+        return Ok(waves);
+    }
+    let long = low_passed(levelled, Some(lambda_f))?;
+    Ok(difference(&waves, &long))
+}
+
+fn difference(from: &[f64], less: &[f64]) -> Vec<f64> {
+    from.iter().zip(less).map(|(a, b)| a - b).collect()
 }
 
 fn chosen(smooth: &[f32], parameters: &Roughness, noise_left_m: f64) -> f32 {
@@ -166,18 +231,14 @@ fn low_passed(heights: &[f64], filter: Option<ProfileFilter>) -> Result<Vec<f64>
     Ok(line)
 }
 
-/// The slope of the least-squares line of `heights`, which is taken away if `remove`.
+/// The slope of the least-squares line of `heights`, a step.
 #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
-fn level(heights: &mut [f64], step_m: f64, remove: bool) -> f64 {
+fn slope(heights: &[f64]) -> f64 {
     let n = heights.len() as f64;
     let mean = heights.iter().sum::<f64>() / n;
     let place = |i: usize| i as f64 - 0.5 * (n - 1.0);
     let product: f64 = heights.iter().enumerate().map(|(i, z)| place(i) * (z - mean)).sum();
-    let slope = product * 12.0 / (n * (n * n - 1.0));
-    if remove {
-        heights.iter_mut().enumerate().for_each(|(i, z)| *z -= mean + slope * place(i));
-    }
-    slope / step_m
+    product * 12.0 / (n * (n * n - 1.0))
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::{Evaluation, ProfileOptions};
 use crate::esc::{EscLine, readings};
-use crate::roughness::FilterKind;
+use crate::roughness::{FilterKind, Waviness};
 use serde::Serialize;
-use slip_core::esc::Trial;
+use slip_core::{esc::Trial, irregularity::Irregularity};
 
 /// How a quantity is spread over the irregularities (um).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -91,6 +91,18 @@ pub struct ProfileLine {
     pub rz_um: f64,
     /// RSm (um).
     pub rsm_um: Option<f64>,
+    /// Wa (um); `None` where the profile is shorter than `waviness_needs_mm`.
+    pub wa_um: Option<f64>,
+    /// Wz (um); `None` with Wa.
+    pub wz_um: Option<f64>,
+    /// Sections in Wz; `None` with Wa.
+    pub waviness_sections: Option<u32>,
+    /// The shortest profile whose waviness is measured (mm).
+    pub waviness_needs_mm: f64,
+    /// Degree of the polynomial that is the form.
+    pub form_degree: u8,
+    /// Highest minus lowest place of the form (um).
+    pub form_um: f64,
     /// Wavelength of the most power (um), whether or not the surface is periodic.
     pub period_um: Option<f64>,
     /// Heights of the irregularities (um).
@@ -99,6 +111,8 @@ pub struct ProfileLine {
     pub s_um: Option<Spread>,
     /// Every reading of E_sc.
     pub esc: Vec<EscLine>,
+    /// The same of the primary profile, in which form and waviness still are.
+    pub primary: IrregularityLine,
     /// Slip speed of E_sc (m/s).
     pub speed_m_s: f64,
     /// Trial force of E_sc (N).
@@ -115,6 +129,8 @@ pub struct ProfileLine {
     pub filter: &'static str,
     /// lambda_c (mm).
     pub cutoff_mm: f64,
+    /// lambda_f (mm); `None` for none.
+    pub lambda_f_mm: Option<f64>,
     /// lambda_s (um), 0 for none.
     pub lambda_s_um: f64,
     /// Low-pass before peaks and valleys (um), 0 for none.
@@ -128,25 +144,60 @@ pub struct ProfileLine {
     pub reference: Option<Agreement>,
 }
 
+/// Irregularities of one profile and their E_sc, as they are printed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct IrregularityLine {
+    /// Irregularities.
+    pub n: usize,
+    /// Heights of the irregularities (um).
+    pub delta_um: Option<Spread>,
+    /// Spacings of the irregularities (um).
+    pub s_um: Option<Spread>,
+    /// Every reading of E_sc.
+    pub esc: Vec<EscLine>,
+}
+
+impl IrregularityLine {
+    fn new(irregularities: &[Irregularity], trial: &Trial) -> Self {
+        let pairs = irregularities.iter().map(|i| (f64::from(i.delta_m), f64::from(i.spacing_m)));
+        Self {
+            n: irregularities.len(),
+            delta_um: Spread::of(pairs.clone().map(|(delta_m, _)| 1e6 * delta_m)),
+            s_um: Spread::of(pairs.clone().map(|(_, spacing_m)| 1e6 * spacing_m)),
+            esc: readings(pairs, trial),
+        }
+    }
+}
+
 impl ProfileLine {
     /// The line of `evaluation` at a slip of `trial`.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
     pub fn new(evaluation: &Evaluation, options: &ProfileOptions, trial: &Trial) -> Self {
         let parameters = &evaluation.parameters;
-        let all = &evaluation.irregularities;
         let length_m = evaluation.roughness_m.len() as f64 * evaluation.step_m;
-        let pairs = all.iter().map(|i| (f64::from(i.delta_m), f64::from(i.spacing_m)));
+        let of_roughness = IrregularityLine::new(&evaluation.irregularities, trial);
+        let waviness = evaluation.waviness;
+        let needs_m = Waviness::shortest_m(options.cutoff_m, options.long_cutoff_m);
+        let form = evaluation.form_m.iter();
+        let (low, high) = form.fold((f64::MAX, f64::MIN), |(l, h), z| (l.min(*z), h.max(*z)));
         Self {
-            n: all.len(),
+            n: of_roughness.n,
             ra_um: 1e6 * parameters.ra_m,
             rq_um: 1e6 * parameters.rq_m,
             rz_um: 1e6 * parameters.rz_m,
             rsm_um: parameters.rsm_m.map(|rsm_m| 1e6 * rsm_m),
+            wa_um: waviness.map(|waviness| 1e6 * waviness.wa_m),
+            wz_um: waviness.map(|waviness| 1e6 * waviness.wz_m),
+            waviness_sections: waviness.map(|waviness| waviness.sections),
+            waviness_needs_mm: 1e3 * needs_m,
+            form_degree: options.form_degree,
+            form_um: 1e6 * (high - low),
             period_um: evaluation.period_m.map(|period_m| 1e6 * period_m),
-            delta_um: Spread::of(pairs.clone().map(|(delta_m, _)| 1e6 * delta_m)),
-            s_um: Spread::of(pairs.clone().map(|(_, spacing_m)| 1e6 * spacing_m)),
-            esc: readings(pairs, trial),
+            delta_um: of_roughness.delta_um,
+            s_um: of_roughness.s_um,
+            esc: of_roughness.esc,
+            primary: IrregularityLine::new(&evaluation.primary, trial),
             speed_m_s: trial.speed_m_s,
             force_n: trial.force_n,
             contact_time_s: length_m / trial.speed_m_s,
@@ -155,6 +206,7 @@ impl ProfileLine {
             step_um: 1e6 * evaluation.step_m,
             filter: filter_name(options.filter),
             cutoff_mm: 1e3 * options.cutoff_m,
+            lambda_f_mm: options.long_cutoff_m.map(|long_m| 1e3 * long_m),
             lambda_s_um: 1e6 * options.short_cutoff_m,
             low_pass_um: 1e6 * options.low_pass_m,
             noise_um: 1e6 * evaluation.noise_m,

@@ -64,3 +64,134 @@ fn spread_and_agreement_by_hand() {
     assert!((agreement.rms_um - (14.0_f64 / 3.0).sqrt()).abs() < 1e-9);
     assert_eq!(Agreement::of(&[1.0], &[1.0, 2.0]), None);
 }
+
+/// 40 mm at steps of 10 um: a wave of 3 um and `wavelength_m` on a tilted arc.
+fn wave(wavelength_m: f64) -> HeightProfile {
+    let height = |x: f64| 3e-6 * (TAU * x / wavelength_m).sin() + 2e-3 * x - 0.1 * x * x;
+    HeightProfile {
+        heights_m: (0..4000).map(|i| height(f64::from(i) * 1e-5)).collect(),
+        step_m: 1e-5,
+    }
+}
+
+/// Share of a sine of `f` cutoffs^-1 that a mean line keeps.
+fn transmission(filter: FilterKind, f: f64) -> f64 {
+    let x = PI * 0.366_063_256_638_211_9 * f;
+    match filter {
+        FilterKind::Gaussian => (-PI * (0.469_718_639_349_825_66 * f).powi(2)).exp(),
+        FilterKind::MovingAverage => (x.sin() / x).powi(3),
+    }
+}
+
+#[test]
+fn the_waviness_of_a_sine_is_what_the_filters_keep_of_two_amplitudes_over_pi() {
+    let close = |got: f64, want: f64, within: f64, what: &str| {
+        assert!((got / want - 1.0).abs() < within, "{what}: {got} {want}");
+    };
+    for filter in [FilterKind::MovingAverage, FilterKind::Gaussian] {
+        let options =
+            ProfileOptions { filter, form_degree: 2, level: true, ..ProfileOptions::new(0.8e-3) };
+        for (wavelength_m, within) in [(0.8e-3, 5e-3), (2e-3, 5e-3), (4e-3, 0.01)] {
+            let evaluation = evaluate(&wave(wavelength_m), &options).unwrap();
+            let waviness = evaluation.waviness.unwrap();
+            let kept = transmission(filter, 0.8e-3 / wavelength_m);
+            let what = format!("{filter:?} {wavelength_m}");
+            close(waviness.wa_m, kept * 2.0 * 3e-6 / PI, within, &what);
+        }
+        let at_the_cutoff = evaluate(&wave(0.8e-3), &options).unwrap();
+        close(at_the_cutoff.waviness.unwrap().wa_m, 3e-6 / PI, 5e-3, "half of it passes");
+        close(at_the_cutoff.parameters.ra_m, 3e-6 / PI, 5e-3, "the other half is roughness");
+    }
+}
+
+/// Form by normal equations, mean lines by sums over all heights: slow and obvious.
+#[test]
+fn waviness_is_that_of_the_plain_sums() {
+    let profile = HeightProfile {
+        heights_m: (0..600_u32)
+            .map(|i| f64::from(i * 7919 % 1013) * 1e-9 + 1e-6 * (f64::from(i) / 50.0).sin())
+            .map(|z| z + 1e-6)
+            .collect(),
+        step_m: 1e-5,
+    };
+    let options = ProfileOptions {
+        filter: FilterKind::Gaussian,
+        form_degree: 0,
+        long_cutoff_m: Some(4e-3),
+        ..ProfileOptions::new(0.8e-3)
+    };
+    let evaluation = evaluate(&profile, &options).unwrap();
+    let n = profile.heights_m.len();
+    let mean = profile.heights_m.iter().sum::<f64>() / n as f64;
+    let levelled: Vec<f64> = profile.heights_m.iter().map(|z| z - mean).collect();
+    let plain_line = |at: usize, cutoff: i32| {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for k in -cutoff..=cutoff {
+            let u = f64::from(k) / (0.469_718_639_349_825_66 * f64::from(cutoff));
+            let weight = (-PI * u * u).exp();
+            let i = i32::try_from(at).unwrap() + k;
+            sum += weight * levelled[usize::try_from(i.max(0)).unwrap().min(n - 1)];
+            weights += weight;
+        }
+        sum / weights
+    };
+    let plain: Vec<f64> = (0..n).map(|at| plain_line(at, 80) - plain_line(at, 400)).collect();
+    for (got, want) in evaluation.waviness_m.iter().zip(&plain) {
+        assert!((got - want).abs() < 1e-17, "{got} {want}");
+    }
+    let wa_m = plain.iter().map(|z| z.abs()).sum::<f64>() / n as f64;
+    assert!((evaluation.waviness.unwrap().wa_m / wa_m - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn form_waviness_and_roughness_add_up_to_the_profile() {
+    let profile = profile();
+    let options =
+        ProfileOptions { level: true, short_cutoff_m: 0.0, ..ProfileOptions::new(0.8e-3) };
+    let e = evaluate(&profile, &options).unwrap();
+    let parts = e.form_m.iter().zip(&e.waviness_m).zip(&e.roughness_m);
+    for (z, ((form, waviness), roughness)) in profile.heights_m.iter().zip(parts) {
+        assert!((form + waviness + roughness - z).abs() < 1e-17, "{z}");
+    }
+}
+
+#[test]
+fn a_profile_too_short_for_its_waviness_has_none() {
+    // 10 mm.
+    let line = |options: ProfileOptions| {
+        let evaluation = evaluate(&profile(), &options).unwrap();
+        ProfileLine::new(&evaluation, &options, &Trial::new(1.0, 0.1))
+    };
+    let short = line(ProfileOptions::new(2.5e-3));
+    assert_eq!((short.wa_um, short.wz_um, short.waviness_sections), (None, None, None));
+    assert!((short.waviness_needs_mm - 12.5).abs() < 1e-9);
+    let long = line(ProfileOptions::new(2e-3));
+    assert!(long.wa_um.is_some() && long.waviness_sections == Some(1));
+    let limit =
+        |mm: f64| ProfileOptions { long_cutoff_m: Some(mm * 1e-3), ..ProfileOptions::new(0.8e-3) };
+    assert_eq!(line(limit(11.0)).wa_um, None);
+    assert_eq!(line(limit(1e5)).waviness_needs_mm, 1e5);
+    assert_eq!(line(limit(5.0)).waviness_sections, Some(2));
+    for mm in [0.8, 0.5, -1.0, f64::NAN, 1e9] {
+        let error = evaluate(&profile(), &limit(mm)).unwrap_err();
+        assert!(matches!(error, ProfileError::LongCutoff { .. }), "{mm}: {error}");
+    }
+}
+
+/// A peak is measured over its own two valleys, so what is long against them hardly changes it.
+#[test]
+fn waviness_hardly_changes_slopes_and_spacings() {
+    let options = ProfileOptions::new(0.8e-3);
+    let height =
+        |x: f64| 2e-6 * (TAU * x / 150e-6).sin() + 5e-6 * (TAU * x / 4e-3).sin() + 1e-3 * x;
+    let heights_m = (0..20_000).map(|i| height(f64::from(i) * 1e-6)).collect();
+    let evaluation = evaluate(&HeightProfile { heights_m, step_m: 1e-6 }, &options).unwrap();
+    let line = ProfileLine::new(&evaluation, &options, &Trial::new(1.0, 0.1));
+    assert_eq!(line.n, line.primary.n);
+    let mean = |spread: Option<Spread>| spread.unwrap().mean;
+    assert!((mean(line.primary.delta_um) / mean(line.delta_um) - 1.0).abs() < 0.02, "{line:?}");
+    assert!((mean(line.primary.s_um) / mean(line.s_um) - 1.0).abs() < 0.01, "{line:?}");
+    let [roughness, primary] = [&line.esc, &line.primary.esc].map(|esc| esc[2].value.unwrap());
+    assert_eq!(line.esc[2].reading, "slope_power");
+    assert!((primary / roughness - 1.0).abs() < 0.03, "{primary} {roughness}");
+}

@@ -1,4 +1,4 @@
-//! A roughness profile in, its amplitude and spacing parameters out.
+//! A roughness or waviness profile in, its amplitude and spacing parameters out.
 
 use super::elements::Elements;
 
@@ -55,6 +55,57 @@ impl Roughness {
     }
 }
 
+/// Sampling lengths of the roughness, lambda_c each, that a profile must have before its waviness is measured.
+const FEWEST_CUTOFFS: f64 = 5.0;
+
+/// Amplitude parameters of a waviness profile, after ISO 4287.
+///
+/// The evaluation length is the whole profile. Sections are whole sampling lengths of lambda_f from its start; without
+/// lambda_f the whole profile is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waviness {
+    /// Wa, the mean of |z| (m).
+    pub wa_m: f64,
+    /// Wz, the mean over the sections of highest peak minus deepest valley (m).
+    pub wz_m: f64,
+    /// Sections in Wz.
+    pub sections: u32,
+}
+
+impl Waviness {
+    /// The shortest profile (m) whose waviness is measured: five cutoffs `cutoff_m` (lambda_c, m), so that the shortest waves
+    /// are there five times, and one sampling length `long_cutoff_m` (lambda_f, m) where there is one. A sine that fits less
+    /// often is partly taken for form: a least-squares line takes 6 / (pi k)^2 of the power of k periods, 2 % for five.
+    #[must_use]
+    pub fn shortest_m(cutoff_m: f64, long_cutoff_m: Option<f64>) -> f64 {
+        (FEWEST_CUTOFFS * cutoff_m).max(long_cutoff_m.unwrap_or(0.0))
+    }
+
+    /// Measures the waviness profile `heights` (m, about its mean line, finite) at equal steps of `step_m` (m), between the
+    /// cutoffs `cutoff_m` and `long_cutoff_m` (m). `None` where it is shorter than [`Waviness::shortest_m`] by more than one
+    /// step, or a length is not positive.
+    #[must_use]
+    pub fn measure(
+        heights: &[f64],
+        step_m: f64,
+        cutoff_m: f64,
+        long_cutoff_m: Option<f64>,
+    ) -> Option<Self> {
+        #[expect(clippy::cast_precision_loss, reason = "profiles are far shorter than 2^53")]
+        let n = heights.len() as f64;
+        let positive = step_m > 0.0 && cutoff_m > 0.0 && long_cutoff_m.is_none_or(|l| l > 0.0);
+        // Also where a length is NaN.
+        let long_enough = (n + 1.0) * step_m >= Self::shortest_m(cutoff_m, long_cutoff_m);
+        if heights.is_empty() || !(positive && long_enough) {
+            return None;
+        }
+        let section_m = long_cutoff_m.unwrap_or(n * step_m);
+        let (wz_m, sections) = mean_range(heights, section_m / step_m);
+        let wa_m = heights.iter().map(|z| z.abs()).sum::<f64>() / n;
+        Some(Self { wa_m, wz_m, sections })
+    }
+}
+
 /// Mean over the whole sections, `steps` long, of highest minus lowest, and their number. A section may lack one
 /// step at the end: a trace of four sections is often one height short.
 #[expect(
@@ -78,7 +129,7 @@ fn mean_range(heights: &[f64], steps: f64) -> (f64, u32) {
 
 #[cfg(test)]
 mod tests {
-    use super::Roughness;
+    use super::{Roughness, Waviness};
     use core::f64::consts::{PI, TAU};
 
     fn close(got: f64, want: f64) {
@@ -108,6 +159,30 @@ mod tests {
         close(got.rz_m, 4.0);
         close(got.rsm_m.unwrap(), 500.0);
         assert_eq!(got.sections, 5);
+    }
+
+    #[test]
+    fn waviness_of_a_sine_has_its_closed_forms_and_needs_its_length() {
+        let wave: Vec<f64> =
+            (0..10_000).map(|i| 3e-6 * (TAU * f64::from(i) / 2000.0).sin()).collect();
+        let whole = Waviness::measure(&wave, 1e-6, 0.8e-3, None).unwrap();
+        close(whole.wa_m, 2.0 * 3e-6 / PI);
+        close(whole.wz_m, 6e-6);
+        assert_eq!(whole.sections, 1);
+        let in_sections = Waviness::measure(&wave, 1e-6, 0.8e-3, Some(2.5e-3)).unwrap();
+        close(in_sections.wz_m, 6e-6);
+        assert_eq!(in_sections.sections, 4);
+        let of = |n: usize, cutoff_m, long| Waviness::measure(&wave[..n], 1e-6, cutoff_m, long);
+        assert!(of(10_000, 2e-3, None).is_some() && of(9999, 2e-3, None).is_some());
+        assert_eq!(of(9998, 2e-3, None), None, "five cutoffs are 10 mm");
+        assert_eq!(of(10_000, 2.1e-3, None), None);
+        assert_eq!(of(10_000, 0.8e-3, Some(10.1e-3)), None, "one lambda_f");
+        for (step, cutoff, long) in
+            [(0.0, 1.0, None), (1.0, f64::NAN, None), (1.0, 1.0, Some(f64::NAN)), (1.0, 0.0, None)]
+        {
+            assert_eq!(Waviness::measure(&wave, step, cutoff, long), None, "{step} {cutoff}");
+        }
+        assert_eq!(Waviness::measure(&[], 1.0, 1.0, None), None);
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! The detectors that `gripctl score --detectors` can put side by side.
 //!
 //! `default` is the pipeline as configured; `stylus` (its tests fused), `energy`, `cusum` and `glrt` hear the stylus alone; `fused`
-//! joins the three methods. One more is one more line in [`DETECTORS`].
+//! joins the three methods. `esc`, `esc_literal` and `nn` are what the source study detects slips with: tests beside the pipeline,
+//! which gives them its floors. One more is one more line in [`DETECTORS`].
 
 use slip_core::{
     PipelineConfig,
     detector::{DetectorConfig, TestKind},
+    esc::Reading,
     methods::{Method, Methods},
 };
 
@@ -19,39 +21,52 @@ pub struct Detector {
     pub companions: bool,
     /// From the configured pipeline to that of this detector.
     pub change: fn(PipelineConfig) -> PipelineConfig,
+    /// What decides.
+    pub decides: Decides,
+}
+
+/// What decides whether an object slips.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decides {
+    /// The pipeline.
+    Pipeline,
+    /// The scattered energy of the last milliseconds, by this reading ([`EscTest`](super::EscTest)).
+    Esc(Reading),
+    /// A network that has learned the labelled slips of other materials ([`NetworkTest`](super::NetworkTest)).
+    Network,
 }
 
 /// Every detector.
-pub const DETECTORS: [Detector; 8] = [
-    Detector { name: "default", companions: false, change: |config| config },
-    Detector {
-        name: "stylus",
-        companions: false,
-        change: |config| stylus(config, TestKind::Fused),
-    },
-    Detector {
-        name: "energy",
-        companions: false,
-        change: |config| stylus(config, TestKind::Energy),
-    },
-    Detector { name: "cusum", companions: false, change: |config| stylus(config, TestKind::Cusum) },
-    Detector { name: "glrt", companions: false, change: |config| stylus(config, TestKind::Glrt) },
-    Detector { name: "travel", companions: true, change: |config| only(config, Method::Travel) },
-    Detector {
-        name: "pressure",
-        companions: true,
-        change: |config| only(config, Method::Pressure),
-    },
-    Detector {
-        name: "fused",
-        companions: true,
-        change: |config| PipelineConfig { methods: Methods::ALL, ..config },
-    },
+pub const DETECTORS: [Detector; 11] = [
+    Detector::alone("default", |config| config),
+    Detector::alone("stylus", |config| stylus(config, TestKind::Fused)),
+    Detector::alone("energy", |config| stylus(config, TestKind::Energy)),
+    Detector::alone("cusum", |config| stylus(config, TestKind::Cusum)),
+    Detector::alone("glrt", |config| stylus(config, TestKind::Glrt)),
+    Detector::beside("esc", Decides::Esc(Reading::SlopePower)),
+    Detector::beside("esc_literal", Decides::Esc(Reading::Literal)),
+    Detector::beside("nn", Decides::Network),
+    Detector::joined("travel", |config| only(config, Method::Travel)),
+    Detector::joined("pressure", |config| only(config, Method::Pressure)),
+    Detector::joined("fused", |config| PipelineConfig { methods: Methods::ALL, ..config }),
 ];
 
 impl Detector {
     /// The pipeline as configured, on the recording's own columns.
     pub const DEFAULT: Self = DETECTORS[0];
+
+    const fn alone(name: &'static str, change: fn(PipelineConfig) -> PipelineConfig) -> Self {
+        Self { name, companions: false, change, decides: Decides::Pipeline }
+    }
+
+    const fn joined(name: &'static str, change: fn(PipelineConfig) -> PipelineConfig) -> Self {
+        Self { companions: true, ..Self::alone(name, change) }
+    }
+
+    /// Beside the pipeline of the stylus, which measures the floors.
+    const fn beside(name: &'static str, decides: Decides) -> Self {
+        Self { decides, ..Self::alone(name, |config| stylus(config, TestKind::Fused)) }
+    }
 
     /// The detector of that name.
     #[must_use]

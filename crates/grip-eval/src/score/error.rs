@@ -1,5 +1,6 @@
 //! Why a folder of labelled recordings cannot be scored, with what to correct.
 
+use super::network_test::UntrainedError;
 use grip_record::{CsvError, LabelError, PhaseError};
 use grip_session::tape::TapeError;
 use slip_core::ConfigError;
@@ -70,6 +71,28 @@ pub enum ScoreError {
         first: String,
         /// Its rate.
         first_hz: f32,
+    },
+    /// A detector of the stylus for recordings that have none.
+    #[error(
+        "{recording}: has no column `stylus` or `vibration`, which detector {detector} needs; leave it out of --detectors"
+    )]
+    NoStylus {
+        /// The recording.
+        recording: String,
+        /// The detector.
+        detector: &'static str,
+    },
+    /// A network cannot be trained for a material.
+    #[error(
+        "detector {detector} cannot be scored on material {material}, because the other materials do not train its network: {source}; label more of them, or leave it out of --detectors"
+    )]
+    Untrained {
+        /// The detector.
+        detector: &'static str,
+        /// The material that would be scored.
+        material: String,
+        /// What is missing.
+        source: Box<UntrainedError>,
     },
     /// No labelled rest to measure the floor on.
     #[error(

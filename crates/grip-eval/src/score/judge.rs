@@ -2,6 +2,7 @@
 
 use super::{
     Alarm, Detector, LATE_S, RecordingScore, ScoreError,
+    beside::{Beside, Change},
     causes::{CLOSING, Causes, MOVING, STILL},
     curve::Trace,
     labelled::{Labelled, rest_until},
@@ -9,12 +10,21 @@ use super::{
 use grip_record::{LabelKind, Recording};
 use grip_session::replay::Replay;
 use slip_core::{
-    Phase, PipelineConfig, SlipReport, detector::FloorHealth, pressure::Standing, scene::Scene,
-    units::Micros,
+    Phase, PipelineConfig, SlipReport, Step, detector::FloorHealth, pressure::Standing,
+    scene::Scene, units::Micros,
 };
 
 /// A longer step, in periods, is a gap.
 const LONGEST_STEP: f64 = 1.5;
+
+/// A detector with what it may know of the recording that is judged.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub(super) detector: Detector,
+    pub(super) config: PipelineConfig,
+    /// What decides instead of the pipeline.
+    pub(super) beside: Option<Beside>,
+}
 
 /// What one recording showed.
 pub(super) struct Judged {
@@ -24,16 +34,12 @@ pub(super) struct Judged {
 }
 
 /// What became of the recording, the statistic it showed, and its false alarms by cause.
-pub(super) fn judge(
-    one: &Labelled,
-    detector: Detector,
-    config: PipelineConfig,
-    guard_ms: f64,
-) -> Result<Judged, ScoreError> {
+pub(super) fn judge(one: &Labelled, fitted: Fitted, guard_ms: f64) -> Result<Judged, ScoreError> {
     let Labelled { label, travel, .. } = one;
+    let detector = fitted.detector;
     let recording = one.recording(detector.companions);
     let Played { spans, statistics, causes, length_s, reported_s } =
-        play(one, recording, config, guard_ms)?;
+        play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
     let trace = Trace::new(label.kind, rest_until_s, &statistics);
     let first_s = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
@@ -107,13 +113,32 @@ struct Played {
     reported_s: f64,
 }
 
+/// What a detector shows with a sample.
+struct Shown {
+    statistic: f32,
+    change: Option<Change>,
+    slips: bool,
+}
+
+impl Shown {
+    /// What the pipeline itself decides.
+    fn of(step: &Step) -> Self {
+        let change = match step.event {
+            Some(SlipReport { first: true, .. }) => Some(Change::Begins),
+            Some(SlipReport { phase: Phase::Ended, .. }) => Some(Change::Ends),
+            _ => None,
+        };
+        Self { statistic: step.statistic, change, slips: step.scene == Scene::Slipping }
+    }
+}
+
 fn play(
     one: &Labelled,
     recording: &Recording,
-    config: PipelineConfig,
+    Fitted { config, mut beside, .. }: Fitted,
     guard_ms: f64,
 ) -> Result<Played, ScoreError> {
-    let steps = Replay::new(recording, config, None)
+    let mut steps = Replay::new(recording, config, None)
         .map_err(|source| ScoreError::Config { recording: recording.name.clone(), source })?;
     let until_s = rest_until(&one.label, guard_ms);
     // What no sample covers is no time in which an alarm could have come.
@@ -128,12 +153,20 @@ fn play(
     };
     let (mut moving, mut last_s) = (false, None);
     let (array, mut standing) = (recording.taxels.is_some(), Standing::default());
-    for (step, sample) in steps.zip(&recording.samples) {
+    for sample in &recording.samples {
+        let Some(step) = steps.next() else { break };
         let t_s = step.t.as_seconds();
-        played.statistics.push((t_s, step.statistic));
+        let Shown { statistic, change, slips } = match &mut beside {
+            None => Shown::of(&step),
+            Some(beside) => {
+                let (statistic, change) = beside.step(sample, steps.detector());
+                Shown { statistic, change, slips: beside.slips() }
+            }
+        };
+        played.statistics.push((t_s, statistic));
         let dt_s = last_s.replace(t_s).map_or(0.0, |last| (t_s - last).min(longest_s));
         played.length_s += dt_s;
-        if step.scene == Scene::Slipping || step.floor_health == FloorHealth::Doubtful {
+        if slips || step.floor_health == FloorHealth::Doubtful {
             played.reported_s += dt_s;
         }
         match step.scene {
@@ -150,15 +183,15 @@ fn play(
         if t_s < until_s {
             played.causes.add_time(cause, dt_s);
         }
-        match (step.event, played.spans.last_mut()) {
-            (Some(SlipReport { first: true, .. }), _) => {
+        match (change, played.spans.last_mut()) {
+            (Some(Change::Begins), _) => {
                 if t_s < until_s {
                     played.causes.add_alarm(cause);
                 }
                 let cause = cause.to_owned();
                 played.spans.push(Span { from: step.t, to: None, cause });
             }
-            (Some(SlipReport { phase: Phase::Ended, .. }), Some(span)) => span.to = Some(step.t),
+            (Some(Change::Ends), Some(span)) => span.to = Some(step.t),
             _ => {}
         }
     }

@@ -9,37 +9,48 @@
 //! A `steady` recording slips all the time and is missed where no alarm comes at all; a `rest` recording never
 //! slips, so each notice is false.
 
+mod beside;
 mod causes;
 mod chance;
 mod companions;
 mod curve;
 mod detectors;
 mod error;
+mod esc_test;
 mod floor;
 pub mod interval;
 mod judge;
 mod labelled;
 mod materials;
+mod network_test;
 mod quantiles;
+#[cfg(test)]
+mod study_tests;
 #[cfg(test)]
 mod tests;
 mod totals;
+mod training;
 
+pub use beside::{Beside, Change, Test};
 pub use causes::{Alarm, CLOSING, CauseScore, MOVING, STILL};
 pub use chance::Chance;
 pub use curve::{APART_S, Point};
-pub use detectors::{DETECTORS, Detector};
+pub use detectors::{DETECTORS, Decides, Detector};
 pub use error::ScoreError;
+pub use esc_test::EscTest;
 pub use materials::MaterialScore;
+pub use network_test::{NetworkTest, Rows, SlipNetwork, UntrainedError};
 pub use quantiles::Quantiles;
 pub use totals::{RecordingScore, Score, Total};
 
 use causes::Causes;
+use core::time::Duration;
 use floor::AtRest;
 use grip_record::{CsvOptions, StylusKind};
 use grip_session::{config::HostConfig, replay};
-use judge::judge;
+use judge::{Fitted, judge};
 use labelled::{Labelled, load};
+use slip_core::{PipelineConfig, esc::Reading};
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     path::Path,
@@ -80,11 +91,15 @@ pub fn score(
     config: &HostConfig,
     rules: Rules,
 ) -> Result<Score, ScoreError> {
-    let mut scores = compare(directory, options, config, rules, &[Detector::DEFAULT])?;
+    let mut scores = compare(directory, options, config, rules, &[Detector::DEFAULT], None)?;
     scores.pop().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })
 }
 
-/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one.
+/// Time since some instant, where a program reads a clock.
+pub type Clock<'a> = &'a dyn Fn() -> Duration;
+
+/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one. With a `clock` the run
+/// time of each is measured.
 ///
 /// # Errors
 /// The first thing that keeps a recording from being used.
@@ -94,11 +109,12 @@ pub fn compare(
     config: &HostConfig,
     rules: Rules,
     detectors: &[Detector],
+    clock: Option<Clock<'_>>,
 ) -> Result<Vec<Score>, ScoreError> {
     let companions = detectors.iter().any(|detector| detector.companions);
     let all = load(directory, options, companions)?;
     let scored = detectors.iter().map(|detector| {
-        score_with(*detector, &all, config, rules)?.ok_or_else(|| ScoreError::NoRest {
+        score_with(*detector, &all, config, rules, clock)?.ok_or_else(|| ScoreError::NoRest {
             directory: directory.to_owned(),
             guard_ms: rules.guard_ms,
         })
@@ -111,10 +127,18 @@ fn score_with(
     detector: Detector,
     all: &[Labelled],
     config: &HostConfig,
-    Rules { guard_ms, floors }: Rules,
+    rules: Rules,
+    clock: Option<Clock<'_>>,
 ) -> Result<Option<Score>, ScoreError> {
+    let Rules { guard_ms, floors } = rules;
     let Some(first) = all.first() else { return Ok(None) };
     let configured = replay::pipeline_config(&first.recording, config, true);
+    if detector.decides != Decides::Pipeline
+        && first.recording.channels.stylus == StylusKind::Absent
+    {
+        let recording = first.recording.name.clone();
+        return Err(ScoreError::NoStylus { recording, detector: detector.name });
+    }
     let vibration = first.recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(configured.sample_rate, vibration)?;
     let pipeline = (detector.change)(configured);
@@ -128,25 +152,94 @@ fn score_with(
     if pooled.floor.is_none() && pooled.taxel_rms.is_none() && floors == Floors::Folds {
         return Ok(None);
     }
-    let mut others: BTreeMap<&str, AtRest> = BTreeMap::new();
+    let folder = Folder { all, detector, pipeline, rules };
+    let mut folds: BTreeMap<&str, Fitted> = BTreeMap::new();
+    let mut run_time: Vec<f64> = Vec::new();
     let (mut recordings, mut traces, mut causes) = (Vec::new(), Vec::new(), Causes::default());
     for one in all {
-        let material = one.label.material.as_str();
-        let known = match others.entry(material) {
-            Entry::Occupied(known) => *known.get(),
-            Entry::Vacant(place) if floors == Floors::Live => *place.insert(AtRest::default()),
+        let fitted = match folds.entry(&one.label.material) {
+            Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
-                let others = all.iter().filter(|other| other.label.material != material);
-                *place.insert(AtRest::of(others, detector, &pipeline, guard_ms)?)
+                let fitted = folder.fitted(place.key())?;
+                place.insert(fitted)
             }
         };
-        let judged = judge(one, detector, known.known_to(pipeline), guard_ms)?;
+        let began = clock.map(|now| now());
+        let judged = judge(one, fitted.clone(), guard_ms)?;
+        let took = clock.zip(began).map(|(now, began)| now().saturating_sub(began));
+        run_time.extend(took.and_then(|took| per_sample_ns(took, one.recording.samples.len())));
         causes.add(&judged.causes);
         recordings.push(judged.score);
         traces.push(judged.trace);
     }
     let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
-    let score =
-        Score { detector, recordings, floor, floor_s, taxel_rms, taxel_range, traces, causes };
-    Ok(Some(score))
+    let ns_per_sample = run_time.into_iter().reduce(f64::min);
+    Ok(Some(Score {
+        detector,
+        recordings,
+        floor,
+        floor_s,
+        taxel_rms,
+        taxel_range,
+        ns_per_sample,
+        traces,
+        causes,
+    }))
+}
+
+/// Time for a sample (ns); `None` of none.
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn per_sample_ns(took: Duration, samples: usize) -> Option<f64> {
+    (samples > 0).then(|| 1e9 * took.as_secs_f64() / samples as f64)
+}
+
+/// Labelled recordings and a detector that is to judge them.
+struct Folder<'a> {
+    all: &'a [Labelled],
+    detector: Detector,
+    pipeline: PipelineConfig,
+    rules: Rules,
+}
+
+impl<'a> Folder<'a> {
+    /// The detector for the recordings of `material`, with floors and network of the others.
+    fn fitted(&self, material: &str) -> Result<Fitted, ScoreError> {
+        let Self { detector, pipeline, rules, .. } = *self;
+        let known = match rules.floors {
+            Floors::Live => AtRest::default(),
+            Floors::Folds => {
+                AtRest::of(self.others(material), detector, &pipeline, rules.guard_ms)?
+            }
+        };
+        let config = known.known_to(pipeline);
+        let test = match detector.decides {
+            Decides::Pipeline => None,
+            Decides::Esc(reading) => Some(self.esc(reading)?),
+            Decides::Network => Some(self.network(material, config)?),
+        };
+        let beside = test.map(|test| Beside::new(test, &config.detector));
+        Ok(Fitted { detector, config, beside })
+    }
+
+    fn others(&self, material: &str) -> impl Iterator<Item = &'a Labelled> + Clone {
+        self.all.iter().filter(move |other| other.label.material != material)
+    }
+
+    fn esc(&self, reading: Reading) -> Result<Test, ScoreError> {
+        let PipelineConfig { detector, sample_rate, .. } = &self.pipeline;
+        let test = EscTest::new(reading, detector, sample_rate.0).map_err(|source| {
+            ScoreError::Config { recording: "all recordings".to_owned(), source }
+        })?;
+        Ok(Test::Esc(Box::new(test)))
+    }
+
+    fn network(&self, material: &str, config: PipelineConfig) -> Result<Test, ScoreError> {
+        let rows = training::rows(self.others(material), config, self.rules.guard_ms)?;
+        let network = SlipNetwork::train(&rows).map_err(|source| ScoreError::Untrained {
+            material: material.to_owned(),
+            detector: self.detector.name,
+            source: Box::new(source),
+        })?;
+        Ok(Test::Network(NetworkTest::new(network)))
+    }
 }

@@ -4,10 +4,10 @@ use grip_record::{CsvError, CsvOptions};
 use grip_session::{config::HostConfig, exit::Exit};
 use std::{fs, path::Path};
 
-const RULES: Rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
+pub(super) const RULES: Rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
 
 /// 300 ms of rest, then 300 ms of a 150 Hz tone; times in the file start at 0.
-fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {
+pub(super) fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {
     let mut state = seed;
     let mut text = String::from("t_s,vibration\n");
     for i in 0..1320_u32 {
@@ -21,7 +21,7 @@ fn recording(slip_from_ms: u32, amplitude: f64, seed: u32) -> String {
     text
 }
 
-fn folder(labels: &str) -> tempfile::TempDir {
+pub(super) fn folder(labels: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     fs::write(dir.path().join("labels.csv"), labels).unwrap();
     fs::write(dir.path().join("a.csv"), recording(300, 200.0, 1)).unwrap();

@@ -68,6 +68,9 @@ pub struct Score {
     pub taxel_rms: Option<f32>,
     /// And for the largest mean range of a taxel beside the shape (`pressure.known_range`).
     pub taxel_range: Option<f32>,
+    /// Time for a sample (ns) in the recording where that is shortest, so that other work on the machine counts least: the whole
+    /// pipeline, and the test beside it where there is one; without training. `None` where no clock was given.
+    pub ns_per_sample: Option<f64>,
     pub(super) traces: Vec<Trace>,
     pub(super) causes: Causes,
 }
@@ -116,6 +119,9 @@ pub struct Total {
     pub floor_s: f64,
     /// Guard before each onset (ms).
     pub guard_ms: f64,
+    /// Run time for a sample (ns), where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ns_per_sample: Option<f64>,
 }
 
 impl Score {
@@ -173,6 +179,7 @@ impl Score {
             rest_alarms_per_hour_ci: interval::rate(rest_alarms, rest_s / 3600.0),
             floor_s: self.floor_s,
             guard_ms,
+            ns_per_sample: self.ns_per_sample,
         }
     }
 }

@@ -99,6 +99,27 @@ fn every_sensor_set_holds_a_light_object_by_its_reflex() {
     }
 }
 
+/// The pads of this scene let the stylus sink in by 2 um with each newton: without taking that away 3 of these objects are crushed.
+#[test]
+fn pads_that_give_way_under_the_force_are_no_surface_that_slips() {
+    let sensors = SensorSet::named("stylus").unwrap();
+    for seed in 3200..3212 {
+        let result = grasp("shaken", seed, &Way { sensors, ..Way::default() });
+        assert!(!result.dropped && !result.crushed, "{result:?}");
+    }
+}
+
+/// The force in a slip is what the command stands for, and not what such a sensor shows: what the pads sink by goes by what is read.
+#[test]
+fn a_force_sensor_that_shows_too_much_makes_no_step_of_pads_that_sink() {
+    let scene = Scene::from_toml("name = \"soft\"\npad.sink_um_n = 5\ngain.force = 1.3\n").unwrap();
+    let sensors = SensorSet::named("travel").unwrap();
+    for seed in 0..10 {
+        let result = bench(2.0).grasp(&scene, seed, &Way { sensors, ..Way::default() }).unwrap();
+        assert!(!result.dropped && !result.crushed, "{result:?}");
+    }
+}
+
 /// What its stylus channel holds a gripper says by the unit: an accelerometer holds what a stylus does, and needs no setting.
 #[test]
 fn a_stylus_channel_in_m_s2_is_a_vibration_and_holds() {

@@ -4,6 +4,7 @@
 
 mod boards;
 mod traces;
+mod waviness;
 
 use std::path::{Path, PathBuf};
 

@@ -173,7 +173,7 @@ fn listen(parts: Vec<Process>) -> Receiver<anyhow::Result<(Sent, u64, f64)>> {
 
 impl Got {
     fn take(&mut self, reported: Reported, times: &Times) {
-        let Reported::Event { member, id, message, missing } = reported else { return };
+        let Reported::Event { member, id, message, missing, .. } = reported else { return };
         self.missing += missing;
         self.ids.entry(member.uid).or_default().push(id);
         let Ok(ToClient::Slip(slip)) = message.read() else { return };

@@ -1,9 +1,9 @@
-//! Orders to take a model or to give it back, and counts of slips and faults, in; which model has to be in force out. No network, no thread, no disk
-//! and no clock.
+//! Orders to take a model or to give it back, and grasps, in; which model has to be in force out. No network, no thread, no disk and no clock.
 //!
-//! A model that is taken is on trial: it stays when it has been watched long enough, and has to go when slips or faults become more
-//! ([`JudgeConfig`]). [`Lasting`] is what survives an end of the daemon: it names a model on trial, but a daemon that starts is on no trial. So
-//! whatever ends the daemon, or the connection to it, also ends the trial, with the model of before in force.
+//! A model that is taken is on trial, for as long as somebody watches it: it stays with an order to accept it, and goes where no order to watch
+//! it came for the time of its lease. [`Lasting`] is what survives an end of the daemon: it names a model on trial, but a daemon that starts is
+//! on no trial. So whatever ends the daemon, the connection to it or the program of the operator also ends the trial, with the model of before
+//! in force. The model of the configuration, and the one before, need no trial.
 
 mod examine;
 mod models;
@@ -17,7 +17,11 @@ pub use order::{Offer, Order, OrderError};
 pub use shelf::{Shelf, ShelfError};
 pub use standing::{Ended, How, Lasting, ModelId, Standing, TrialReport};
 
-use crate::rollout::{Counts, JudgeConfig, Judgement};
+use crate::rollout::{Finished, Grasp};
+use grip_link::message::FaultCode;
+
+/// Grasps that are kept of each model, the latest ones; of a model on trial the first.
+const MOST_GRASPS: usize = 1000;
 
 /// Why a model is not taken.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -25,21 +29,15 @@ pub enum Declined {
     /// One at a time.
     #[error("{0} is on trial here")]
     OnTrial(ModelId),
-    /// There is nothing to compare with.
-    #[error(
-        "there are only {counted_s} s with an object to compare with, and the trial wants {watch_s} s; ask again later, or for a shorter one"
-    )]
-    TooEarly {
-        /// Time that was counted with the model in force (s).
-        counted_s: u64,
-        /// Time that is wanted (s).
-        watch_s: u64,
-    },
-    /// The judge cannot be one.
-    #[error(
-        "watch, factor or alpha make no sense: 1 to 2592000 s, 1 to 100 and 1e-9 to 0.5 are possible"
-    )]
-    Judge,
+    /// A gripper in FAULT grasps nothing.
+    #[error("this gripper has latched fault {:04x}, and nothing can be tried on it", .0.0)]
+    Fault(FaultCode),
+    /// Nobody can be that late.
+    #[error("lease={0}: 1 to 86400 s are possible")]
+    Lease(u32),
+    /// The model that is meant is not on trial.
+    #[error("that model is not on trial here{}", match .0 { Some(how) => format!(": {how}"), None => String::new() })]
+    NoTrial(Option<How>),
 }
 
 /// What has to be done.
@@ -55,8 +53,11 @@ pub enum Step {
 #[derive(Clone, Debug, PartialEq)]
 struct Trial {
     model: ModelId,
-    judge: JudgeConfig,
-    before: Counts,
+    /// Grasps with the model before.
+    before: Vec<Grasp>,
+    lease_s: u32,
+    /// When it was watched last (us).
+    watched_us: u64,
 }
 
 /// The models of one gripper.
@@ -66,12 +67,12 @@ pub struct Deployment {
     configured: ModelId,
     lasting: Lasting,
     trial: Option<Trial>,
-    /// All counts of this run, and those when the model in force came.
-    total: Counts,
-    since: Counts,
-    /// What was counted with it before that; and with the one that comes back next.
-    earlier: Counts,
-    resumed: Counts,
+    fault: FaultCode,
+    /// Grasps of higher numbers are those of the model in force.
+    since: u64,
+    /// Grasps with the model in force, and with the one that comes back next.
+    grasps: Vec<Grasp>,
+    resumed: Vec<Grasp>,
 }
 
 impl Deployment {
@@ -82,10 +83,10 @@ impl Deployment {
             configured,
             lasting,
             trial: None,
-            total: Counts::default(),
-            since: Counts::default(),
-            earlier: Counts::default(),
-            resumed: Counts::default(),
+            fault: FaultCode::NONE,
+            since: 0,
+            grasps: Vec::new(),
+            resumed: Vec::new(),
         };
         if let Some(model) = new.lasting.trial.take() {
             new.lasting.last = Some(Ended { model, how: How::Restarted });
@@ -109,36 +110,80 @@ impl Deployment {
     ///
     /// # Errors
     /// [`Declined`].
-    pub fn check(&self, model: &ModelId, judge: &JudgeConfig) -> Result<bool, Declined> {
-        if !judge.is_sane() {
-            return Err(Declined::Judge);
-        }
+    pub fn check(&self, model: &ModelId, lease_s: u32) -> Result<bool, Declined> {
         if self.in_force().sha256 == model.sha256 {
             return Ok(false);
+        }
+        if !(1..=86_400).contains(&lease_s) {
+            return Err(Declined::Lease(lease_s));
         }
         if let Some(trial) = &self.trial {
             return Err(Declined::OnTrial(trial.model.clone()));
         }
-        let before = self.counted();
-        if before.seconds < judge.watch_s {
-            let (counted_s, watch_s) = (whole(before.seconds), whole(judge.watch_s));
-            return Err(Declined::TooEarly { counted_s, watch_s });
+        if self.fault.is_fault() && !self.is_known(model) {
+            return Err(Declined::Fault(self.fault));
         }
         Ok(true)
     }
 
-    /// An order to take a model that has passed its examination. Where a step follows, the model is on trial.
+    /// Whether it is the model of the configuration, or the one before.
+    fn is_known(&self, model: &ModelId) -> bool {
+        let before = self.lasting.before.as_ref();
+        model.sha256 == self.configured.sha256
+            || before.is_some_and(|known| known.sha256 == model.sha256)
+    }
+
+    /// An order to take a model that has passed its examination. Where a step follows, the model is on trial, unless it is that of the
+    /// configuration or the one before: these are in force again without a trial.
     ///
     /// # Errors
     /// [`Declined`]; nothing has changed.
-    pub fn take(&mut self, model: ModelId, judge: JudgeConfig) -> Result<Step, Declined> {
-        if !self.check(&model, &judge)? {
+    pub fn take(&mut self, model: ModelId, lease_s: u32, now_us: u64) -> Result<Step, Declined> {
+        if !self.check(&model, lease_s)? {
+            self.renew(&model.sha256, now_us);
             return Ok(Step::Stay);
         }
-        let before = self.counted();
+        if model.sha256 == self.configured.sha256 {
+            self.lasting.before = None;
+        }
+        if self.is_known(&model) {
+            return Ok(self.back(None));
+        }
+        let before = self.grasps.clone();
         self.lasting.trial = Some(model.clone());
-        self.trial = Some(Trial { model: model.clone(), judge, before });
+        self.trial = Some(Trial { model: model.clone(), before, lease_s, watched_us: now_us });
         Ok(Step::Swap(Some(model)))
+    }
+
+    /// Somebody watches the trial of this model.
+    ///
+    /// # Errors
+    /// [`Declined::NoTrial`] where there is none, and it is not in force.
+    pub fn watch(&mut self, sha256: &str, now_us: u64) -> Result<(), Declined> {
+        if self.renew(sha256, now_us) || self.in_force().sha256 == sha256 {
+            return Ok(());
+        }
+        let last = self.lasting.last.as_ref().filter(|last| last.model.sha256 == sha256);
+        Err(Declined::NoTrial(last.map(|last| last.how)))
+    }
+
+    fn renew(&mut self, sha256: &str, now_us: u64) -> bool {
+        let trial = self.trial.as_mut().filter(|trial| trial.model.sha256 == sha256);
+        trial.map(|trial| trial.watched_us = now_us).is_some()
+    }
+
+    /// An order to keep the model on trial.
+    ///
+    /// # Errors
+    /// As [`Deployment::watch`].
+    pub fn accept(&mut self, sha256: &str, now_us: u64) -> Result<(), Declined> {
+        self.watch(sha256, now_us)?;
+        if let Some(Trial { model, .. }) = self.trial.take() {
+            self.lasting.trial = None;
+            self.lasting.before = self.lasting.accepted.replace(model.clone());
+            self.lasting.last = Some(Ended { model, how: How::Accepted });
+        }
+        Ok(())
     }
 
     /// The model on trial could not be put in force.
@@ -146,10 +191,11 @@ impl Deployment {
         self.end(How::Failed);
     }
 
-    /// The model that is wanted is in force since these counts of this run. One that was given up for a trial goes on where its counts were.
-    pub fn swapped(&mut self, total: Counts) {
-        (self.total, self.since) = (total, total);
-        self.earlier = core::mem::take(&mut self.resumed);
+    /// The model that is wanted is in force, and grasps of higher numbers than this are its own. The grasps of one that was given up for a
+    /// trial count again.
+    pub fn swapped(&mut self, begun: u64) {
+        self.since = begun;
+        self.grasps = core::mem::take(&mut self.resumed);
     }
 
     /// An order to give this model back, or the one in force, whatever was counted with it. Of one that is not in force there is nothing to give back.
@@ -168,27 +214,32 @@ impl Deployment {
         }
     }
 
-    /// All counts of this run as of now.
-    pub fn count(&mut self, total: Counts) -> Step {
-        self.total = total;
-        let now = self.counted();
-        let judged = self.trial.as_ref().map(|trial| trial.judge.judge(&trial.before, &now));
-        match judged {
-            None | Some(Judgement::Open) => Step::Stay,
-            Some(Judgement::Worse(worse)) => self.end(How::Worse(worse)),
-            Some(Judgement::Idle) => self.end(How::Idle),
-            Some(Judgement::Good) => {
-                self.keep();
-                Step::Stay
-            }
+    /// A grasp has ended. One of another model is too late.
+    pub fn grasped(&mut self, finished: &Finished) {
+        if finished.number <= self.since || self.grasps.len() >= MOST_GRASPS && self.trial.is_some()
+        {
+            return;
         }
+        if self.grasps.len() >= MOST_GRASPS {
+            self.grasps.remove(0);
+        }
+        self.grasps.push(finished.grasp);
     }
 
-    /// Other settings are in force, with the model named where none was taken over the network. What was counted with the old ones is no
-    /// comparison any more.
+    /// The time, and the latched fault of the gripper.
+    pub fn tick(&mut self, now_us: u64, fault: FaultCode) -> Step {
+        self.fault = fault;
+        let late = |trial: &Trial| {
+            now_us.saturating_sub(trial.watched_us) > 1_000_000 * u64::from(trial.lease_s)
+        };
+        if self.trial.as_ref().is_some_and(late) { self.end(How::Unwatched) } else { Step::Stay }
+    }
+
+    /// Other settings are in force, with the model named where none was taken over the network. Grasps with the old ones are no comparison any
+    /// more.
     pub fn reloaded(&mut self, configured: ModelId) -> Step {
         self.configured = configured;
-        (self.since, self.earlier) = (self.total, Counts::default());
+        self.grasps.clear();
         if self.trial.is_some() { self.end(How::Reloaded) } else { Step::Stay }
     }
 
@@ -201,57 +252,40 @@ impl Deployment {
             (None, Some(_)) => Some(self.lasting.before.clone().unwrap_or_else(configured)),
             (None, None) => None,
         };
-        let trial = self
-            .trial
-            .as_ref()
-            .map(|trial| TrialReport { watch_s: trial.judge.watch_s, before: trial.before });
+        let trial = self.trial.as_ref();
+        let trial =
+            trial.map(|trial| TrialReport { lease_s: trial.lease_s, before: trial.before.len() });
         let (in_force, last) = (self.in_force().clone(), self.lasting.last.clone());
-        Standing { in_force, before, trial, counted: self.counted(), last }
+        let (grasped, grasps) = (self.grasps.len(), Vec::new());
+        Standing { in_force, configured: configured(), before, trial, grasped, grasps, last }
+    }
+
+    /// Grasps with the model in force, from that many on.
+    #[must_use]
+    pub fn grasps(&self, from: usize) -> &[Grasp] {
+        self.grasps.get(from..).unwrap_or_default()
+    }
+
+    /// Grasps with the model before the one on trial.
+    #[must_use]
+    pub fn grasps_before(&self) -> &[Grasp] {
+        self.trial.as_ref().map_or(&[], |trial| &trial.before)
     }
 
     fn in_force(&self) -> &ModelId {
         self.wanted().unwrap_or(&self.configured)
     }
 
-    /// What was counted with the model in force.
-    fn counted(&self) -> Counts {
-        let (now, earlier) = (self.total.since(&self.since), &self.earlier);
-        Counts {
-            seconds: now.seconds + earlier.seconds,
-            slips: now.slips + earlier.slips,
-            faults: now.faults + earlier.faults,
-            grasps: now.grasps + earlier.grasps,
-        }
-    }
-
     /// The model on trial goes.
     fn end(&mut self, how: How) -> Step {
         let Some(Trial { model, before, .. }) = self.trial.take() else { return Step::Stay };
-        self.resumed = match how {
-            How::Worse(_) | How::Idle | How::Told => before,
-            _ => Counts::default(),
-        };
+        if matches!(how, How::Told | How::Unwatched) {
+            self.resumed = before;
+        }
         self.lasting.trial = None;
         self.lasting.last = Some(Ended { model, how });
         Step::Swap(self.lasting.accepted.clone())
     }
-
-    /// The model on trial stays.
-    fn keep(&mut self) {
-        let Some(Trial { model, .. }) = self.trial.take() else { return };
-        self.lasting.trial = None;
-        self.lasting.before = self.lasting.accepted.replace(model.clone());
-        self.lasting.last = Some(Ended { model, how: How::Accepted });
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a time, for people; the cast saturates"
-)]
-const fn whole(seconds: f64) -> u64 {
-    seconds as u64
 }
 
 #[cfg(test)]

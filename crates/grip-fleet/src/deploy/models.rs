@@ -4,12 +4,13 @@ use super::{
     Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Shelf, ShelfError, Standing,
     Step, examine,
 };
-use crate::rollout::Counts;
+use crate::rollout::Finished;
+use grip_link::message::FaultCode;
 use grip_session::exit::message;
 use std::path::Path;
 
-/// Puts a model in force and waits until it is; none is that of the configuration. All counts of this run since then.
-pub type Swap<'a> = dyn FnMut(Option<&Examined>) -> Result<Counts, String> + 'a;
+/// Puts a model in force and waits until it is; none is that of the configuration. How many grasps had begun then.
+pub type Swap<'a> = dyn FnMut(Option<&Examined>) -> Result<u64, String> + 'a;
 
 /// Something that a person should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,40 +78,80 @@ impl Models {
     ///
     /// # Errors
     /// [`OrderFault`], a sentence for whoever sent it; the model in force stays.
-    pub fn obey(&mut self, order: Order, swap: &mut Swap<'_>) -> Result<Standing, OrderFault> {
+    pub fn obey(
+        &mut self,
+        order: Order,
+        now_us: u64,
+        swap: &mut Swap<'_>,
+    ) -> Result<Standing, OrderFault> {
+        let mut grasps = Vec::new();
         match order {
             Order::Notify => {}
-            Order::Check(Offer { name, sha256, judge, bytes }) => {
+            Order::Check(Offer { name, sha256, lease_s, bytes }) => {
                 let model = examine(&name, &sha256, &bytes)?;
-                self.deployment.check(&model.id, &judge)?;
+                self.deployment.check(&model.id, lease_s)?;
+                let trial = self.standing().trial.is_some();
+                let known = &self.deployment;
+                grasps = if trial { known.grasps_before() } else { known.grasps(0) }.to_vec();
             }
-            Order::Take(Offer { name, sha256, judge, bytes }) => {
-                let model = examine(&name, &sha256, &bytes)?;
-                if self.deployment.take(model.id.clone(), judge)? != Step::Stay {
-                    self.begin(&model, swap)?;
-                    let id = &model.id;
-                    self.report(format!("{id} is on trial for {} s with an object", judge.watch_s));
+            Order::Take(Offer { name, sha256, lease_s, bytes }) => {
+                self.take(&examine(&name, &sha256, &bytes)?, lease_s, now_us, swap)?;
+                grasps = self.deployment.grasps_before().to_vec();
+            }
+            Order::Watch { sha256, from } => {
+                self.deployment.watch(&sha256, now_us)?;
+                grasps = self.deployment.grasps(from).to_vec();
+            }
+            Order::Accept { sha256 } => {
+                let was = self.deployment.lasting().clone();
+                self.deployment.accept(&sha256, now_us)?;
+                if *self.deployment.lasting() != was {
+                    self.report_last();
+                    self.note();
                 }
             }
             Order::Back { sha256 } => {
                 let step = self.deployment.back(sha256.as_deref());
-                self.follow(&step, swap);
-                if self.due {
-                    return Err(OrderFault::Swap("it is tried again".to_owned()));
-                }
+                self.go_back(&step, swap)?;
             }
         }
-        Ok(self.deployment.standing())
+        Ok(Standing { grasps, ..self.deployment.standing() })
     }
 
-    /// All counts of this run as of now. A model on trial may go by that, or stay.
-    pub fn count(&mut self, total: Counts, swap: &mut Swap<'_>) {
-        let was = self.deployment.lasting().clone();
-        let step = self.deployment.count(total);
-        if step == Step::Stay && *self.deployment.lasting() != was {
-            self.report_last();
-            self.note();
+    fn take(
+        &mut self,
+        model: &Examined,
+        lease_s: u32,
+        now_us: u64,
+        swap: &mut Swap<'_>,
+    ) -> Result<(), OrderFault> {
+        let step = self.deployment.take(model.id.clone(), lease_s, now_us)?;
+        if step == Step::Stay {
+            return Ok(());
         }
+        if self.standing().trial.is_none() {
+            return self.go_back(&step, swap);
+        }
+        self.begin(model, swap)?;
+        let text =
+            format!("{} is on trial, as long as somebody watches it every {lease_s} s", model.id);
+        self.report(text);
+        Ok(())
+    }
+
+    fn go_back(&mut self, step: &Step, swap: &mut Swap<'_>) -> Result<(), OrderFault> {
+        self.follow(step, swap);
+        if self.due { Err(OrderFault::Swap("it is tried again".to_owned())) } else { Ok(()) }
+    }
+
+    /// A grasp has ended.
+    pub fn grasped(&mut self, finished: &Finished) {
+        self.deployment.grasped(finished);
+    }
+
+    /// The time, and the latched fault of the gripper. A model on trial that nobody watches any more goes; a way back that failed is tried again.
+    pub fn tick(&mut self, now_us: u64, fault: FaultCode, swap: &mut Swap<'_>) {
+        let step = self.deployment.tick(now_us, fault);
         self.follow(&step, swap);
         if self.due {
             self.restore(swap);
@@ -142,8 +183,8 @@ impl Models {
             .map_err(OrderFault::Shelf)
             .and_then(|()| swap(Some(model)).map_err(OrderFault::Swap));
         match begun {
-            Ok(total) => {
-                self.deployment.swapped(total);
+            Ok(begun) => {
+                self.deployment.swapped(begun);
                 Ok(())
             }
             Err(fault) => {
@@ -162,14 +203,14 @@ impl Models {
         }
     }
 
-    /// Puts the model in force that is wanted; what fails is tried again with the next counts.
+    /// Puts the model in force that is wanted; what fails is tried again with the next tick.
     fn restore(&mut self, swap: &mut Swap<'_>) {
         let wanted = self.deployment.wanted();
         let model = wanted.map(|model| self.fetch(model).map_err(|error| message(&error)));
         match model.transpose().and_then(|model| swap(model.as_ref())) {
-            Ok(total) => {
+            Ok(begun) => {
                 self.due = false;
-                self.deployment.swapped(total);
+                self.deployment.swapped(begun);
                 let text = format!("{} is in force", self.deployment.standing().in_force);
                 self.report(text);
             }
@@ -208,13 +249,16 @@ impl Models {
 
 #[cfg(test)]
 mod tests {
-    use super::{Models, Notice, Offer, Order};
+    use super::{Models, Notice, Offer, Order, Standing};
     use crate::{
         deploy::{Examined, How, ModelId, digest},
-        rollout::{Counts, JudgeConfig},
+        rollout::{Finished, Grasp},
     };
+    use grip_link::message::FaultCode;
     use grip_session::model::default_text;
     use std::{path::Path, sync::Arc};
+
+    const NONE: FaultCode = FaultCode::NONE;
 
     fn model(name: &str, text: &str) -> ModelId {
         ModelId { name: name.to_owned(), sha256: digest(text.as_bytes()) }
@@ -222,52 +266,51 @@ mod tests {
 
     fn take(name: &str, text: &str) -> Order {
         let bytes: Arc<[u8]> = text.as_bytes().into();
-        let judge = JudgeConfig { watch_s: 60.0, ..JudgeConfig::default() };
-        Order::Take(Offer { name: name.to_owned(), sha256: digest(&bytes), judge, bytes })
+        Order::Take(Offer { name: name.to_owned(), sha256: digest(&bytes), lease_s: 60, bytes })
     }
 
     fn open(folder: &Path) -> Models {
         Models::open(folder, model("file", default_text())).unwrap()
     }
 
-    /// A grasp with each slip.
-    fn counts(seconds: f64, slips: u64) -> Counts {
-        Counts { seconds, slips, faults: 0, grasps: slips }
+    fn grasped(models: &mut Models, count: u64) {
+        (1..=count).for_each(|n| models.grasped(&Finished { number: n, grasp: Grasp::default() }));
     }
 
     #[test]
     fn what_was_accepted_is_there_at_the_next_start_and_what_was_on_trial_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        let other = format!("{} ", default_text());
-        let third = format!("{}  ", default_text());
+        let [other, third] = [" ", "  "].map(|spaces| format!("{}{spaces}", default_text()));
         let mut in_force = Vec::new();
-        let totals = [(100.0, 11), (161.0, 16), (0.0, 0), (0.0, 0)];
-        let mut totals = totals.into_iter().map(|(seconds, slips)| counts(seconds, slips));
         let mut swap = |model: Option<&Examined>| {
             in_force.push(model.map(|model| model.id.name.clone()));
-            Ok(totals.next().unwrap())
+            Ok(4)
         };
+        let sha256 = digest(other.as_bytes());
+        let grasps = |standing: &Standing| (standing.grasped, standing.grasps.len());
         {
             let mut models = open(folder.path());
             let swap = &mut swap;
-            models.count(counts(100.0, 10), swap);
-            models.obey(take("a", &other), swap).unwrap();
-            models.count(counts(161.0, 16), swap);
-            // The slip that was noticed while the model waited for its turn is not the model's.
-            assert_eq!(models.standing().counted, counts(61.0, 5));
+            grasped(&mut models, 3);
+            let taken = models.obey(take("a", &other), 0, swap).unwrap();
+            assert_eq!((grasps(&taken), taken.trial.unwrap().before), ((0, 3), 3), "those before");
+            grasped(&mut models, 6);
+            let watch = Order::Watch { sha256: sha256.clone(), from: 1 };
+            let watched = models.obey(watch, 0, swap).unwrap();
+            assert_eq!(grasps(&watched), (2, 1), "those that are not known yet");
+            models.obey(Order::Accept { sha256: sha256.clone() }, 0, swap).unwrap();
             assert_eq!(models.standing().last.unwrap().how, How::Accepted);
-            models.obey(take("b", &third), swap).unwrap();
+            models.obey(take("b", &third), 0, swap).unwrap();
             assert!(models.standing().trial.is_some());
         }
         let mut models = open(folder.path());
         models.resume(&digest(default_text().as_bytes()), &mut swap);
-        models.resume(&digest(other.as_bytes()), &mut swap);
+        models.resume(&sha256, &mut swap);
         assert_eq!(models.standing().last.unwrap().how, How::Restarted);
         assert!(
             matches!(&models.notices()[..], [Notice::Done(text), _] if text.contains("started again"))
         );
-        let sha256 = digest(other.as_bytes());
-        models.obey(Order::Back { sha256: Some(sha256) }, &mut swap).unwrap();
+        models.obey(Order::Back { sha256: Some(sha256) }, 0, &mut swap).unwrap();
         assert_eq!(models.standing().in_force.name, "file");
         let [a, b] = ["a", "b"].map(|name| Some(name.to_owned()));
         assert_eq!(in_force, [a.clone(), b, a, None]);
@@ -279,19 +322,19 @@ mod tests {
         let mut models = open(folder.path());
         let other = format!("{} ", default_text());
         let no = &mut |_: Option<&Examined>| Err("no".to_owned());
-        let yes = &mut |_: Option<&Examined>| Ok(counts(100.0, 10));
-        models.count(counts(100.0, 10), yes);
-        let reported = models.obey(take("a", &other), no).unwrap_err().to_string();
+        let yes = &mut |_: Option<&Examined>| Ok(0);
+        let reported = models.obey(take("a", &other), 0, no).unwrap_err().to_string();
         assert_eq!(reported, "the model cannot be put in force: no");
         assert_eq!(models.standing().in_force.name, "file");
-        models.obey(take("a", &other), yes).unwrap();
+        models.obey(take("a", &other), 0, yes).unwrap();
         models.notices();
-        models.count(counts(120.0, 90), no);
-        models.count(counts(121.0, 90), no);
+        // Nobody watches it.
+        models.tick(61_000_000, NONE, no);
+        models.tick(61_100_000, NONE, no);
         let troubles =
             models.notices().into_iter().filter(|notice| matches!(notice, Notice::Trouble(_)));
-        assert_eq!(troubles.count(), 1, "told once");
-        models.count(counts(122.0, 90), yes);
+        assert_eq!(troubles.count(), 1, "reported once");
+        models.tick(61_200_000, NONE, yes);
         assert_eq!(
             models.notices(),
             [Notice::Done(format!("{} is in force", model("file", default_text())))]

@@ -1,23 +1,22 @@
 //! An order about models as parameters and a payload of a question, and back.
 
-use crate::rollout::JudgeConfig;
 use std::sync::Arc;
 
-/// A model, and when it is worse than the one before.
-#[derive(Clone, Debug, PartialEq)]
+/// A model.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Offer {
     /// The name of its file, for people.
     pub name: String,
     /// SHA-256 that its file should have.
     pub sha256: String,
-    /// When it is worse.
-    pub judge: JudgeConfig,
+    /// Its trial ends where nobody watches it for so long (s), 1 to 86400.
+    pub lease_s: u32,
     /// Its file, shared by all who are offered it.
     pub bytes: Arc<[u8]>,
 }
 
 /// What a gripper is asked about its models.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
     /// How do they stand?
     Notify,
@@ -25,6 +24,18 @@ pub enum Order {
     Check(Offer),
     /// Take this one and try it.
     Take(Offer),
+    /// How does the trial of this one go? It goes on for another lease.
+    Watch {
+        /// SHA-256 of its file.
+        sha256: String,
+        /// Grasps that are known already.
+        from: usize,
+    },
+    /// Keep this one.
+    Accept {
+        /// SHA-256 of its file.
+        sha256: String,
+    },
     /// Give this one back, or whichever is in force.
     Back {
         /// SHA-256 of its file.
@@ -46,7 +57,7 @@ pub enum OrderError {
         got: String,
     },
     /// An order of another kind.
-    #[error("order={0} is not known; there are check, take and back")]
+    #[error("order={0} is not known; there are check, take, watch, accept and back")]
     Unknown(String),
 }
 
@@ -54,12 +65,15 @@ impl Order {
     /// The names and values behind the key of the question; the file of an [`Offer`] goes beside them.
     #[must_use]
     pub fn parameters(&self) -> Vec<(&'static str, String)> {
+        let order = |name: &str| ("order", name.to_owned());
         match self {
             Self::Notify => Vec::new(),
-            Self::Back { sha256 } => {
-                let sha256 = sha256.clone().map(|sha256| ("sha256", sha256));
-                [("order", "back".to_owned())].into_iter().chain(sha256).collect()
+            Self::Back { sha256: None } => vec![order("back")],
+            Self::Back { sha256: Some(sha256) } => vec![order("back"), ("sha256", sha256.clone())],
+            Self::Watch { sha256, from } => {
+                vec![order("watch"), ("sha256", sha256.clone()), ("from", from.to_string())]
             }
+            Self::Accept { sha256 } => vec![order("accept"), ("sha256", sha256.clone())],
             Self::Check(offer) => offer.parameters("check"),
             Self::Take(offer) => offer.parameters("take"),
         }
@@ -70,7 +84,7 @@ impl Order {
     pub fn payload(&self) -> &[u8] {
         match self {
             Self::Check(offer) | Self::Take(offer) => &offer.bytes,
-            Self::Notify | Self::Back { .. } => &[],
+            _ => &[],
         }
     }
 
@@ -86,6 +100,11 @@ impl Order {
         match order.as_str() {
             "" => Ok(Self::Notify),
             "back" => Ok(Self::Back { sha256: parameter("sha256") }),
+            "watch" => {
+                let sha256 = text(&parameter, "watch", "sha256")?;
+                Ok(Self::Watch { sha256, from: number(&parameter, "watch", "from")? })
+            }
+            "accept" => Ok(Self::Accept { sha256: text(&parameter, "accept", "sha256")? }),
             "check" => Ok(Self::Check(Offer::read(&parameter, "check", bytes)?)),
             "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
             other => Err(OrderError::Unknown(other.chars().take(20).collect())),
@@ -95,14 +114,12 @@ impl Order {
 
 impl Offer {
     fn parameters(&self, order: &'static str) -> Vec<(&'static str, String)> {
-        let Self { name, sha256, judge, .. } = self;
+        let Self { name, sha256, lease_s, .. } = self;
         vec![
             ("order", order.to_owned()),
             ("sha256", sha256.clone()),
             ("name", name.chars().filter(|letter| !";=#?&".contains(*letter)).collect()),
-            ("watch", judge.watch_s.to_string()),
-            ("factor", judge.factor.to_string()),
-            ("alpha", judge.alpha.to_string()),
+            ("lease", lease_s.to_string()),
         ]
     }
 
@@ -111,18 +128,22 @@ impl Offer {
         order: &'static str,
         bytes: Vec<u8>,
     ) -> Result<Self, OrderError> {
-        let number = |name| {
-            let got = text(parameter, order, name)?;
-            got.parse().map_err(|_| OrderError::Parameter { order, name, got })
-        };
-        let (factor, alpha, watch_s) = (number("factor")?, number("alpha")?, number("watch")?);
         Ok(Self {
             name: parameter("name").unwrap_or_default(),
             sha256: text(parameter, order, "sha256")?,
-            judge: JudgeConfig { factor, alpha, watch_s },
+            lease_s: number(parameter, order, "lease")?,
             bytes: bytes.into(),
         })
     }
+}
+
+fn number<T: core::str::FromStr>(
+    parameter: &impl Fn(&str) -> Option<String>,
+    order: &'static str,
+    name: &'static str,
+) -> Result<T, OrderError> {
+    let got = text(parameter, order, name)?;
+    got.parse().map_err(|_| OrderError::Parameter { order, name, got })
 }
 
 fn text(
@@ -137,7 +158,6 @@ fn text(
 #[cfg(test)]
 mod tests {
     use super::{Offer, Order};
-    use crate::rollout::JudgeConfig;
 
     fn read(parameters: &[(&str, String)], bytes: &[u8]) -> Result<Order, String> {
         let found = |name: &str| {
@@ -148,34 +168,49 @@ mod tests {
 
     #[test]
     fn orders_are_read_as_they_are_written() {
-        let judge = JudgeConfig { watch_s: 12.5, ..JudgeConfig::default() };
         let (name, sha256) = ("m.json".to_owned(), "ab".to_owned());
-        let offer = Offer { name, sha256: sha256.clone(), judge, bytes: [1, 2].into() };
-        let offers = [Order::Check(offer.clone()), Order::Take(offer)];
-        let backs = [None, Some(sha256)].map(|sha256| Order::Back { sha256 });
-        for order in [Order::Notify].into_iter().chain(backs).chain(offers) {
+        let offer = Offer { name, sha256: sha256.clone(), lease_s: 12, bytes: [1, 2].into() };
+        for order in [
+            Order::Notify,
+            Order::Back { sha256: None },
+            Order::Back { sha256: Some(sha256.clone()) },
+            Order::Watch { sha256: sha256.clone(), from: 7 },
+            Order::Accept { sha256 },
+            Order::Check(offer.clone()),
+            Order::Take(offer),
+        ] {
             assert_eq!(read(&order.parameters(), order.payload()).as_ref(), Ok(&order));
         }
     }
 
     #[test]
     fn what_is_no_order_is_reported() {
-        let parameter = |name, value: &str| (name, value.to_owned());
-        let take = |name, value| [parameter("order", "take"), parameter(name, value)];
-        let numbers = [("factor", "2"), ("alpha", "0.1"), ("watch", "9")];
-        let numbers = numbers.map(|(name, value)| parameter(name, value));
-        let reported = |parameters: &[(&'static str, String)]| read(parameters, &[]).unwrap_err();
-        let bare = [&take("x", "")[..], &numbers].concat();
-        assert_eq!(reported(&bare), "an order to take a model needs sha256=, and got nothing");
-        assert_eq!(
-            reported(&[parameter("order", "check")]),
-            "an order to check a model needs factor=, and got nothing"
-        );
-        let odd = [&take("factor", "a")[..], &[parameter("sha256", "ab")]].concat();
-        assert_eq!(reported(&odd), "an order to take a model needs factor=, and got a");
-        assert_eq!(
-            reported(&[parameter("order", "drop")]),
-            "order=drop is not known; there are check, take and back"
-        );
+        for (parameters, reported) in [
+            (
+                &[("order", "take"), ("lease", "9")][..],
+                "an order to take a model needs sha256=, and got nothing",
+            ),
+            (
+                &[("order", "check"), ("sha256", "ab")],
+                "an order to check a model needs lease=, and got nothing",
+            ),
+            (
+                &[("order", "take"), ("sha256", "ab"), ("lease", "-1")],
+                "an order to take a model needs lease=, and got -1",
+            ),
+            (
+                &[("order", "watch"), ("sha256", "ab")],
+                "an order to watch a model needs from=, and got nothing",
+            ),
+            (&[("order", "accept")], "an order to accept a model needs sha256=, and got nothing"),
+            (
+                &[("order", "drop")],
+                "order=drop is not known; there are check, take, watch, accept and back",
+            ),
+        ] {
+            let parameters: Vec<_> =
+                parameters.iter().map(|(name, value)| (*name, (*value).to_owned())).collect();
+            assert_eq!(read(&parameters, &[]).unwrap_err(), reported);
+        }
     }
 }

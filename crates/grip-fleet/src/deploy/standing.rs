@@ -1,8 +1,8 @@
 //! What a gripper says of its models, and what it keeps of them over an end of its daemon.
 
-use crate::rollout::{Counts, Worse};
+use crate::rollout::Grasp;
 use core::fmt;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// A model: a name for people, and what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,14 +24,12 @@ impl fmt::Display for ModelId {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
-    /// It has been watched long enough, and stays.
+    /// The roll-out was over, and it stays.
     Accepted,
-    /// There were more slips or faults than before.
-    Worse(Worse),
-    /// Nothing was grasped with it.
-    Idle,
     /// Somebody asked for the model of before.
     Told,
+    /// Nobody watched the trial for the time of its lease.
+    Unwatched,
     /// The daemon ended during the trial.
     Restarted,
     /// Other settings came in force during the trial.
@@ -43,11 +41,9 @@ pub enum How {
 impl fmt::Display for How {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Accepted => "it was watched long enough, and stays",
-            Self::Worse(Worse::Slips) => "there were more slips",
-            Self::Worse(Worse::Faults) => "there were more faults",
-            Self::Idle => "nothing was grasped with it",
+            Self::Accepted => "its trial is over, and it stays",
             Self::Told => "it was asked to",
+            Self::Unwatched => "nobody watched its trial any more",
             Self::Restarted => "gripd or gripfleet has started again during the trial",
             Self::Reloaded => "its settings were changed during the trial",
             Self::Failed => "it could not be put in force",
@@ -74,24 +70,31 @@ pub struct Lasting {
     pub before: Option<ModelId>,
     /// The model on trial: a daemon that finds one here has ended during the trial.
     pub trial: Option<ModelId>,
-    /// What became of the last one.
+    /// What became of the last one; an end that is not known, such as one of an earlier version, is none.
+    #[serde(deserialize_with = "known")]
     pub last: Option<Ended>,
 }
 
+fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Ended>, D::Error> {
+    serde_json::Value::deserialize(from).map(|value| serde_json::from_value(value).ok())
+}
+
 /// A trial that goes on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrialReport {
-    /// Its length, in time with an object (s).
-    pub watch_s: f64,
-    /// What was counted with the model before.
-    pub before: Counts,
+    /// It ends where nobody watches it for so long (s).
+    pub lease_s: u32,
+    /// Grasps with the model before.
+    pub before: usize,
 }
 
 impl Standing {
     /// The model of the configuration is in force, and no other one was taken.
     #[must_use]
-    pub fn configured(model: &ModelId, counted: Counts) -> Self {
-        Self { in_force: model.clone(), before: None, trial: None, counted, last: None }
+    pub fn configured(model: &ModelId) -> Self {
+        let (grasped, grasps) = (0, Vec::new());
+        let (in_force, configured) = (model.clone(), model.clone());
+        Self { in_force, configured, before: None, trial: None, grasped, grasps, last: None }
     }
 }
 
@@ -100,12 +103,30 @@ impl Standing {
 pub struct Standing {
     /// The model in force.
     pub in_force: ModelId,
+    /// The model that the configuration names.
+    pub configured: ModelId,
     /// The model that it gives way to where somebody asks for it; none where that of the configuration is in force.
     pub before: Option<ModelId>,
     /// The trial of the model in force, where it is on one.
     pub trial: Option<TrialReport>,
-    /// What was counted since it has been in force, or since the start.
-    pub counted: Counts,
+    /// Grasps since it has been in force, or since the start.
+    pub grasped: usize,
+    /// Those that were asked for: to a check the ones with the model in force, to an order to take a model the ones before it, to an order to
+    /// watch it the ones with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub grasps: Vec<Grasp>,
     /// What became of the last model.
     pub last: Option<Ended>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lasting;
+
+    #[test]
+    fn an_end_of_an_earlier_version_does_not_hide_what_was_accepted() {
+        let text = r#"{"accepted":{"name":"a","sha256":"ab"},"last":{"model":{"name":"b","sha256":"cd"},"how":{"worse":"slips"}}}"#;
+        let lasting: Lasting = serde_json::from_str(text).unwrap();
+        assert_eq!((lasting.accepted.unwrap().name, lasting.last), ("a".to_owned(), None));
+    }
 }

@@ -1,27 +1,36 @@
-//! Trials of models: better, worse, given back, interrupted; and what is refused before.
+//! Trials of models: kept, given back, left alone, interrupted; and what is refused before.
 
 use super::{Declined, Deployment, Ended, How, Lasting, ModelId, Step, digest, examine};
-use crate::rollout::{Counts, JudgeConfig, Worse};
+use crate::rollout::{Finished, Grasp};
+use grip_link::message::FaultCode;
 use grip_session::model::default_text;
 
-const JUDGE: JudgeConfig = JudgeConfig { factor: 1.5, alpha: 1e-3, watch_s: 60.0 };
+const SECOND: u64 = 1_000_000;
+const LEASE_S: u32 = 60;
 
 fn model(name: &str) -> ModelId {
     ModelId { name: name.to_owned(), sha256: digest(name.as_bytes()) }
 }
 
-/// A grasp with each slip.
-fn counts(seconds: f64, slips: u64) -> Counts {
-    Counts { seconds, slips, faults: 0, grasps: slips }
+/// Some grasps, of these numbers.
+fn grasped(deployment: &mut Deployment, numbers: core::ops::RangeInclusive<u64>) {
+    let grasp = Grasp::default();
+    numbers.for_each(|number| deployment.grasped(&Finished { number, grasp }));
 }
 
-/// A gripper that has run for two minutes with 12 slips, and a model on trial there.
+/// A gripper that has made twelve grasps, and a model on trial there from 0 s on.
 fn on_trial(lasting: Lasting, name: &str) -> Deployment {
     let mut deployment = Deployment::new(model("file"), lasting);
-    assert_eq!(deployment.count(counts(120.0, 12)), Step::Stay);
-    let taken = deployment.take(model(name), JUDGE);
+    grasped(&mut deployment, 1..=12);
+    let taken = deployment.take(model(name), LEASE_S, 0);
     assert_eq!(taken, Ok(Step::Swap(Some(model(name)))));
-    deployment.swapped(counts(120.0, 12));
+    deployment.swapped(13);
+    deployment
+}
+
+fn accepted(name: &str) -> Deployment {
+    let mut deployment = on_trial(Lasting::default(), name);
+    deployment.accept(&model(name).sha256, 0).unwrap();
     deployment
 }
 
@@ -30,127 +39,165 @@ fn last(deployment: &Deployment) -> Option<(String, How)> {
 }
 
 #[test]
-fn a_model_that_is_as_good_stays_and_gives_way_when_somebody_asks() {
+fn a_model_on_trial_has_grasps_of_its_own_and_stays_when_it_is_accepted() {
     let mut deployment = on_trial(Lasting::default(), "a");
     let standing = deployment.standing();
     assert_eq!((standing.in_force, standing.before), (model("a"), Some(model("file"))));
-    assert_eq!(standing.trial.unwrap().before, counts(120.0, 12));
-    assert_eq!(standing.counted, Counts::default());
-    assert_eq!(deployment.count(counts(150.0, 15)), Step::Stay);
-    assert!(deployment.standing().trial.is_some());
-    assert_eq!(deployment.count(counts(181.0, 18)), Step::Stay);
-    assert!(deployment.standing().trial.is_none());
+    assert_eq!((standing.trial.unwrap().before, standing.grasped), (12, 0));
+    // One that had begun before counts for neither.
+    grasped(&mut deployment, 13..=18);
+    assert_eq!((deployment.grasps(0).len(), deployment.grasps_before().len()), (5, 12));
+    assert_eq!((deployment.grasps(3).len(), deployment.grasps(9).len()), (2, 0));
+    let sha256 = model("a").sha256;
+    deployment.accept(&sha256, 0).unwrap();
+    deployment.accept(&sha256, 0).unwrap();
+    assert_eq!((deployment.standing().trial, deployment.standing().grasped), (None, 5));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Accepted)));
     assert_eq!(deployment.lasting().accepted, Some(model("a")));
-    // What comes later is no trial any more.
-    assert_eq!(deployment.count(counts(200.0, 500)), Step::Stay);
+    // Nobody needs to watch it any more.
+    assert_eq!(deployment.tick(9999 * SECOND, FaultCode::NONE), Step::Stay);
     assert_eq!(deployment.back(Some(&model("other").sha256)), Step::Stay);
-    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Swap(None));
+    assert_eq!(deployment.back(Some(&sha256)), Step::Swap(None));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
-    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Stay, "told twice");
+    assert_eq!(deployment.back(Some(&sha256)), Step::Stay, "asked twice");
 }
 
+/// The program of the operator was killed.
 #[test]
-fn a_model_that_is_worse_goes_by_itself() {
-    for (now, worse) in [
-        (counts(140.0, 40), Worse::Slips),
-        (Counts { seconds: 140.0, slips: 13, faults: 9, grasps: 13 }, Worse::Faults),
-    ] {
-        let mut deployment = on_trial(Lasting::default(), "a");
-        assert_eq!(deployment.count(now), Step::Swap(None));
-        deployment.swapped(now);
-        let standing = deployment.standing();
-        assert_eq!((standing.in_force, standing.before), (model("file"), None));
-        assert_eq!(standing.counted, counts(120.0, 12), "it goes on where it was");
-        assert_eq!(last(&deployment), Some(("a".to_owned(), How::Worse(worse))));
-        assert_eq!(*deployment.lasting(), Lasting { last: standing.last, ..Lasting::default() });
-    }
-}
-
-#[test]
-fn a_model_with_which_nothing_was_grasped_goes_back() {
+fn a_model_that_nobody_watches_goes_by_itself() {
     let mut deployment = on_trial(Lasting::default(), "a");
-    let held = Counts { seconds: 181.0, ..counts(120.0, 12) };
-    assert_eq!(deployment.count(held), Step::Swap(None));
-    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Idle)));
-    assert_eq!(deployment.lasting().accepted, None);
+    let sha256 = model("a").sha256;
+    let none = FaultCode::NONE;
+    for second in [50, 100, 150] {
+        assert_eq!(deployment.tick(second * SECOND, none), Step::Stay);
+        deployment.watch(&sha256, second * SECOND).unwrap();
+    }
+    assert!(deployment.watch(&model("b").sha256, 200 * SECOND).is_err(), "another one is no watch");
+    assert_eq!(deployment.tick(210 * SECOND, none), Step::Stay);
+    // An order to take it again is one.
+    assert_eq!(deployment.take(model("a"), LEASE_S, 210 * SECOND), Ok(Step::Stay));
+    assert_eq!(deployment.tick(270 * SECOND, none), Step::Stay);
+    assert_eq!(deployment.tick(271 * SECOND, none), Step::Swap(None));
+    deployment.swapped(20);
+    assert_eq!(deployment.standing().grasped, 12, "it goes on where it was");
+    let why = deployment.accept(&sha256, 271 * SECOND).unwrap_err();
+    assert_eq!(why, Declined::NoTrial(Some(How::Unwatched)));
+    assert_eq!(
+        why.to_string(),
+        "that model is not on trial here: nobody watched its trial any more"
+    );
+    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Unwatched)));
+    let standing = deployment.standing();
+    assert_eq!(*deployment.lasting(), Lasting { last: standing.last, ..Lasting::default() });
 }
 
-/// In the first seconds of a trial, with nothing counted, and when the trial is over: each time to the model before.
+/// In the first seconds of a trial, without a single grasp, and when the trial is over: each time to the model before.
 #[test]
 fn the_way_back_is_always_open() {
-    let mut deployment = on_trial(Lasting::default(), "a");
-    deployment.count(counts(181.0, 18));
-    deployment.take(model("b"), JUDGE).unwrap();
+    let mut deployment = accepted("a");
+    deployment.take(model("b"), LEASE_S, 0).unwrap();
     assert_eq!(deployment.back(None), Step::Swap(Some(model("a"))));
     assert_eq!(deployment.back(None), Step::Swap(None));
     assert_eq!(deployment.back(None), Step::Stay, "this is the model of the configuration");
 }
 
+/// Deployed as any other, in FAULT and without a grasp: a bad model does not lock itself in.
 #[test]
-fn a_daemon_that_starts_again_during_the_trial_has_the_model_of_before() {
-    let mut first = on_trial(Lasting::default(), "a");
-    first.count(counts(200.0, 20));
-    let mut second = on_trial(first.lasting().clone(), "b");
-    assert_eq!(second.standing().before, Some(model("a")));
-    let mut third = Deployment::new(model("file"), second.lasting().clone());
-    assert_eq!(third.wanted(), Some(&model("a")), "accepted before");
-    assert_eq!(last(&third), Some(("b".to_owned(), How::Restarted)));
-    assert_eq!(third.count(counts(3600.0, 900)), Step::Stay, "no trial");
-    // The whole trial in the second run: then it survives.
-    second.count(counts(181.0, 20));
-    let third = Deployment::new(model("file"), second.lasting().clone());
-    assert_eq!((third.wanted(), third.standing().before), (Some(&model("b")), Some(model("a"))));
+fn the_models_of_the_configuration_and_before_need_no_trial() {
+    for (first, wanted, step) in [
+        ("a", "file", Step::Swap(None)),
+        ("b", "file", Step::Swap(None)),
+        ("b", "a", Step::Swap(Some(model("a")))),
+    ] {
+        let mut deployment = accepted("a");
+        if first == "b" {
+            deployment.take(model("b"), LEASE_S, 0).unwrap();
+            deployment.swapped(14);
+            deployment.accept(&model("b").sha256, 0).unwrap();
+        }
+        deployment.tick(0, FaultCode::OBJECT_LOST);
+        assert_eq!(deployment.take(model(wanted), LEASE_S, 0), Ok(step));
+        let standing = deployment.standing();
+        assert_eq!((standing.in_force, standing.trial), (model(wanted), None));
+    }
 }
 
 #[test]
-fn an_order_to_give_back_ends_the_trial() {
-    let mut deployment = on_trial(Lasting::default(), "a");
-    assert_eq!(deployment.back(Some(&model("a").sha256)), Step::Swap(None));
-    deployment.swapped(counts(120.0, 12));
-    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
-    assert_eq!(deployment.count(counts(130.0, 100)), Step::Stay, "no trial");
+fn a_gripper_in_fault_tries_nothing() {
+    let mut deployment = Deployment::new(model("file"), Lasting::default());
+    deployment.tick(0, FaultCode::OBJECT_LOST);
+    let reported = deployment.check(&model("a"), LEASE_S).unwrap_err().to_string();
+    assert_eq!(reported, "this gripper has latched fault 0201, and nothing can be tried on it");
+    deployment.tick(0, FaultCode::NONE);
+    assert_eq!(deployment.check(&model("a"), LEASE_S), Ok(true));
+}
+
+#[test]
+fn a_daemon_that_starts_again_during_the_trial_has_the_model_of_before() {
+    let first = accepted("a");
+    let mut second = on_trial(first.lasting().clone(), "b");
+    assert_eq!(second.standing().before, Some(model("a")));
+    let third = Deployment::new(model("file"), second.lasting().clone());
+    assert_eq!(third.wanted(), Some(&model("a")), "accepted before");
+    assert_eq!(last(&third), Some(("b".to_owned(), How::Restarted)));
+    // The whole trial in the second run: then it survives.
+    second.accept(&model("b").sha256, 0).unwrap();
+    let third = Deployment::new(model("file"), second.lasting().clone());
+    assert_eq!((third.wanted(), third.standing().before), (Some(&model("b")), Some(model("a"))));
 }
 
 #[test]
 fn other_settings_during_the_trial_end_it() {
     let mut deployment = on_trial(Lasting::default(), "a");
     assert_eq!(deployment.reloaded(model("file 2")), Step::Swap(None));
-    deployment.swapped(counts(120.0, 12));
+    deployment.swapped(13);
     assert_eq!(deployment.standing().in_force, model("file 2"));
     assert_eq!(last(&deployment), Some(("a".to_owned(), How::Reloaded)));
-    // Outside of a trial they only begin the counts anew.
-    deployment.count(counts(300.0, 30));
+    // Grasps with other settings are nothing to compare with.
+    assert_eq!(deployment.standing().grasped, 0);
+    grasped(&mut deployment, 14..=15);
     assert_eq!(deployment.reloaded(model("file")), Step::Stay);
-    let early = deployment.take(model("b"), JUDGE).unwrap_err();
-    assert_eq!(early, Declined::TooEarly { counted_s: 0, watch_s: 60 });
+    assert_eq!(deployment.standing().grasped, 0);
 }
 
 #[test]
 fn one_trial_at_a_time_and_none_of_what_is_in_force() {
     let mut deployment = on_trial(Lasting::default(), "a");
-    assert_eq!(deployment.take(model("a"), JUDGE), Ok(Step::Stay), "asked twice");
-    assert_eq!(deployment.take(model("b"), JUDGE), Err(Declined::OnTrial(model("a"))));
+    assert_eq!(deployment.take(model("a"), LEASE_S, 0), Ok(Step::Stay), "asked twice");
+    assert_eq!(deployment.take(model("b"), LEASE_S, 0), Err(Declined::OnTrial(model("a"))));
     let mut fresh = Deployment::new(model("file"), Lasting::default());
-    assert_eq!(fresh.take(model("file"), JUDGE), Ok(Step::Stay));
-    let reported = fresh.take(model("a"), JUDGE).unwrap_err().to_string();
-    assert!(reported.starts_with("there are only 0 s with an object"), "{reported}");
-    let never = JudgeConfig { watch_s: f64::NAN, ..JUDGE };
-    assert_eq!(fresh.take(model("a"), never), Err(Declined::Judge));
+    assert_eq!(fresh.take(model("file"), LEASE_S, 0), Ok(Step::Stay));
+    assert_eq!(fresh.take(model("a"), 0, 0), Err(Declined::Lease(0)));
     assert_eq!(*fresh.lasting(), Lasting::default());
 }
 
 #[test]
 fn what_cannot_be_put_in_force_is_on_no_trial() {
     let mut deployment = Deployment::new(model("file"), Lasting::default());
-    deployment.count(counts(120.0, 12));
-    deployment.take(model("a"), JUDGE).unwrap();
+    grasped(&mut deployment, 1..=3);
+    deployment.take(model("a"), LEASE_S, 0).unwrap();
     deployment.failed();
     assert_eq!(
         (deployment.wanted(), last(&deployment)),
         (None, Some(("a".to_owned(), How::Failed)))
     );
-    assert_eq!(deployment.standing().counted, counts(120.0, 12), "nothing has changed");
+    assert_eq!(deployment.standing().grasped, 3, "nothing has changed");
+}
+
+/// A long run keeps the latest grasps, a long trial the first ones.
+#[test]
+fn grasps_are_kept_up_to_a_thousand() {
+    let mut deployment = Deployment::new(model("file"), Lasting::default());
+    let numbered = |number: u64| {
+        let regrasps = u32::try_from(number).unwrap();
+        Finished { number, grasp: Grasp { regrasps, ..Grasp::default() } }
+    };
+    (1..=1500).for_each(|number| deployment.grasped(&numbered(number)));
+    assert_eq!((deployment.grasps(0).len(), deployment.grasps(0)[0].regrasps), (1000, 501));
+    deployment.take(model("a"), LEASE_S, 0).unwrap();
+    deployment.swapped(1500);
+    (1501..=3000).for_each(|number| deployment.grasped(&numbered(number)));
+    assert_eq!((deployment.grasps(0).len(), deployment.grasps(0)[0].regrasps), (1000, 1501));
 }
 
 /// What comes of a model file in which something is replaced.

@@ -3,7 +3,7 @@
 use super::{NetError, PATIENCE, refused};
 use crate::{
     follower::Since,
-    id::EventId,
+    id::{EventId, Stamp},
     key::{Member, Part, Topic},
     log::{EventLog, Logged},
 };
@@ -53,10 +53,39 @@ pub struct Announced {
 #[derive(Debug)]
 struct Open {
     query: Query,
+    /// What whoever asks knows.
+    after: Vec<EventId>,
+    since: Since,
     /// Where it goes on in the log; not looked for yet, where absent.
     place: Option<u64>,
     /// Events that are still wanted.
     left: usize,
+}
+
+impl Open {
+    /// Reads what is asked; a sentence where that is not clear: an answer with everything would be no answer to it.
+    fn new(query: &Query) -> Result<Self, String> {
+        let parameters = query.parameters();
+        let wrong = |name: &str, form: &str, got: &str| format!("{name}={got}: expected {form}");
+        let after = parameters.get("after").unwrap_or_default();
+        let named = after.split(',').filter(|id| !id.is_empty()).take(MOST_NAMED);
+        let after = named
+            .map(|id| {
+                id.parse()
+                    .map_err(|_| wrong("after", "RUN.NUMBER, RUN as eight hexadecimal digits", id))
+            })
+            .collect::<Result<Vec<EventId>, String>>()?;
+        let since = match parameters.get("since") {
+            None => Since::Start,
+            Some("now") => Since::Now,
+            Some(other) => return Err(wrong("since", "now", other)),
+        };
+        let left = match parameters.get("most") {
+            None => usize::MAX,
+            Some(most) => most.parse().map_err(|_| wrong("most", "a count", most))?,
+        };
+        Ok(Self { query: query.clone(), after, since, place: None, left })
+    }
 }
 
 impl Announced {
@@ -74,7 +103,7 @@ impl Announced {
         let publisher = |topic| publisher(session, &member.key(Part::Topic(topic)), topic);
         let (ask, asked) = sync_channel(MOST_QUESTIONS);
         let queryable = |part: Part| {
-            let (key, ask) = (member.key(part), ask.clone());
+            let (key, ask) = (part.question(&member.key(part)), ask.clone());
             session
                 .declare_queryable(key.clone())
                 .complete(true)
@@ -103,42 +132,49 @@ impl Announced {
         })
     }
 
-    /// Publishes a frame. `id` is that of the event, or of the last event for what is none. Where the network does not take it, the
+    /// Publishes a frame. The stamp is that of the event, or the number of the last event for what is none. Where the network does not take it, the
     /// log has the event still, and the rest is out of date soon; it is counted.
-    pub fn publish(&mut self, topic: Topic, id: EventId, wire: &[u8]) {
+    pub fn publish(&mut self, topic: Topic, stamp: impl Into<Stamp>, wire: &[u8]) {
+        let stamp = stamp.into();
         let publisher = match topic {
             Topic::Events => &self.events,
             Topic::State => &self.state,
             Topic::Health => &self.health,
             Topic::Samples => &self.samples,
         };
-        let sent = publisher.put(wire).attachment(id.to_bytes()).wait();
+        let sent = publisher.put(wire).attachment(stamp.to_bytes()).wait();
         self.refused += u64::from(sent.is_err());
     }
 
     /// Answers what was asked meanwhile: `status` with the frames given, `config` with that text, and some of the events that are asked
     /// for, so that nothing else waits long. `lend` hands out the log for a moment, in which nothing is sent.
     pub fn answer(&mut self, lend: &Lend<'_>, status: &[impl AsRef<[u8]>], config: &str) {
-        let mut head = EventId::default();
-        lend(&mut |log| head = log.head());
+        let mut head = Stamp::default();
+        lend(&mut |log| head = log.head().into());
         while let Ok((part, query)) = self.asked.try_recv() {
+            let key = self.member.key(part);
+            if part.has_names_below() && query.key_expr().as_str().ends_with(part.name()) {
+                let reason =
+                    format!("ask {}: each answer has a name of its own", part.question(&key));
+                self.refuse(&query, &reason);
+                continue;
+            }
             match part {
-                Part::Topic(_) if self.open.len() < MOST_QUESTIONS => {
-                    let most = query.parameters().get("most").and_then(|most| most.parse().ok());
-                    let left = most.unwrap_or(usize::MAX);
-                    self.open.push_back(Open { query, place: None, left });
-                }
+                Part::Topic(_) if self.open.len() < MOST_QUESTIONS => match Open::new(&query) {
+                    Ok(open) => self.open.push_back(open),
+                    Err(reason) => self.refuse(&query, &reason),
+                },
                 Part::Topic(_) => {}
                 Part::Config => {
-                    self.reply(&query, part, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
+                    self.reply(&query, &key, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
                 }
                 Part::Status => {
-                    for frame in status {
-                        self.reply(&query, part, (head, frame.as_ref()), FRAME);
+                    for (number, frame) in status.iter().enumerate() {
+                        let key = format!("{key}/{number}");
+                        self.reply(&query, &key, (head, frame.as_ref()), FRAME);
                     }
                 }
                 _ if self.others.len() < MOST_QUESTIONS => {
-                    let key = self.member.key(part);
                     self.others.push_back(Question { part, key, query });
                 }
                 _ => {}
@@ -151,19 +187,23 @@ impl Announced {
 
     /// The next events of an answer; it comes to the end of the queue where it is not complete.
     fn go_on(&mut self, mut open: Open, lend: &Lend<'_>) {
-        let parameters = open.query.parameters();
-        let after = parameters.get("after").unwrap_or_default().split(',').take(MOST_NAMED);
-        let after: Vec<EventId> = after.filter_map(|id| id.parse().ok()).collect();
-        let since = if parameters.get("since") == Some("now") { Since::Now } else { Since::Start };
         let mut events: Vec<Logged> = Vec::new();
         let slice = SLICE.min(open.left);
         lend(&mut |log| {
-            let place = open.place.unwrap_or_else(|| log.place(&after, since)).max(log.dropped());
+            let place =
+                open.place.unwrap_or_else(|| log.place(&open.after, open.since)).max(log.dropped());
             events = log.from(place).take(slice).cloned().collect();
             open.place = Some(place + events.len() as u64);
         });
         for event in &events {
-            self.reply(&open.query, Part::Topic(Topic::Events), (event.id, &event.wire), FRAME);
+            let key = self.member.key(Part::Topic(Topic::Events));
+            let key = format!("{key}/{:08x}/{}", event.id.run, event.id.seq);
+            self.reply(
+                &open.query,
+                &key,
+                (Stamp { id: event.id, at: event.at }, &event.wire),
+                FRAME,
+            );
         }
         open.left -= events.len();
         // A question that is dropped is answered.
@@ -173,9 +213,14 @@ impl Announced {
     }
 
     /// Questions may go to many grippers; each answers under its own name.
-    fn reply(&mut self, query: &Query, part: Part, (id, bytes): (EventId, &[u8]), form: Encoding) {
-        let reply = query.reply(self.member.key(part), bytes).attachment(id.to_bytes());
+    fn reply(&mut self, query: &Query, key: &str, (stamp, bytes): (Stamp, &[u8]), form: Encoding) {
+        let reply = query.reply(key, bytes).attachment(stamp.to_bytes());
         self.refused += u64::from(reply.encoding(form).wait().is_err());
+    }
+
+    /// A question that cannot be answered.
+    fn refuse(&mut self, query: &Query, reason: &str) {
+        self.refused += u64::from(query.reply_err(reason).wait().is_err());
     }
 
     /// The next question for one of the parts that were named at the start; [`Announced::answer`] finds it.

@@ -5,9 +5,9 @@
 
 use super::{Ask, NetError, ask};
 use crate::{
-    deploy::{How, Offer, Order, Standing, digest},
+    deploy::{ModelId, Offer, Order, Standing, digest},
     key::{Member, Part},
-    rollout::{self, Progress, Report, Rollout, RolloutConfig, Stop},
+    rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop},
 };
 use core::time::Duration;
 use std::{collections::BTreeSet, thread};
@@ -22,18 +22,19 @@ pub struct Deployer {
     session: Session,
     offer: Offer,
     rollout: Rollout,
-    /// Who was asked whether it would take the model, told to take it, or told to give it back, and has not answered.
+    /// Who was asked whether it would take the model, ordered to take it, to keep it or to give it back, and has not answered.
     checking: BTreeSet<Member>,
     taking: BTreeSet<Member>,
+    accepting: BTreeSet<Member>,
     returning: BTreeSet<Member>,
-    /// Who may have taken it without our hearing of it.
-    unsure: BTreeSet<Member>,
     patience: Duration,
 }
 
 /// Something that a person wants to see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
+    /// A stage takes so many grasps; nobody has the model yet.
+    Planned(usize),
     /// This stage begins.
     Stage(usize),
     /// A gripper has said something about the model.
@@ -43,24 +44,28 @@ pub enum Happening {
 }
 
 impl Deployer {
-    /// A roll-out of a model file of that name, which begins with the first turn. An answer may take `patience`.
+    /// A roll-out of a model file of that name, which begins with the first turn. A gripper goes back by itself where no turn watches it for
+    /// `lease_s`. An answer may take `patience`. Grippers that try this very model go on with their trial: a roll-out whose program has ended
+    /// can be taken up again within the lease.
     pub fn new(
         session: Session,
         config: RolloutConfig,
         (name, bytes): (String, Vec<u8>),
         members: impl IntoIterator<Item = Member>,
-        patience: Duration,
+        (patience, lease_s): (Duration, u32),
     ) -> Self {
-        let (sha256, judge) = (digest(&bytes), config.judge);
-        let offer = Offer { name, sha256, judge, bytes: bytes.into() };
+        let offer = Offer { name, sha256: digest(&bytes), lease_s, bytes: bytes.into() };
         let rollout = Rollout::new(config, members);
         let (checking, taking) = (BTreeSet::new(), BTreeSet::new());
-        let (returning, unsure) = (BTreeSet::new(), BTreeSet::new());
-        Self { session, offer, rollout, checking, taking, returning, unsure, patience }
+        let (accepting, returning) = (BTreeSet::new(), BTreeSet::new());
+        Self { session, offer, rollout, checking, taking, accepting, returning, patience }
     }
 
-    /// Gives orders, asks how it goes and tells what was heard. The clock is read when an answer has come, or patience has ended.
+    /// Gives orders, watches the trials and hands out what was answered. The clock is read when an answer has come, or patience has ended.
     pub fn turn(&mut self, now_us: &dyn Fn() -> u64) -> Vec<Happening> {
+        if self.rollout.plan() {
+            return self.rollout.grasps().map(Happening::Planned).into_iter().collect();
+        }
         let mut happenings = Vec::new();
         let before = self.rollout.stage();
         let steps = self.rollout.step();
@@ -71,8 +76,10 @@ impl Deployer {
             match order {
                 rollout::Order::Check(member) => self.checking.insert(member),
                 rollout::Order::Take(member) => self.taking.insert(member),
+                rollout::Order::Accept(member) => self.accepting.insert(member),
                 rollout::Order::GiveBack(member) => {
                     self.taking.remove(&member);
+                    self.accepting.remove(&member);
                     self.returning.insert(member)
                 }
             };
@@ -80,20 +87,32 @@ impl Deployer {
         if !matches!(self.rollout.progress(), Progress::Checking) {
             self.checking.clear();
         }
-        let mut orders: Vec<(Member, Order)> = Vec::new();
-        let back = Order::Back { sha256: Some(self.offer.sha256.clone()) };
-        orders.extend(self.returning.iter().map(|who| (who.clone(), back.clone())));
-        let check = self.checking.iter().map(|who| (who, Order::Check(self.offer.clone())));
-        let take = self.taking.iter().map(|who| (who, Order::Take(self.offer.clone())));
-        orders.extend(check.chain(take).map(|(who, order)| (who.clone(), order)));
-        let open = self.rollout.holding().filter(|who| self.rollout.is_open(who));
-        orders.extend(open.map(|who| (who.clone(), Order::Notify)));
-        for some in orders.chunks(AT_ONCE) {
+        for some in self.orders().chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
                 happenings.push(self.receive(member, &order, answer, now_us()));
             }
         }
         happenings
+    }
+
+    /// What is to be sent now.
+    fn orders(&self) -> Vec<(Member, Order)> {
+        let sha256 = || self.offer.sha256.clone();
+        let each = |members: &BTreeSet<Member>, order: Order| {
+            members.iter().map(move |who| (who.clone(), order.clone())).collect::<Vec<_>>()
+        };
+        let watch = self.rollout.holding().filter_map(|who| {
+            let from = self.rollout.known(who)?;
+            Some((who.clone(), Order::Watch { sha256: sha256(), from }))
+        });
+        [
+            each(&self.returning, Order::Back { sha256: Some(sha256()) }),
+            each(&self.checking, Order::Check(self.offer.clone())),
+            each(&self.taking, Order::Take(self.offer.clone())),
+            each(&self.accepting, Order::Accept { sha256: sha256() }),
+            watch.collect(),
+        ]
+        .concat()
     }
 
     /// Stops it; the next turn asks for the model back.
@@ -117,6 +136,18 @@ impl Deployer {
     #[must_use]
     pub const fn stopped(&self) -> Option<&Stop> {
         self.rollout.stopped()
+    }
+
+    /// The evidence against the model so far.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.rollout.evidence()
+    }
+
+    /// Grasps of a stage, once everybody has answered.
+    #[must_use]
+    pub const fn grasps(&self) -> Option<usize> {
+        self.rollout.grasps()
     }
 
     /// Who may have the model by this roll-out.
@@ -154,11 +185,13 @@ impl Deployer {
             (Order::Check(_) | Order::Take(_), Err(error @ NetError::Declined { .. })) => {
                 Report::Refused(reason(&error))
             }
+            // Its trial has ended.
+            (
+                Order::Watch { .. } | Order::Accept { .. },
+                Err(error @ NetError::Declined { .. }),
+            ) => Report::Left(reason(&error)),
             // It is asked again: what cannot be given back now can be later.
-            (order, Err(error)) => {
-                if matches!(order, Order::Take(_)) {
-                    self.unsure.insert(member.clone());
-                }
+            (_, Err(error)) => {
                 let reason = match error {
                     NetError::Silent { .. } => None,
                     error => Some(reason(&error)),
@@ -166,52 +199,44 @@ impl Deployer {
                 self.rollout.miss(&member, reason.clone(), now_us);
                 return Happening::Silent(member, reason);
             }
-            (Order::Check(_), Ok(standing)) => self.checked(&standing),
-            (Order::Take(_), Ok(standing)) => self.taken(&member, &standing),
-            (Order::Back { .. }, Ok(_)) => Report::Back,
-            (Order::Notify, Ok(standing)) => self.reported(&standing),
+            (Order::Check(_), Ok(standing)) => self.checked(standing),
+            (Order::Take(_), Ok(standing)) if standing.trial.is_none() => Report::Had,
+            (Order::Take(_), Ok(standing)) => Report::Taken(standing.grasps),
+            (Order::Watch { from, .. }, Ok(standing)) => watched(*from, standing),
+            (Order::Accept { .. }, Ok(_)) => Report::Kept,
+            (Order::Back { .. } | Order::Notify, Ok(_)) => Report::Back,
         };
         match order {
             Order::Check(_) => self.checking.remove(&member),
             Order::Take(_) => self.taking.remove(&member),
+            Order::Accept { .. } => self.accepting.remove(&member),
             Order::Back { .. } => self.returning.remove(&member),
-            Order::Notify => false,
+            Order::Notify | Order::Watch { .. } => false,
         };
         self.rollout.receive(&member, report.clone(), now_us);
         Happening::Reported(member, report)
     }
 
     /// The answer of one that would take the model.
-    fn checked(&self, standing: &Standing) -> Report {
-        let ours = standing.in_force.sha256 == self.offer.sha256 && standing.trial.is_none();
-        if ours { Report::Had } else { Report::Fit }
-    }
-
-    /// The answer to an order to take the model.
-    fn taken(&self, member: &Member, standing: &Standing) -> Report {
-        match &standing.trial {
-            Some(trial) => Report::Taken(trial.before),
-            None if self.unsure.contains(member) => Report::Kept,
-            None => Report::Had,
+    fn checked(&self, standing: Standing) -> Report {
+        let is_ours = |model: &ModelId| model.sha256 == self.offer.sha256;
+        if standing.trial.is_some() {
+            Report::Fit(standing.grasps)
+        } else if is_ours(&standing.in_force) {
+            Report::Had
+        } else if is_ours(&standing.configured) || standing.before.as_ref().is_some_and(is_ours) {
+            Report::Known
+        } else {
+            Report::Fit(standing.grasps)
         }
     }
+}
 
-    /// The answer to a look.
-    fn reported(&self, standing: &Standing) -> Report {
-        let ours = standing.in_force.sha256 == self.offer.sha256;
-        if ours {
-            return match standing.trial {
-                Some(_) => Report::Counted(standing.counted),
-                None => Report::Kept,
-            };
-        }
-        match standing.last.as_ref().filter(|last| last.model.sha256 == self.offer.sha256) {
-            Some(last) => match last.how {
-                How::Worse(worse) => Report::FellBack(worse),
-                how => Report::Left(how.to_string()),
-            },
-            None => Report::Left("another model was taken".to_owned()),
-        }
+/// The answer to a look at a trial.
+fn watched(from: usize, standing: Standing) -> Report {
+    match standing.trial {
+        Some(_) => Report::Grasps { from, grasps: standing.grasps },
+        None => Report::Kept,
     }
 }
 
@@ -233,10 +258,10 @@ pub fn standing(
     let unusable = |reason| NetError::Unusable { member: member.to_string(), reason };
     let standing: Standing = serde_json::from_slice(&answer.concat())
         .map_err(|error| unusable(format!("its answer cannot be read: {error}")))?;
-    let before = standing.trial.as_ref().map(|trial| trial.before);
-    match [Some(standing.counted), before].iter().flatten().find(|counts| !counts.is_sane()) {
-        Some(counts) => Err(unusable(format!("it cannot have counted {counts}"))),
-        None => Ok(standing),
+    if standing.grasps.iter().all(Grasp::is_sane) {
+        Ok(standing)
+    } else {
+        Err(unusable("it cannot have measured such grasps".to_owned()))
     }
 }
 

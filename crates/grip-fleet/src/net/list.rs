@@ -87,7 +87,7 @@ pub fn list(session: &Session, selector: &Selector) -> Result<BTreeMap<Member, L
     // answers to the other question.
     let (sender, answers) = channel();
     for part in [Part::Status, Part::About] {
-        let (key, sender) = (selector.key(part), sender.clone());
+        let (key, sender) = (part.question(&selector.key(part)), sender.clone());
         let take = move |reply: Reply| {
             if let Ok(sample) = reply.into_result() {
                 // Whoever asked waits for the end of all answers.

@@ -3,7 +3,7 @@
 use super::{NetError, refused};
 use crate::{
     follower::{Follower, Since, Verdict},
-    id::EventId,
+    id::{EventId, Stamp, WallTime},
     key::{Member, Part, Selector, Topic},
     message::Message,
 };
@@ -47,6 +47,8 @@ pub enum Reported {
         member: Member,
         /// Its number.
         id: EventId,
+        /// When it happened.
+        at: WallTime,
         /// What happened.
         message: Message,
         /// Events before it that nobody has any more.
@@ -70,9 +72,9 @@ pub enum Reported {
 #[derive(Debug)]
 enum Update {
     Life(Member, bool),
-    Live(Member, Part, EventId, Message),
+    Live(Member, Part, Stamp, Message),
     /// Of the question of that number.
-    Answer(Member, u64, EventId, Message),
+    Answer(Member, u64, Stamp, Message),
     Answered(Member, u64),
     Unreadable(String),
 }
@@ -130,12 +132,12 @@ impl Way {
         if answer.is_none() && self.waiting.load(Ordering::Relaxed) > WAITING {
             return;
         }
-        let id = sample.attachment().and_then(|bytes| EventId::from_bytes(&bytes.to_bytes()));
+        let stamp = sample.attachment().and_then(|bytes| Stamp::from_bytes(&bytes.to_bytes()));
         let message = Message::from_wire(&sample.payload().to_bytes());
-        self.send(match (id, message) {
-            (Some(id), Ok(message)) => match answer {
-                Some(asked) => Update::Answer(member, asked, id, message),
-                None => Update::Live(member, part, id, message),
+        self.send(match (stamp, message) {
+            (Some(stamp), Ok(message)) => match answer {
+                Some(asked) => Update::Answer(member, asked, stamp, message),
+                None => Update::Live(member, part, stamp, message),
             },
             _ => Update::Unreadable(key.to_owned()),
         });
@@ -207,6 +209,21 @@ impl Watch {
         Ok(Self { session, since, telemetry, updates, way, watched, open, due, _subscribers })
     }
 
+    /// These events were received before, by an earlier receiver: what came after them is wanted. Of grippers that have sent something already
+    /// nothing changes.
+    pub fn resume(&mut self, known: impl IntoIterator<Item = (Member, Vec<EventId>)>) {
+        for (member, received) in known {
+            let follower = Follower::resumed(Since::Start, received);
+            let resumed = Watched { follower, ..Watched::new(self.since) };
+            self.watched.entry(member).or_insert(resumed);
+        }
+    }
+
+    /// What was received of each gripper, for [`Watch::resume`].
+    pub fn received(&self) -> impl Iterator<Item = (&Member, Vec<EventId>)> {
+        self.watched.iter().map(|(member, it)| (member, it.follower.received().collect()))
+    }
+
     /// What happens next, waiting at most so long for it; `None` where nothing happened that the receiver is told.
     ///
     /// # Errors
@@ -217,11 +234,11 @@ impl Watch {
         self.way.waiting.fetch_sub(1, Ordering::Relaxed);
         match updates {
             Update::Life(member, alive) => self.life(member, alive),
-            Update::Live(member, Part::Topic(Topic::Events), id, message) => {
-                let verdict = self.watched(&member).follower.live(id);
-                self.event(verdict, member, id, message)
+            Update::Live(member, Part::Topic(Topic::Events), stamp, message) => {
+                let verdict = self.watched(&member).follower.live(stamp.id);
+                self.event(verdict, member, stamp, message)
             }
-            Update::Live(member, part, id, message) => {
+            Update::Live(member, part, Stamp { id, .. }, message) => {
                 if self.watched(&member).follower.head(id) {
                     self.ask(&member)?;
                 }
@@ -233,12 +250,12 @@ impl Watch {
             {
                 Ok(None)
             }
-            Update::Answer(member, _, id, message) => {
+            Update::Answer(member, _, stamp, message) => {
                 let watched = self.watched(&member);
                 watched.came += 1;
-                watched.last = Some(id);
-                let verdict = watched.follower.answer(id);
-                self.event(verdict, member, id, message)
+                watched.last = Some(stamp.id);
+                let verdict = watched.follower.answer(stamp.id);
+                self.event(verdict, member, stamp, message)
             }
             Update::Answered(member, _) => {
                 let again = self.watched(&member).turn_page();
@@ -287,11 +304,13 @@ impl Watch {
         &mut self,
         verdict: Verdict,
         member: Member,
-        id: EventId,
+        Stamp { id, at }: Stamp,
         message: Message,
     ) -> Result<Option<Reported>, NetError> {
         match verdict {
-            Verdict::New { missing } => Ok(Some(Reported::Event { member, id, message, missing })),
+            Verdict::New { missing } => {
+                Ok(Some(Reported::Event { member, id, at, message, missing }))
+            }
             Verdict::Known => Ok(None),
             Verdict::Early => self.ask(&member).map(|()| None),
         }
@@ -333,7 +352,8 @@ impl Watch {
             return Ok(());
         }
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
-        let key = member.key(Part::Topic(Topic::Events));
+        let part = Part::Topic(Topic::Events);
+        let key = part.question(&member.key(part));
         let only_new = if self.since == Since::Now { ";since=now" } else { "" };
         let watched = self.watched(member);
         let after = watched.turned.take().into_iter().chain(after);

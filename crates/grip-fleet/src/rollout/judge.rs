@@ -1,73 +1,53 @@
-//! Slips and faults of one gripper before and with a new model in; whether it has become worse out.
+//! Grasps with the model of before and with the new one in; the evidence that the new one is worse out.
 //!
-//! Slips come as they come: two counts of the same rate differ. Given `a` events in `s` seconds before and `b` in `t` seconds with the
-//! new model, and a true rate that has risen by no more than the factor `f`, `b` of the `a + b` events fall into the second time with
-//! probability at most `p = f t / (f t + s)`, whatever the rate is: a binomial count (Przyborowski and Wilenski, Biometrika 31, 1940). It is worse where
-//! so many or more come with a probability below `alpha`.
+//! Each grasp with the new model is compared with `per` earlier grasps of the same gripper, which are used once. Where both models are
+//! equal, each of the `per + 1` grasps is the worst of them with the same probability, whatever the grasps are like. A bet on that is an
+//! e-value: it pays `w_j` where the new grasp has place `j` from the worst, with a mean of 1 over the places; equal grasps share the
+//! mean of their places. The product over all grasps is a test martingale: it ever exceeds `1 / alpha` with a probability of at most
+//! `alpha`, however often one looks (Ville; Shafer, J. R. Stat. Soc. A 184, 2021). Products of different bets, of different properties of
+//! a grasp and of many grippers are averaged or multiplied and stay e-values.
 
+use super::Grasp;
 use core::fmt;
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Discrete, Poisson};
-use statrs::function::beta::checked_beta_reg;
 
-/// What was counted over some time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Counts {
-    /// Time in which something was between the fingers (s).
-    pub seconds: f64,
-    /// Slips.
-    pub slips: u64,
-    /// Faults that the gripper has reported, such as an object that was lost.
-    pub faults: u64,
-    /// Times something came between the fingers.
-    #[serde(default)]
-    pub grasps: u64,
-}
+/// Bets: with exponent `s` place `j` of `m` pays `m ((j / m)^s - ((j - 1) / m)^s)`. The smaller, the more stands on the worst place.
+const BETS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
+/// Most earlier grasps that one grasp is compared with.
+const MOST_PER: usize = 8;
+/// Roll-outs that are drawn for a plan, and the most grasps of one.
+const DRAWS: usize = 100;
+/// A stage takes at most so many grasps.
+pub const MOST_GRASPS: usize = 500;
 
-impl fmt::Display for Counts {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seconds, slips, faults, .. } = self;
-        write!(f, "{slips} slips and {faults} faults in {seconds:.0} s")
-    }
-}
-
-impl Counts {
-    /// Whether a gripper can have counted that: a time of at most 30 years, and at most ten million of each. Slips are at least five seconds from each
-    /// other; ten a second, and a hundred more, are let through.
-    #[must_use]
-    pub fn is_sane(&self) -> bool {
-        (0.0..=1e9).contains(&self.seconds)
-            && self.slips.max(self.faults).max(self.grasps) <= 10_000_000
-            && float(self.slips) <= 100.0 + 10.0 * self.seconds
-    }
-
-    /// What was counted since `earlier`.
-    #[must_use]
-    pub fn since(&self, earlier: &Self) -> Self {
-        Self {
-            seconds: (self.seconds - earlier.seconds).max(0.0),
-            slips: self.slips.saturating_sub(earlier.slips),
-            faults: self.faults.saturating_sub(earlier.faults),
-            grasps: self.grasps.saturating_sub(earlier.grasps),
-        }
-    }
-}
-
-/// When a model is worse, and when it has been watched long enough.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// When a model is worse.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgeConfig {
-    /// A rate may rise by so much, from 1.
-    pub factor: f64,
-    /// Probability of calling a model worse that is not, for each count, 0 to 0.5.
+    /// Probability of ever calling a model worse that is as good, in all, 1e-6 to 0.5.
     pub alpha: f64,
-    /// Time with the new model after which it is good unless it is worse (s), from 1.
-    pub watch_s: f64,
+    /// What slips and force may grow by without being called worse, from 1.
+    pub margin: f32,
 }
 
 impl Default for JudgeConfig {
-    /// Half as much again, one in a thousand, ten minutes.
     fn default() -> Self {
-        Self { factor: 1.5, alpha: 1e-3, watch_s: 600.0 }
+        Self { alpha: 0.05, margin: 1.2 }
+    }
+}
+
+/// What a roll-out is to notice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Share of the grasps that are lost beside those that were lost before, above 0 to 1.
+    pub lost: f64,
+    /// Force over that of before, more than the margin.
+    pub force: f32,
+}
+
+impl Default for Difference {
+    /// One more of ten is lost, and half as much force again.
+    fn default() -> Self {
+        Self { lost: 0.1, force: 1.5 }
     }
 }
 
@@ -75,264 +55,346 @@ impl Default for JudgeConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Worse {
-    /// More slips.
-    Slips,
-    /// More faults.
-    Faults,
+    /// More objects are lost, or they slip more often or further.
+    Hold,
+    /// They are held with more force than they were shown to need.
+    Force,
 }
 
-/// How a new model does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Judgement {
-    /// It is not known yet.
-    Open,
-    /// It has been watched long enough.
-    Good,
-    /// It has been watched long enough, and nothing was grasped with it.
-    Idle,
-    /// It has to go.
-    Worse(Worse),
+impl fmt::Display for Worse {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Hold => "objects are lost, or slip more often or further",
+            Self::Force => "objects are held with too much force",
+        })
+    }
 }
+
+/// Earlier grasps that each new one can be compared with, where there are `before` of them and up to `now` new ones are wanted.
+#[must_use]
+pub fn per(before: usize, now: usize) -> usize {
+    (before / now.max(1)).clamp(1, MOST_PER)
+}
+
+/// Evidence that a model is worse, as e-values: 1 is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// That it holds worse.
+    pub hold: f64,
+    /// That it holds with too much force.
+    pub force: f64,
+    /// Grasps that were compared.
+    pub grasps: usize,
+}
+
+/// A property of a grasp; more is worse. `None` where it was not measured.
+type Property = fn(&Grasp) -> Option<f32>;
+/// What stands for a hold that is worse, and for too much force; slips and forces are divided by the margin.
+const HOLD: [(Property, bool); 3] = [
+    (|grasp| Some(f32::from(u8::from(grasp.lost))), false),
+    (|grasp| (!grasp.lost).then(|| float(grasp.regrasps)), true),
+    (|grasp| Some(if grasp.lost { f32::INFINITY } else { grasp.slip_mm }), true),
+];
+const FORCE: [(Property, bool); 2] = [
+    (|grasp| grasp.force_ratio.map(|_| f32::from(u8::from(grasp.over_force()))), false),
+    (|grasp| grasp.force_ratio, true),
+];
 
 impl JudgeConfig {
-    /// Judges counts with the new model against those before it. What was never seen before is compared with one event in that time: a first one condemns
-    /// nobody, unless it comes within about `alpha` / 3 of that time, with the defaults.
-    #[must_use]
-    pub fn judge(&self, before: &Counts, now: &Counts) -> Judgement {
-        let worse = |old: u64, new: u64| {
-            self.is_worse((old.max(1), before.seconds.max(1.0)), (new, now.seconds))
-        };
-        if worse(before.slips, now.slips) {
-            Judgement::Worse(Worse::Slips)
-        } else if worse(before.faults, now.faults) {
-            Judgement::Worse(Worse::Faults)
-        } else if now.seconds >= self.watch_s {
-            if now.grasps > 0 { Judgement::Good } else { Judgement::Idle }
-        } else {
-            Judgement::Open
-        }
-    }
-
-    /// Whether the numbers are some: the factor 1 to 100, `alpha` 1e-9 to 0.5, the time 1 s to 30 days.
+    /// Whether the numbers are some.
     #[must_use]
     pub fn is_sane(&self) -> bool {
-        (1.0..=100.0).contains(&self.factor)
-            && (1e-9..=0.5).contains(&self.alpha)
-            && (1.0..=2_592_000.0).contains(&self.watch_s)
+        (1e-6..=0.5).contains(&self.alpha) && (1.0..=100.0).contains(&self.margin)
     }
 
-    /// Probability that a gripper that slips `ratio` times as often as before, `per_s` times a second then, is called worse by what is counted in
-    /// [`JudgeConfig::watch_s`], where as long a time was counted before.
+    /// Grasps with the new model after which each of the differences has been noticed in nine of ten roll-outs, where one gripper has made
+    /// `each` grasps before: drawn from the grasps `before`, with a fixed seed. `None` where more than [`MOST_GRASPS`] are needed, or
+    /// nothing is known of a force.
     #[must_use]
-    pub fn power(&self, per_s: f64, ratio: f64) -> f64 {
-        let (old, new) = (per_s * self.watch_s, per_s * ratio * self.watch_s);
-        let worse = |(a, b): (u64, u64)| {
-            self.is_worse((a.max(1), self.watch_s.max(1.0)), (b, self.watch_s))
+    pub fn needed(&self, before: &[Grasp], each: usize, difference: &Difference) -> Option<usize> {
+        let lost = |grasp: &Grasp, chance: f64| Grasp {
+            lost: grasp.lost || chance < difference.lost,
+            ..*grasp
         };
-        // What comes with at least so many, from the most on.
-        let mut tails = Vec::from_iter(poisson(new));
-        let mut sum = 0.0;
-        for (_, p) in tails.iter_mut().rev() {
-            sum += *p;
-            *p = sum;
-        }
-        let (mut power, mut least) = (0.0, 0);
-        for (a, share) in poisson(old) {
-            // The more there were before, the more it takes.
-            let most = poisson_end(new);
-            while least < most && !worse((a, least)) {
-                least += 1;
-            }
-            let tail = tails.iter().find(|(b, _)| *b >= least).map_or(0.0, |(_, tail)| *tail);
-            power += share * tail;
-        }
-        power.min(1.0)
+        let pressed = |grasp: &Grasp, _: f64| Grasp {
+            force_ratio: grasp.force_ratio.map(|ratio| ratio * difference.force),
+            ..*grasp
+        };
+        let ladder = core::iter::successors(Some(10_usize), |n| Some(n + n / 4));
+        ladder.take_while(|n| *n <= MOST_GRASPS).find(|n| {
+            let per = per(each, *n);
+            self.noticed(before, (*n, per), &lost) && self.noticed(before, (*n, per), &pressed)
+        })
     }
 
-    /// The least ratio to the rate of before, in steps of a tenth, that is noticed nine times in ten; `None` where even the hundredfold is not.
+    /// Whether grasps that are changed so are noticed in nine of ten draws.
+    fn noticed(
+        &self,
+        before: &[Grasp],
+        (grasps, per): (usize, usize),
+        change: &dyn Fn(&Grasp, f64) -> Grasp,
+    ) -> bool {
+        let mut draws = Draws(4711);
+        let run = |_: &usize| {
+            let mut bets = Bets::default();
+            (0..grasps).any(|_| {
+                let now = change(&draws.of(before), draws.share());
+                let others: Vec<Grasp> = (0..per).map(|_| draws.of(before)).collect();
+                bets.compare(&now, &others, self.margin);
+                self.judge(&bets.evidence()).is_some()
+            })
+        };
+        (0..DRAWS).filter(run).count() * 10 >= DRAWS * 9
+    }
+
+    /// What is worse. Half of `alpha` is for the hold, half for the force.
     #[must_use]
-    pub fn noticed(&self, per_s: f64) -> Option<f64> {
-        let (mut low, mut high) = (10_u32, 1000_u32);
-        let enough = |tenths: u32| self.power(per_s, 0.1 * f64::from(tenths)) >= 0.9;
-        if !enough(high) {
-            return None;
+    pub fn judge(&self, evidence: &Evidence) -> Option<Worse> {
+        let enough = |e: f64| e >= 2.0 / self.alpha;
+        if enough(evidence.hold) {
+            Some(Worse::Hold)
+        } else {
+            enough(evidence.force).then_some(Worse::Force)
         }
-        while high - low > 1 {
-            let middle = low.midpoint(high);
-            if enough(middle) { high = middle } else { low = middle }
-        }
-        Some(0.1 * f64::from(high))
-    }
-
-    fn is_worse(&self, (old, old_s): (u64, f64), (new, new_s): (u64, f64)) -> bool {
-        if new == 0 || new_s <= 0.0 {
-            return false;
-        }
-        let (share, all) = (self.factor * new_s, old.saturating_add(new));
-        let share = share / (share + old_s);
-        // So many come at least every second time: the median of a binomial count is no less than its mean, rounded down.
-        if float(new) <= (float(all) * share).floor() {
-            return false;
-        }
-        at_least(new, all, share) < self.alpha
     }
 }
 
-/// Probability of `least` or more of `of` events, each of probability `p` in (0, 1): the beta distribution of `least` and
-/// `of` - `least` + 1 at `p`. The fraction of statrs ends after 140 terms, so of more than a million events what is near
-/// one half comes out at 0.2 to 0.5; what is below 0.16 is right to 1e-6.
-fn at_least(least: u64, of: u64, p: f64) -> f64 {
-    if least == 0 {
-        return 1.0;
+/// Bets on the grasps of one gripper, or of many: logarithms of what each bet on each property has made of 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bets {
+    hold: [[f64; BETS.len()]; HOLD.len()],
+    force: [[f64; BETS.len()]; FORCE.len()],
+    grasps: usize,
+}
+
+impl Bets {
+    /// One more grasp with the new model, and earlier ones of the same gripper that were not used before. Slips and forces are divided by
+    /// `margin`.
+    pub fn compare(&mut self, now: &Grasp, before: &[Grasp], margin: f32) {
+        let (hold, force) = (HOLD.iter().zip(&mut self.hold), FORCE.iter().zip(&mut self.force));
+        for ((property, with_margin), purses) in hold.chain(force) {
+            let Some(value) = property(now) else { continue };
+            let value = if *with_margin { value / margin } else { value };
+            let known = before.iter().filter_map(property);
+            let (mut worse, mut equal, mut all) = (0_u32, 0_u32, 1_u32);
+            for other in known {
+                let order = other.total_cmp(&value);
+                worse += u32::from(order.is_gt());
+                equal += u32::from(order.is_eq());
+                all += 1;
+            }
+            let [first, last, all] = [worse, worse + equal + 1, all].map(f64::from);
+            for (purse, bet) in purses.iter_mut().zip(BETS) {
+                let pays = (last / all).powf(bet) - (first / all).powf(bet);
+                *purse += (all * pays / (last - first)).ln();
+            }
+        }
+        self.grasps += 1;
     }
-    checked_beta_reg(float(least), float(of.saturating_sub(least) + 1), p).unwrap_or(1.0)
+
+    /// Those of another gripper too.
+    pub fn add(&mut self, other: &Self) {
+        let own = self.hold.as_flattened_mut().iter_mut().chain(self.force.as_flattened_mut());
+        let others = other.hold.as_flattened().iter().chain(other.force.as_flattened());
+        own.zip(others).for_each(|(own, other)| *own += other);
+        self.grasps += other.grasps;
+    }
+
+    /// What they show.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        Evidence { hold: mean(&self.hold), force: mean(&self.force), grasps: self.grasps }
+    }
 }
 
-/// Counts around a mean, and the probability of each (Poisson); what is left out has less than a millionth.
-fn poisson(mean: f64) -> impl Iterator<Item = (u64, f64)> {
-    let law = Poisson::new(mean);
-    let first = floor(mean - 6.0 * mean.sqrt() - 6.0);
-    (first..poisson_end(mean)).map(move |k| (k, law.as_ref().map_or(0.0, |law| law.pmf(k))))
+/// The mean of what all bets on all properties have made of 1.
+fn mean(purses: &[[f64; BETS.len()]]) -> f64 {
+    let all = || purses.iter().flatten();
+    let sum: f64 = all().map(|purse| purse.exp()).sum();
+    sum / f64::from(u32::try_from(all().count()).unwrap_or(1))
 }
 
-fn poisson_end(mean: f64) -> u64 {
-    floor(mean + 6.0 * mean.sqrt() + 12.0)
+#[expect(clippy::cast_precision_loss, reason = "a small count")]
+fn float(count: u32) -> f32 {
+    count as f32
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a count; the cast saturates"
-)]
-fn floor(count: f64) -> u64 {
-    count.max(0.0) as u64
-}
+/// Draws with a seed (Steele, Lea and Flood, OOPSLA 2014: SplitMix64).
+struct Draws(u64);
 
-#[expect(clippy::cast_precision_loss, reason = "counts far below 2^53")]
-fn float(count: u64) -> f64 {
-    count as f64
+impl Draws {
+    const fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+
+    /// 0 to 1.
+    #[expect(clippy::cast_precision_loss, reason = "53 bits")]
+    fn share(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// One of some grasps; a grasp without anything where there is none.
+    fn of(&mut self, grasps: &[Grasp]) -> Grasp {
+        let place = usize::try_from(self.next() % grasps.len().max(1) as u64).unwrap_or(0);
+        grasps.get(place).copied().unwrap_or_default()
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Counts, JudgeConfig, Judgement, Worse, at_least};
+    use super::{Bets, Difference, Draws, JudgeConfig, Worse, per};
+    use crate::rollout::Grasp;
 
-    fn counts(seconds: f64, slips: u64) -> Counts {
-        Counts { seconds, slips, faults: 0, grasps: 1 }
-    }
-
-    #[test]
-    fn binomial_tails_are_right() {
-        // Exact: sums of choose(n, k) p^k (1-p)^(n-k).
-        for (least, of, p, wanted) in [
-            (0, 10, 0.3, 1.0),
-            (10, 10, 0.5, 1.0 / 1024.0),
-            (9, 10, 0.5, 11.0 / 1024.0),
-            (1, 3, 0.25, 1.0 - 0.75_f64.powi(3)),
-            (500, 1000, 0.5, 0.512_612_509_089_180_5),
-        ] {
-            let got = at_least(least, of, p);
-            assert!((got - wanted).abs() < 1e-11 * wanted.max(1e-3), "{least} of {of}: {got}");
-        }
-    }
-
-    #[test]
-    fn large_counts_are_judged_too() {
-        let judge = JudgeConfig { watch_s: 28_800.0, ..JudgeConfig::default() };
-        let ratio = judge.noticed(0.2).unwrap();
-        assert!((1.5..1.8).contains(&ratio), "{ratio}");
-        let most = Counts { seconds: 1e9, slips: 10_000_000, faults: 0, grasps: 1 };
-        assert!(most.is_sane());
-        assert_eq!(judge.judge(&most, &most), Judgement::Good);
-        assert_eq!(
-            judge.judge(&Counts { seconds: 2e9, ..most }, &most),
-            Judgement::Worse(Worse::Slips)
-        );
-        for counts in [
-            Counts { seconds: f64::NAN, ..most },
-            Counts { seconds: -1.0, ..most },
-            Counts { slips: u64::MAX, ..most },
-            Counts { faults: 10_000_001, ..most },
-            Counts { seconds: 10.0, slips: 201, faults: 0, grasps: 1 },
-        ] {
-            assert!(!counts.is_sane(), "{counts:?}");
-        }
-    }
-
-    #[test]
-    fn a_model_is_good_after_its_time_unless_it_is_worse() {
-        let judge = JudgeConfig::default();
-        let before = counts(3600.0, 360);
-        assert_eq!(judge.judge(&before, &counts(60.0, 6)), Judgement::Open);
-        assert_eq!(judge.judge(&before, &counts(600.0, 60)), Judgement::Good);
-        assert_eq!(judge.judge(&before, &counts(600.0, 80)), Judgement::Good, "chance");
-        assert_eq!(judge.judge(&before, &counts(60.0, 25)), Judgement::Worse(Worse::Slips));
-        let faults = Counts { seconds: 60.0, slips: 0, faults: 10, grasps: 1 };
-        assert_eq!(judge.judge(&before, &faults), Judgement::Worse(Worse::Faults));
-    }
-
-    /// Against draws: with 12 slips in two minutes before, threefold slips are noticed about as often as the sums say.
-    #[test]
-    fn power_is_that_of_draws() {
-        let judge = JudgeConfig { watch_s: 120.0, ..JudgeConfig::default() };
-        let mut state = 7_u64;
-        let mut share = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX)
-        };
-        // Events of a rate come so many in a time (Knuth's product of uniforms).
-        let mut draw = move |mean: f64| {
-            let (mut product, mut count) = (share(), 0);
-            while product > (-mean).exp() {
-                product *= share();
-                count += 1;
+    /// Grasps of which a share is lost, that slip by 0.2 to 1 mm and are held with 1 to 1.6 times what they need, and with `force` times that.
+    fn grasps(draws: &mut Draws, count: usize, lost: f64, force: f32) -> Vec<Grasp> {
+        let mut grasp = || {
+            #[expect(clippy::cast_possible_truncation, reason = "made up")]
+            let [slip_mm, ratio] =
+                [0.2 + 0.8 * draws.share(), 1.0 + 0.6 * draws.share()].map(|x| x as f32);
+            let regrasps = u32::from(draws.share() < 0.3) + 1;
+            Grasp {
+                lost: draws.share() < lost,
+                regrasps,
+                slip_mm,
+                force_ratio: Some(force * ratio),
             }
-            count
         };
-        let trials = 2000;
-        let mut worse = 0.0;
-        for _ in 0..trials {
-            let judged = judge.judge(&counts(120.0, draw(12.0)), &counts(120.0, draw(36.0)));
-            worse += f64::from(u8::from(judged == Judgement::Worse(Worse::Slips)));
-        }
-        let (drawn, reported) = (worse / f64::from(trials), judge.power(0.1, 3.0));
-        assert!((drawn - reported).abs() < 0.04, "{drawn} {reported}");
-        assert!(judge.power(0.1, 1.0) < 1e-3);
+        (0..count).map(|_| grasp()).collect()
     }
 
-    #[test]
-    fn what_is_noticed_grows_finer_with_time() {
-        let noticed = |watch_s: f64| JudgeConfig { watch_s, ..JudgeConfig::default() }.noticed(0.1);
-        let [minute, ten, hour] = [60.0, 600.0, 3600.0].map(|s| noticed(s).unwrap());
-        assert!(minute > ten && ten > hour && hour > 1.5, "{minute} {ten} {hour}");
-        assert_eq!(noticed(1.0), None, "in a second nothing is");
+    /// Each grasp against the next `per` earlier ones.
+    fn compared<'a>(
+        judge: &JudgeConfig,
+        before: &'a [Grasp],
+        now: &'a [Grasp],
+        per: usize,
+    ) -> impl Iterator<Item = Bets> + use<'a> {
+        let margin = judge.margin;
+        now.iter().zip(before.chunks_exact(per)).scan(
+            Bets::default(),
+            move |bets, (now, before)| {
+                bets.compare(now, before, margin);
+                Some(*bets)
+            },
+        )
     }
 
-    /// The table in docs/fleet.md is the judge's.
+    /// Looks after every grasp; after how many it was called worse, and how.
+    fn first(
+        judge: &JudgeConfig,
+        before: &[Grasp],
+        now: &[Grasp],
+        per: usize,
+    ) -> Option<(usize, Worse)> {
+        compared(judge, before, now, per)
+            .enumerate()
+            .find_map(|(n, bets)| Some((n + 1, judge.judge(&bets.evidence())?)))
+    }
+
+    /// Looking after every grasp, with one to eight earlier grasps for each.
     #[test]
-    fn what_a_watch_can_report_is_as_documented() {
-        let docs = include_str!("../../../../docs/fleet.md");
-        for per_minute in ["0.1", "1"] {
-            let rate = per_minute.parse::<f64>().unwrap() / 60.0;
-            let reported = [60.0, 600.0, 3600.0, 28_800.0].map(|watch_s| {
-                let judge = JudgeConfig { watch_s, ..JudgeConfig::default() };
-                judge.noticed(rate).map_or("-".to_owned(), |ratio| format!("{ratio:.1}"))
+    fn equal_models_are_called_worse_in_five_of_a_hundred_roll_outs_at_most() {
+        let judge = JudgeConfig { margin: 1.0, ..JudgeConfig::default() };
+        for (per, lost) in [(1, 0.0), (1, 0.3), (4, 0.05), (8, 0.02)] {
+            let mut draws = Draws(31 + per as u64);
+            let wrong = (0..400).filter(|_| {
+                let before = grasps(&mut draws, 100 * per, lost, 1.0);
+                let now = grasps(&mut draws, 100, lost, 1.0);
+                first(&judge, &before, &now, per).is_some()
             });
-            let line = format!("| {per_minute} | {} |", reported.join(" | "));
-            assert!(docs.contains(&line), "{line}");
+            let wrong = wrong.count();
+            assert!(wrong <= 20, "{wrong} of 400 with {per}, {lost}");
         }
     }
 
     #[test]
-    fn few_events_condemn_nobody() {
+    fn what_is_worse_is_noticed_and_called_by_its_name() {
         let judge = JudgeConfig::default();
-        for before in [Counts::default(), counts(10.0, 0), counts(3600.0, 1)] {
-            assert_eq!(judge.judge(&before, &counts(60.0, 1)), Judgement::Open, "{before:?}");
+        for (lost, force, what, most) in [(0.3, 1.0, Worse::Hold, 60), (0.0, 2.0, Worse::Force, 40)]
+        {
+            for seed in 0..20 {
+                let mut draws = Draws(seed);
+                let before = grasps(&mut draws, 400, 0.01, 1.0);
+                let now = grasps(&mut draws, 100, lost, force);
+                let (n, worse) = first(&judge, &before, &now, 4).unwrap();
+                assert!(worse == what && n <= most, "{seed}: {worse:?} after {n}");
+            }
         }
-        assert_eq!(judge.judge(&counts(3600.0, 0), &counts(0.0, 5)), Judgement::Open);
-        let first = |seconds| judge.judge(&counts(3600.0, 0), &counts(seconds, 1));
-        assert_eq!((first(1.3), first(1.1)), (Judgement::Open, Judgement::Worse(Worse::Slips)));
+    }
+
+    #[test]
+    fn a_model_that_is_better_has_nothing_against_it() {
+        let judge = JudgeConfig::default();
+        let mut draws = Draws(5);
+        let before = grasps(&mut draws, 400, 0.2, 1.5);
+        let now = grasps(&mut draws, 200, 0.0, 1.0);
+        assert_eq!(first(&judge, &before, &now, 2), None);
+        let evidence = compared(&judge, &before, &now, 2).last().unwrap().evidence();
+        assert!(evidence.hold < 1.0 && evidence.force < 1.0, "{evidence:?}");
+    }
+
+    /// The bet of one grasp against `per` others is fair: over all places it pays 1 in the mean.
+    #[test]
+    fn bets_are_fair_and_grippers_are_pooled() {
+        let judge = JudgeConfig::default();
+        let lost = Grasp { lost: true, ..Grasp::default() };
+        let held = Grasp::default();
+        for losses in 0..=4 {
+            let all: Vec<Grasp> = (0..4).map(|n| if n < losses { lost } else { held }).collect();
+            let pays = (0..4).map(|place| {
+                let mut others = all.clone();
+                let now = [others.remove(place)];
+                compared(&judge, &others, &now, 3).last().unwrap().evidence().hold
+            });
+            let mean = pays.sum::<f64>() / 4.0;
+            assert!((mean - 1.0).abs() < 1e-9, "{losses}: {mean}");
+        }
+        let (before, now) = ([held; 8], [lost; 20]);
+        // Grasps without an earlier one to compare with say nothing.
+        let one = compared(&judge, &before, &now, 4).last().unwrap();
+        let mut two = one;
+        two.add(&one);
+        let [one, two] = [one, two].map(|bets| bets.evidence());
+        assert!(two.hold > 2.0 * one.hold && (one.grasps, two.grasps) == (2, 4), "{one:?} {two:?}");
+        assert_eq!(per(100, 50), 2);
+        assert_eq!((per(10, 50), per(1000, 50), per(7, 0)), (1, 8, 7));
+    }
+
+    #[test]
+    fn the_number_of_grasps_is_known_before() {
+        let judge = JudgeConfig::default();
+        let mut draws = Draws(9);
+        let before = grasps(&mut draws, 300, 0.02, 1.0);
+        let needed = |lost, force, each| judge.needed(&before, each, &Difference { lost, force });
+        let [coarse, fine] =
+            [(0.5, 3.0), (0.1, 1.5)].map(|(lost, force)| needed(lost, force, 1000).unwrap());
+        assert!(coarse < fine && (20..200).contains(&fine), "{coarse} {fine}");
+        // More earlier grasps to compare with need fewer new ones.
+        assert!(needed(0.1, 1.5, 1000).unwrap() <= needed(0.1, 1.5, 100).unwrap());
+        // That many do notice it.
+        let noticed = (0..100).filter(|_| {
+            let now = grasps(&mut draws, fine, 0.12, 1.0);
+            let before = grasps(&mut draws, 1000, 0.02, 1.0);
+            first(&judge, &before, &now, per(1000, fine)).is_some()
+        });
+        let noticed = noticed.count();
+        assert!(noticed >= 80, "{noticed}");
+        assert_eq!(needed(0.001, 1.5, 1000), None, "too little to be seen");
+        assert_eq!(needed(0.3, 1.2, 1000), None, "within the margin");
+        assert_eq!(judge.needed(&[], 0, &Difference::default()), None);
+    }
+
+    #[test]
+    fn numbers_that_make_no_sense_are_none() {
+        let judge = JudgeConfig::default();
+        assert!(judge.is_sane());
+        for (alpha, margin) in
+            [(0.0, 1.2), (0.6, 1.2), (f64::NAN, 1.2), (0.05, 0.9), (0.05, f32::NAN)]
+        {
+            assert!(!JudgeConfig { alpha, margin }.is_sane());
+        }
     }
 }

@@ -1,19 +1,22 @@
 //! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
 //!
-//! Everybody is asked whether it would take the model, before anybody has it. Then one gripper first, then some, then all. A stage is over when every one of its grippers has run the model for its time and none has
-//! become worse ([`JudgeConfig`]). With the first refusal, the first that is worse and the first that gives no answer the roll-out stops, and everybody
-//! who has taken the model gives it back.
+//! Everybody is asked whether it would take the model, before anybody has it. Then one gripper tries it, then some, then all. A stage is over when
+//! each of its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together
+//! ([`JudgeConfig`]). After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody
+//! watches it any more. With the first refusal, the first evidence that the model is worse and the first gripper that gives no answer the
+//! roll-out stops, and everybody who has taken the model gives it back.
 
-mod bursts;
-mod counting;
+mod grasp;
 mod judge;
 
-pub use bursts::Bursts;
-pub use counting::Counting;
-pub use judge::{Counts, JudgeConfig, Judgement, Worse};
+pub use grasp::{Finished, Grasp, GraspLog};
+pub use judge::{Bets, Difference, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
 
 use crate::key::Member;
 use std::collections::BTreeMap;
+
+/// Each gripper of a stage makes at least so many grasps.
+const LEAST_GRASPS: usize = 3;
 
 /// How a roll-out goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,51 +25,63 @@ pub struct RolloutConfig {
     pub some: f64,
     /// When a model is worse.
     pub judge: JudgeConfig,
+    /// What is to be noticed; it says how many grasps a stage takes.
+    pub difference: Difference,
+    /// Grasps of a stage, where that is not to be computed.
+    pub grasps: Option<usize>,
     /// A gripper that has answered no question for so long, the first and the last of them, is gone (us).
     pub silence_us: u64,
-    /// One that has the model and holds nothing for so long says nothing about it (us).
+    /// One that tries the model and finishes no grasp for so long says nothing about it (us).
     pub idle_us: u64,
 }
 
 impl Default for RolloutConfig {
     /// A fifth of all, a minute, an hour.
     fn default() -> Self {
-        let judge = JudgeConfig::default();
-        Self { some: 0.2, judge, silence_us: 60_000_000, idle_us: 3_600_000_000 }
+        let (judge, difference) = (JudgeConfig::default(), Difference::default());
+        let (silence_us, idle_us) = (60_000_000, 3_600_000_000);
+        Self { some: 0.2, judge, difference, grasps: None, silence_us, idle_us }
     }
 }
 
-/// What a gripper is told.
+/// What a gripper is ordered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Order {
     /// Would you take the new model?
     Check(Member),
-    /// Take it.
+    /// Take it and try it.
     Take(Member),
+    /// Keep it.
+    Accept(Member),
     /// Go back to the one before.
     GiveBack(Member),
 }
 
-/// What a gripper says.
+/// What a gripper reports.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
-    /// It would take the model.
-    Fit,
-    /// The new model is in force; this was counted before it.
-    Taken(Counts),
+    /// It would take the model; its grasps with the one in force.
+    Fit(Vec<Grasp>),
+    /// It would take the model without a trial: it is that of its configuration, or the one before.
+    Known,
+    /// The new model is on trial; the grasps before it.
+    Taken(Vec<Grasp>),
     /// It was refused: hash, schema or self-test, in a sentence.
     Refused(String),
-    /// What was counted since it has been in force. Without more time than before it counts nothing.
-    Counted(Counts),
-    /// It has been watched long enough, and stays.
+    /// Grasps with the new model.
+    Grasps {
+        /// How many came before these.
+        from: usize,
+        /// In their order.
+        grasps: Vec<Grasp>,
+    },
+    /// It keeps the model.
     Kept,
     /// This model was in force there before the roll-out.
     Had,
-    /// It has become worse and has gone back by itself.
-    FellBack(Worse),
-    /// It has gone back for another reason, in a sentence.
+    /// It has gone back by itself, for the reason in the sentence.
     Left(String),
-    /// The one before is in force again, as it was told.
+    /// The one before is in force again, as it was ordered.
     Back,
 }
 
@@ -81,15 +96,30 @@ pub enum Stop {
         /// Why.
         reason: String,
     },
-    /// Somebody has become worse.
-    #[error("{member} has more {} with the new model", match what { Worse::Slips => "slips", Worse::Faults => "faults" })]
+    /// The model is worse.
+    #[error("after {grasps} grasps with the new model: {what}")]
     Worse {
-        /// Who.
-        member: Member,
         /// In what.
         what: Worse,
+        /// Grasps that were compared.
+        grasps: usize,
     },
-    /// Somebody has gone back for another reason.
+    /// There is too little to compare with.
+    #[error("{member} has made {has} grasps, and {wanted} are needed to compare with")]
+    Few {
+        /// Who.
+        member: Member,
+        /// Grasps with the model in force.
+        has: usize,
+        /// Grasps of a stage.
+        wanted: usize,
+    },
+    /// No number of grasps is enough.
+    #[error(
+        "{MOST_GRASPS} grasps do not show such a difference: name a larger one, or the number of grasps"
+    )]
+    Blind,
+    /// Somebody has gone back by itself.
     #[error("{member} has gone back to the model before: {reason}")]
     Left {
         /// Who.
@@ -105,8 +135,8 @@ pub enum Stop {
         /// What came instead of the last answer.
         reason: Option<String>,
     },
-    /// Somebody has the model and holds nothing.
-    #[error("{member} has held nothing for too long")]
+    /// Somebody tries the model and grasps nothing.
+    #[error("{member} has grasped nothing for too long")]
     Idle {
         /// Who.
         member: Member,
@@ -123,6 +153,8 @@ pub enum Progress {
     Checking,
     /// In this stage, from 1.
     Stage(usize),
+    /// Everybody is ordered to keep the model.
+    Accepting,
     /// Everybody has the model.
     Done,
     /// It was stopped; so many have not given the model back yet.
@@ -138,27 +170,34 @@ enum Phase {
     Checked,
     /// It would take the model.
     Waiting,
-    /// It was told to take the model.
+    /// It would take the model without a trial.
+    Known,
+    /// It was ordered to take the model.
     Asked,
-    /// It runs the model.
-    Running(Running),
+    /// It tries the model.
+    Running(Box<Running>),
+    /// It was ordered to keep the model.
+    Accepting,
     Good,
     /// It had the model before, and keeps it.
     Had,
-    /// It was told to give it back.
+    /// It was ordered to give it back.
     Returning,
-    /// It has the model of before, because it refused, gave back, or was never heard.
+    /// It has the model of before, because it refused, gave back, or never answered.
     Back,
 }
 
-/// A gripper that runs the model.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A gripper that tries the model.
+#[derive(Clone, Debug, PartialEq)]
 struct Running {
-    before: Counts,
-    /// How long it was watched (s).
-    watched_s: f64,
-    /// When it held something last, and how long it had held nothing when it answered last (us).
-    held_us: u64,
+    before: Vec<Grasp>,
+    /// Earlier grasps that each new one is compared with.
+    per: usize,
+    /// Grasps with the new model, and the bets on them.
+    now: usize,
+    bets: Bets,
+    /// When it finished a grasp last, and how long it had finished none when it answered last (us).
+    grasped_us: u64,
     idle_us: u64,
 }
 
@@ -173,7 +212,7 @@ impl Phase {
 
     /// It has got the model by this roll-out, or is getting it.
     const fn is_reached(&self) -> bool {
-        matches!(self, Self::Asked | Self::Running(_) | Self::Good)
+        matches!(self, Self::Asked | Self::Running(_) | Self::Accepting | Self::Good)
     }
 
     const fn is_done(&self) -> bool {
@@ -197,6 +236,11 @@ pub struct Rollout {
     config: RolloutConfig,
     members: BTreeMap<Member, Phase>,
     silent: BTreeMap<Member, Silence>,
+    /// Grasps with the models of before, as of the first answers.
+    before: BTreeMap<Member, Vec<Grasp>>,
+    /// Grasps of a stage, once everybody has answered; and of each gripper of this stage.
+    grasps: Option<usize>,
+    share: usize,
     stage: usize,
     stop: Option<Stop>,
 }
@@ -205,7 +249,8 @@ impl Rollout {
     /// A roll-out that begins with the next [`Rollout::step`].
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
         let members = members.into_iter().map(|member| (member, Phase::New)).collect();
-        Self { config, members, silent: BTreeMap::new(), stage: 0, stop: None }
+        let (silent, before) = (BTreeMap::new(), BTreeMap::new());
+        Self { config, members, silent, before, grasps: None, share: 0, stage: 0, stop: None }
     }
 
     /// A gripper was asked and has not answered, or with something that is no answer; it is to be asked again.
@@ -216,74 +261,118 @@ impl Rollout {
         }
     }
 
-    /// Takes what a gripper says; who is not in this roll-out is not heard.
+    /// Takes the report of a gripper; one that is not in this roll-out changes nothing.
     pub fn receive(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
         self.silent.remove(member);
-        match (report, &*phase) {
-            (Report::Fit, Phase::Checked) => *phase = Phase::Waiting,
-            (Report::Taken(before), Phase::Asked) => {
-                let (watched_s, held_us, idle_us) = (0.0, now_us, 0);
-                *phase = Phase::Running(Running { before, watched_s, held_us, idle_us });
+        match (report, phase) {
+            (Report::Fit(before), phase @ Phase::Checked) => {
+                self.before.insert(member.clone(), before);
+                *phase = Phase::Waiting;
             }
-            (Report::Had, Phase::Checked | Phase::Asked) => *phase = Phase::Had,
-            (Report::Kept, Phase::Asked | Phase::Running(_)) => *phase = Phase::Good,
-            (Report::Refused(reason), Phase::Checked | Phase::Asked) => {
+            (Report::Known, phase @ Phase::Checked) => *phase = Phase::Known,
+            (Report::Taken(before), phase @ Phase::Asked) => {
+                let (per, now, bets) = (per(before.len(), self.share), 0, Bets::default());
+                let (grasped_us, idle_us) = (now_us, 0);
+                let running = Running { before, per, now, bets, grasped_us, idle_us };
+                *phase = Phase::Running(Box::new(running));
+            }
+            (Report::Had, phase @ (Phase::Checked | Phase::Asked)) => *phase = Phase::Had,
+            (Report::Kept, phase @ (Phase::Asked | Phase::Running(_) | Phase::Accepting)) => {
+                *phase = Phase::Good;
+            }
+            (Report::Refused(reason), phase @ (Phase::Checked | Phase::Asked)) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
-            (Report::Counted(now), Phase::Running(running)) => {
-                let held_us =
-                    if now.seconds > running.watched_s { now_us } else { running.held_us };
-                let (watched_s, before) = (now.seconds, running.before);
-                let idle_us = now_us.saturating_sub(held_us);
-                match self.config.judge.judge(&before, &now) {
-                    Judgement::Open => {
-                        *phase = Phase::Running(Running { before, watched_s, held_us, idle_us });
+            (Report::Grasps { from, grasps }, Phase::Running(running)) => {
+                // What is known already is skipped, and nothing is taken behind a gap.
+                let known = running.now.checked_sub(from).unwrap_or(grasps.len());
+                for grasp in grasps.iter().skip(known) {
+                    let mut others = running.before.chunks_exact(running.per.max(1));
+                    if let Some(before) = others.nth(running.now) {
+                        running.bets.compare(grasp, before, self.config.judge.margin);
                     }
-                    Judgement::Good => *phase = Phase::Good,
-                    Judgement::Idle => {
-                        let reason = "nothing was grasped with it".to_owned();
-                        self.stop(Stop::Left { member: member.clone(), reason });
-                    }
-                    Judgement::Worse(what) => {
-                        self.stop(Stop::Worse { member: member.clone(), what });
-                    }
+                    running.now += 1;
+                    running.grasped_us = now_us;
                 }
+                running.idle_us = now_us.saturating_sub(running.grasped_us);
+                self.judge();
             }
-            (Report::FellBack(what), Phase::Running(_) | Phase::Good | Phase::Returning) => {
-                *phase = Phase::Back;
-                self.stop(Stop::Worse { member: member.clone(), what });
-            }
-            (Report::Left(reason), Phase::Asked | Phase::Running(_) | Phase::Good) => {
+            (Report::Left(reason), phase) if phase.is_reached() => {
                 *phase = Phase::Back;
                 self.stop(Stop::Left { member: member.clone(), reason });
             }
-            (Report::Back | Report::Left(_), Phase::Returning) => *phase = Phase::Back,
+            (Report::Back | Report::Left(_), phase @ Phase::Returning) => *phase = Phase::Back,
             _ => {}
         }
     }
 
-    /// What is to be told to whom, by what was heard until now.
+    /// Stops it where the grasps of all who try the model show that it is worse.
+    fn judge(&mut self) {
+        let evidence = self.evidence();
+        if let Some(what) = self.config.judge.judge(&evidence) {
+            self.stop(Stop::Worse { what, grasps: evidence.grasps });
+        }
+    }
+
+    /// The evidence against the model so far.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        let mut all = Bets::default();
+        for phase in self.members.values() {
+            if let Phase::Running(running) = phase {
+                all.add(&running.bets);
+            }
+        }
+        all.evidence()
+    }
+
+    /// Grasps of a stage, once everybody has answered.
+    #[must_use]
+    pub const fn grasps(&self) -> Option<usize> {
+        self.grasps
+    }
+
+    /// What is to be ordered of whom, by what was reported until now.
     pub fn step(&mut self) -> Vec<Order> {
         self.look();
-        // Where somebody refuses it, all the others are still heard, so that all reasons are told at once.
+        // Where somebody refuses it, all the others are still asked, so that all reasons are reported at once.
         if self.is_checking() {
             return self.check();
         }
+        self.plan();
         if self.stop.is_some() {
             return self.give_back();
         }
+        let known = self.take(usize::MAX, |phase| *phase == Phase::Known);
+        if !known.is_empty() {
+            return known;
+        }
         let (reached, waiting) = (self.count(Phase::is_reached), self.count(Phase::is_waiting));
-        let open = self.members.values().any(|phase| phase.is_reached() && !phase.is_done());
-        if open || waiting == 0 {
+        let share = self.share;
+        let is_open = |phase: &Phase| match phase {
+            Phase::Asked => true,
+            Phase::Running(running) => running.now < share,
+            _ => false,
+        };
+        if self.members.values().any(is_open) {
             return Vec::new();
+        }
+        if waiting == 0 {
+            return self.accept();
         }
         // Where the first one to try it had it already, another one is the first.
         self.stage = if reached == 0 { 1 } else { self.stage + 1 };
-        let more = self.goal(reached + waiting).saturating_sub(reached).max(1);
-        let stage = self.members.iter_mut().filter(|(_, phase)| phase.is_waiting()).take(more);
-        stage
+        let more = self.goal(reached + waiting).saturating_sub(reached).max(1).min(waiting);
+        self.share = self.grasps.unwrap_or_default().div_ceil(more).max(LEAST_GRASPS);
+        self.take(more, Phase::is_waiting)
+    }
+
+    /// The first `count` of those.
+    fn take(&mut self, count: usize, is_meant: impl Fn(&Phase) -> bool) -> Vec<Order> {
+        let meant = self.members.iter_mut().filter(|(_, phase)| is_meant(phase)).take(count);
+        meant
             .map(|(member, phase)| {
                 *phase = Phase::Asked;
                 Order::Take(member.clone())
@@ -291,7 +380,43 @@ impl Rollout {
             .collect()
     }
 
-    /// Whether somebody has not said yet whether it would take the model.
+    /// Computes how many grasps a stage takes, as soon as everybody has answered; each must have made as many before. Whether that is known
+    /// now; [`Rollout::step`] does it where nobody has.
+    pub fn plan(&mut self) -> bool {
+        let over = self.is_checking() || self.stop.is_some() || self.before.is_empty();
+        if over || self.grasps.is_some() {
+            return false;
+        }
+        let RolloutConfig { judge, difference, grasps, .. } = &self.config;
+        let all = self.before.values().flatten().copied().collect::<Vec<_>>();
+        let least = self.before.iter().min_by_key(|(_, grasps)| grasps.len());
+        let each = least.map_or(0, |(_, grasps)| grasps.len());
+        let wanted = grasps.or_else(|| judge.needed(&all, each, difference));
+        let few = least.filter(|(_, grasps)| grasps.len() < wanted.unwrap_or(LEAST_GRASPS));
+        let few = few.map(|(member, grasps)| (member.clone(), grasps.len()));
+        match (wanted, few) {
+            (Some(wanted), None) => self.grasps = Some(wanted),
+            (wanted, Some((member, has))) => {
+                self.stop(Stop::Few { member, has, wanted: wanted.unwrap_or(LEAST_GRASPS) });
+            }
+            (None, None) => self.stop(Stop::Blind),
+        }
+        self.grasps.is_some()
+    }
+
+    /// Everybody who tries the model.
+    fn accept(&mut self) -> Vec<Order> {
+        let running =
+            self.members.iter_mut().filter(|(_, phase)| matches!(phase, Phase::Running(_)));
+        running
+            .map(|(member, phase)| {
+                *phase = Phase::Accepting;
+                Order::Accept(member.clone())
+            })
+            .collect()
+    }
+
+    /// Whether somebody has not answered yet whether it would take the model.
     fn is_checking(&self) -> bool {
         self.members.values().any(Phase::is_open_question)
     }
@@ -324,6 +449,8 @@ impl Rollout {
             Progress::Stopped(self.holding().count())
         } else if self.members.values().all(Phase::is_done) {
             Progress::Done
+        } else if self.members.values().any(|phase| *phase == Phase::Accepting) {
+            Progress::Accepting
         } else {
             Progress::Stage(self.stage.max(1))
         }
@@ -335,20 +462,21 @@ impl Rollout {
         self.stop.as_ref()
     }
 
-    /// Who has been told to take the model, or may have it by this roll-out, and has not given it back.
+    /// Who was ordered to take the model, or may have it by this roll-out, and has not given it back.
     pub fn holding(&self) -> impl Iterator<Item = &Member> {
-        let holding = |phase: &Phase| {
-            use Phase::{Asked, Good, Returning, Running};
-            matches!(phase, Asked | Running(_) | Good | Returning)
-        };
+        let holding = |phase: &Phase| phase.is_reached() || *phase == Phase::Returning;
         self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
     }
 
-    /// Who is still to be heard of: who has been told something, or runs the model.
+    /// How many grasps of a gripper that has the model are known; `None` for one that is not to be watched.
     #[must_use]
-    pub fn is_open(&self, member: &Member) -> bool {
-        let open = |phase: &Phase| matches!(phase, Phase::Running(_) | Phase::Good);
-        self.members.get(member).is_some_and(open)
+    pub fn known(&self, member: &Member) -> Option<usize> {
+        match self.members.get(member)? {
+            Phase::Running(running) => Some(running.now),
+            // None of these is wanted any more.
+            Phase::Good => Some(usize::MAX),
+            _ => None,
+        }
     }
 
     /// Stops it; the next step asks for the model back.
@@ -389,9 +517,10 @@ impl Rollout {
         let mut why = None;
         for (member, phase) in &mut self.members {
             let stop = match (&*phase, self.silent.get(member).filter(late)) {
-                (Phase::Checked | Phase::Asked | Phase::Running(_), Some(silence)) => {
-                    Stop::Gone { member: member.clone(), reason: silence.reason.clone() }
-                }
+                (
+                    Phase::Checked | Phase::Asked | Phase::Running(_) | Phase::Accepting,
+                    Some(silence),
+                ) => Stop::Gone { member: member.clone(), reason: silence.reason.clone() },
                 (Phase::Running(running), None) if running.idle_us > idle_us => {
                     Stop::Idle { member: member.clone() }
                 }

@@ -1,52 +1,77 @@
-//! Roll-outs to simulated grippers whose slip rate depends on the model.
+//! Roll-outs to simulated grippers whose grasps depend on the model.
 
-use super::{Counts, Order, Progress, Report, Rollout, RolloutConfig, Stop, Worse};
+use super::{Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop, Worse};
 use crate::key::Member;
 use grip_session::config::Uid;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 const SECOND: u64 = 1_000_000;
+const CONFIG: RolloutConfig = RolloutConfig {
+    some: 0.2,
+    judge: JudgeConfig { alpha: 0.05, margin: 1.2 },
+    difference: super::Difference { lost: 0.1, force: 1.5 },
+    grasps: Some(20),
+    silence_us: 60 * SECOND,
+    idle_us: 3600 * SECOND,
+};
 
 fn members(count: u8) -> Vec<Member> {
     let site: grip_session::config::Site = "hall".parse().unwrap();
     (0..count).map(|n| Member { site: site.clone(), uid: Uid([n; 16]) }).collect()
 }
 
-/// Twenty grippers, one slip in ten seconds with the old model; with the new one so many in a minute.
+/// The n-th grasp of a gripper; of the model of before one of 50 is lost.
+fn grasp(n: usize, is_lost: bool) -> Grasp {
+    #[expect(clippy::cast_precision_loss, reason = "small")]
+    let slip_mm = 0.5 + 0.1 * (n * 7 % 10) as f32;
+    Grasp {
+        lost: is_lost || n % 50 == 7,
+        regrasps: 1,
+        slip_mm,
+        force_ratio: Some(1.0 + 0.1 * slip_mm),
+    }
+}
+
+fn before() -> Vec<Grasp> {
+    (0..100).map(|n| grasp(n, false)).collect()
+}
+
+/// Grippers, each with 100 grasps before; with the new model every n-th grasp is lost, none for 0.
 struct Plant {
     rollout: Rollout,
     now_us: u64,
-    new: BTreeSet<Member>,
+    new: BTreeMap<Member, usize>,
     most: usize,
-    per_minute: u64,
+    lost_every: usize,
 }
 
 impl Plant {
-    fn new(count: u8, per_minute: u64) -> Self {
-        let rollout = Rollout::new(RolloutConfig::default(), members(count));
-        Self { rollout, now_us: 0, new: BTreeSet::new(), most: 0, per_minute }
+    fn new(count: u8, lost_every: usize) -> Self {
+        let rollout = Rollout::new(CONFIG, members(count));
+        Self { rollout, now_us: 0, new: BTreeMap::new(), most: 0, lost_every }
     }
 
     fn obey(&mut self, orders: Vec<Order>) {
         for order in orders {
-            match order {
-                Order::Check(member) => self.rollout.receive(&member, Report::Fit, self.now_us),
+            let (member, report) = match order {
+                Order::Check(member) => (member, Report::Fit(before())),
                 Order::Take(member) => {
-                    let before = Counts { seconds: 3600.0, slips: 360, faults: 2, grasps: 1 };
-                    self.rollout.receive(&member, Report::Taken(before), self.now_us);
-                    self.new.insert(member);
+                    self.new.insert(member.clone(), 0);
+                    (member, Report::Taken(before()))
                 }
+                Order::Accept(member) => (member, Report::Kept),
                 Order::GiveBack(member) => {
-                    self.rollout.receive(&member, Report::Back, self.now_us);
                     self.new.remove(&member);
+                    (member, Report::Back)
                 }
-            }
+            };
+            self.rollout.receive(&member, report, self.now_us);
             self.most = self.most.max(self.new.len());
         }
     }
 
-    /// Ten seconds, and each tells how it does.
-    fn turn(&mut self, minute: u64) {
+    /// Ten seconds, and one grasp more of each.
+    fn turn(&mut self) {
         loop {
             let orders = self.rollout.step();
             if orders.is_empty() {
@@ -55,23 +80,19 @@ impl Plant {
             self.obey(orders);
         }
         self.now_us += 10 * SECOND;
-        let slips = self.per_minute * minute / 6;
-        let counts = Counts {
-            seconds: 10.0 * f64::from(u32::try_from(minute).unwrap()),
-            slips,
-            faults: 0,
-            grasps: 1,
-        };
-        for member in self.new.clone() {
-            self.rollout.receive(&member, Report::Counted(counts), self.now_us);
+        for (member, from) in self.new.clone() {
+            let is_lost = self.lost_every > 0 && from % self.lost_every == 0;
+            let grasps = vec![grasp(from + 11, is_lost)];
+            self.new.insert(member.clone(), from + 1);
+            self.rollout.receive(&member, Report::Grasps { from, grasps }, self.now_us);
         }
     }
 
     /// Stages until the end; for each the count of those that have the model.
     fn run(&mut self) -> Vec<usize> {
         let mut stages = Vec::new();
-        for turn in 0..1000 {
-            self.turn(turn % 61);
+        for _ in 0..300 {
+            self.turn();
             if stages.last() != Some(&self.new.len()) {
                 stages.push(self.new.len());
             }
@@ -82,28 +103,94 @@ impl Plant {
 
 #[test]
 fn a_good_model_goes_to_one_then_some_then_all() {
-    let mut plant = Plant::new(20, 6);
+    let mut plant = Plant::new(20, 0);
     assert_eq!(plant.run(), [1, 5, 20]);
     assert_eq!(plant.rollout.progress(), Progress::Done);
-    assert_eq!(plant.rollout.stopped(), None);
+    assert_eq!((plant.rollout.stopped(), plant.rollout.grasps()), (None, Some(20)));
 }
 
 #[test]
 fn a_worse_model_stops_at_the_first_and_goes_back() {
-    let mut plant = Plant::new(20, 30);
+    let mut plant = Plant::new(20, 3);
     assert_eq!(plant.run(), [1, 0]);
     assert_eq!((plant.most, plant.rollout.progress()), (1, Progress::Stopped(0)));
-    let Some(Stop::Worse { what: Worse::Slips, .. }) = plant.rollout.stopped() else {
+    let Some(Stop::Worse { what: Worse::Hold, grasps }) = plant.rollout.stopped() else {
         panic!("{:?}", plant.rollout.stopped())
     };
+    let reported = plant.rollout.stopped().unwrap().to_string();
+    let wanted = "grasps with the new model: objects are lost, or slip more often or further";
+    assert!(*grasps <= 20 && reported.ends_with(wanted), "{reported}");
+}
+
+/// Evidence of many grippers adds up where that of none would do.
+#[test]
+fn grasps_are_judged_together() {
+    let mut plant = Plant::new(20, 0);
+    while plant.new.len() < 20 {
+        plant.turn();
+    }
+    plant.lost_every = 1;
+    plant.turn();
+    assert_eq!(plant.rollout.step().len(), 20, "one lost object each");
+    assert!(matches!(plant.rollout.stopped(), Some(Stop::Worse { .. })));
+}
+
+#[test]
+fn who_has_too_few_grasps_to_compare_with_stops_it_before_anybody_has_the_model() {
+    let plan = |config: RolloutConfig, has: usize| {
+        let mut rollout = Rollout::new(config, members(2));
+        rollout.step();
+        rollout.receive(&members(2)[0], Report::Fit(before()), 0);
+        rollout.receive(&members(2)[1], Report::Fit(before()[..has].to_vec()), 0);
+        let orders = rollout.step();
+        (rollout.stopped().cloned(), orders.len(), rollout.grasps())
+    };
+    let few = |has, wanted| Some(Stop::Few { member: members(2).remove(1), has, wanted });
+    assert_eq!(plan(CONFIG, 19), (few(19, 20), 0, None));
+    assert_eq!(plan(CONFIG, 20), (None, 1, Some(20)));
+    assert_eq!(plan(CONFIG, 0), (few(0, 20), 0, None));
+    // Where nobody names the number, it is computed from the grasps and the difference.
+    let difference = super::Difference { lost: 0.5, ..CONFIG.difference };
+    let computed = RolloutConfig { grasps: None, difference, ..CONFIG };
+    let (stopped, orders, grasps) = plan(computed, 100);
+    assert!(
+        stopped.is_none() && orders == 1 && grasps.is_some_and(|grasps| grasps < 100),
+        "{grasps:?}"
+    );
+    let difference = super::Difference { lost: 0.001, ..CONFIG.difference };
+    assert_eq!(plan(RolloutConfig { difference, ..computed }, 100).0, Some(Stop::Blind));
+}
+
+/// The program of the operator was started again: the grippers on trial are asked as everybody, and go on where they were.
+#[test]
+fn a_roll_out_is_taken_up_again() {
+    let mut plant = Plant::new(3, 0);
+    (0..15).for_each(|_| plant.turn());
+    assert_eq!(plant.new.len(), 1);
+    plant.rollout = Rollout::new(CONFIG, members(3));
+    plant.obey(members(3).into_iter().map(Order::Check).collect());
+    let first = members(1).remove(0);
+    plant.rollout.step();
+    plant.obey(members(3).into_iter().map(Order::Check).collect());
+    assert_eq!(plant.rollout.step(), [Order::Take(first.clone())]);
+    plant.rollout.receive(&first, Report::Taken(before()), plant.now_us);
+    let grasps = (0..15).map(|n| grasp(n, false)).collect();
+    plant.rollout.receive(&first, Report::Grasps { from: 0, grasps }, plant.now_us);
+    assert_eq!(plant.rollout.known(&first), Some(15));
+    // What is known already, or comes after a gap, adds nothing.
+    let again = |from| Report::Grasps { from, grasps: vec![grasp(0, false); 2] };
+    plant.rollout.receive(&first, again(14), plant.now_us);
+    assert_eq!(plant.rollout.known(&first), Some(16));
+    plant.rollout.receive(&first, again(18), plant.now_us);
+    assert_eq!(plant.rollout.known(&first), Some(16));
 }
 
 /// A roll-out to grippers that would all take the model.
 fn checked(count: u8) -> Rollout {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(count));
+    let mut rollout = Rollout::new(CONFIG, members(count));
     let asked: Vec<Order> = members(count).into_iter().map(Order::Check).collect();
     assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, asked));
-    members(count).iter().for_each(|member| rollout.receive(member, Report::Fit, 0));
+    members(count).iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
     rollout
 }
 
@@ -112,16 +199,26 @@ fn tried(count: u8) -> (Rollout, Member) {
     let mut rollout = checked(count);
     let first = members(1).remove(0);
     assert_eq!(rollout.step(), [Order::Take(first.clone())]);
-    rollout.receive(&first, Report::Taken(Counts::default()), SECOND);
+    rollout.receive(&first, Report::Taken(before()), SECOND);
     (rollout, first)
+}
+
+/// No grasp has ended.
+fn nothing() -> Report {
+    Report::Grasps { from: 0, grasps: Vec::new() }
+}
+
+/// The grasps that are wanted of a gripper.
+fn enough() -> Report {
+    Report::Grasps { from: 0, grasps: before() }
 }
 
 #[test]
 fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
+    let mut rollout = Rollout::new(CONFIG, members(4));
     rollout.step();
     let who = members(4);
-    rollout.receive(&who[0], Report::Fit, 1);
+    rollout.receive(&who[0], Report::Fit(before()), 1);
     rollout.receive(&who[2], Report::Refused("too early".to_owned()), 1);
     assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
     rollout.receive(&who[3], Report::Refused("too old".to_owned()), 3);
@@ -139,11 +236,11 @@ fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
 
 #[test]
 fn whoever_stops_it_waits_for_nobody_who_has_not_stated_whether_it_would_take_it() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(3));
+    let mut rollout = Rollout::new(CONFIG, members(3));
     rollout.step();
     rollout.abort();
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
-    rollout.receive(&members(1)[0], Report::Fit, 2);
+    rollout.receive(&members(1)[0], Report::Fit(before()), 2);
     assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Told)));
 }
 
@@ -165,7 +262,7 @@ fn silence_stops_it_and_who_comes_back_is_reported_to_give_back() {
     let first = &first;
     rollout.miss(first, None, 2 * SECOND);
     // It answers once, and then says why it cannot.
-    rollout.receive(first, Report::Counted(Counts::default()), 40 * SECOND);
+    rollout.receive(first, nothing(), 40 * SECOND);
     rollout.miss(first, None, 41 * SECOND);
     rollout.miss(first, None, 101 * SECOND);
     assert_eq!(rollout.step(), []);
@@ -184,7 +281,7 @@ fn who_was_not_asked_for_long_is_not_gone() {
     let (mut rollout, first) = tried(2);
     let first = &first;
     for second in [300, 600, 1200] {
-        rollout.receive(first, Report::Counted(Counts::default()), second * SECOND);
+        rollout.receive(first, nothing(), second * SECOND);
         assert_eq!(rollout.step(), []);
         // One answer that was lost is none of patience, however late the next question comes.
         rollout.miss(first, None, (second + 100) * SECOND);
@@ -193,28 +290,60 @@ fn who_was_not_asked_for_long_is_not_gone() {
 }
 
 #[test]
-fn who_falls_back_by_itself_stops_it_for_all() {
-    let mut plant = Plant::new(20, 6);
+fn who_goes_back_by_itself_stops_it_for_all() {
+    let mut plant = Plant::new(20, 0);
     while plant.new.len() < 5 {
-        (0..61).for_each(|minute| plant.turn(minute));
+        plant.turn();
     }
     let fallen = members(3).remove(2);
     plant.new.remove(&fallen);
-    plant.rollout.receive(&fallen, Report::FellBack(Worse::Faults), plant.now_us);
-    plant.turn(1);
+    let why = "nobody watched its trial any more".to_owned();
+    plant.rollout.receive(&fallen, Report::Left(why.clone()), plant.now_us);
+    plant.turn();
     assert_eq!((plant.new.len(), plant.rollout.progress()), (0, Progress::Stopped(0)));
     let reported = plant.rollout.stopped().unwrap().to_string();
-    assert_eq!(reported, format!("{fallen} has more faults with the new model"));
+    assert_eq!(reported, format!("{fallen} has gone back to the model before: {why}"));
+}
+
+#[test]
+fn nobody_keeps_it_before_everybody_has_tried_it() {
+    let (mut rollout, first) = tried(2);
+    let second = members(2).remove(1);
+    rollout.receive(&first, enough(), SECOND);
+    assert_eq!(rollout.step(), [Order::Take(second.clone())]);
+    rollout.receive(&second, Report::Taken(before()), SECOND);
+    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stage(2)));
+    rollout.receive(&second, enough(), SECOND);
+    let all = [Order::Accept(first.clone()), Order::Accept(second.clone())];
+    assert_eq!((rollout.step(), rollout.progress()), (all.to_vec(), Progress::Accepting));
+    rollout.receive(&first, Report::Kept, SECOND);
+    // The second one does not answer any more: both go back.
+    rollout.miss(&second, None, SECOND);
+    rollout.miss(&second, None, 62 * SECOND);
+    let back = [Order::GiveBack(first), Order::GiveBack(second)];
+    assert_eq!(rollout.step(), back);
+}
+
+/// A way back that is deployed: nobody needs a grasp to compare with.
+#[test]
+fn who_knows_the_model_gets_it_at_once() {
+    let mut rollout = Rollout::new(CONFIG, members(3));
+    rollout.step();
+    members(3).iter().for_each(|member| rollout.receive(member, Report::Known, 1));
+    let all: Vec<Order> = members(3).into_iter().map(Order::Take).collect();
+    assert_eq!(rollout.step(), all);
+    members(3).iter().for_each(|member| rollout.receive(member, Report::Had, 1));
+    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
 }
 
 #[test]
 fn strangers_and_late_words_change_nothing() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
+    let mut rollout = Rollout::new(CONFIG, members(2));
     let stranger = Member { uid: Uid([9; 16]), ..members(1).remove(0) };
     rollout.receive(&stranger, Report::Refused(String::new()), 0);
-    rollout.receive(&members(1)[0], Report::Counted(Counts::default()), 0);
+    rollout.receive(&members(1)[0], nothing(), 0);
     assert_eq!((rollout.stopped(), rollout.progress()), (None, Progress::Checking));
-    let nobody = Rollout::new(RolloutConfig::default(), []);
+    let nobody = Rollout::new(CONFIG, []);
     assert_eq!(nobody.progress(), Progress::Done);
 }
 
@@ -223,31 +352,31 @@ fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
     let (mut rollout, first) = tried(2);
     let first = &first;
     for second in 2..=3601 {
-        rollout.receive(first, Report::Counted(Counts::default()), second * SECOND);
+        rollout.receive(first, nothing(), second * SECOND);
         assert_eq!(rollout.step(), [], "a pause of an hour at most");
     }
-    rollout.receive(first, Report::Counted(Counts::default()), 3602 * SECOND);
+    rollout.receive(first, nothing(), 3602 * SECOND);
     assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
     assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first.clone() }));
 }
 
 #[test]
 fn who_had_the_model_before_does_not_stand_for_the_first_to_try_it() {
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(4));
+    let mut rollout = Rollout::new(CONFIG, members(4));
     rollout.step();
     let who = members(4);
     rollout.receive(&who[0], Report::Had, 1);
-    who[1..].iter().for_each(|member| rollout.receive(member, Report::Fit, 1));
+    who[1..].iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 1));
     assert_eq!(rollout.step(), [Order::Take(who[1].clone())]);
-    rollout.receive(&who[1], Report::Taken(Counts::default()), 3);
-    rollout.receive(&who[1], Report::Kept, 4);
+    rollout.receive(&who[1], Report::Taken(before()), 3);
+    rollout.receive(&who[1], enough(), 4);
     assert_eq!(rollout.step(), [Order::Take(who[2].clone())]);
-    rollout.receive(&who[2], Report::Taken(Counts::default()), 6);
+    rollout.receive(&who[2], Report::Taken(before()), 6);
     rollout.abort();
     let back = [Order::GiveBack(who[1].clone()), Order::GiveBack(who[2].clone())];
     assert_eq!(rollout.step(), back);
     // All of them have it already.
-    let mut rollout = Rollout::new(RolloutConfig::default(), members(2));
+    let mut rollout = Rollout::new(CONFIG, members(2));
     rollout.step();
     members(2).iter().for_each(|member| rollout.receive(member, Report::Had, 1));
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
@@ -259,9 +388,11 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     let mut reported = Vec::new();
     for now_us in 0..3 {
         for order in rollout.step() {
-            let (Order::Check(member) | Order::Take(member) | Order::GiveBack(member)) = &order;
-            let report =
-                if reported.is_empty() { Report::Had } else { Report::Taken(Counts::default()) };
+            let (Order::Check(member)
+            | Order::Take(member)
+            | Order::Accept(member)
+            | Order::GiveBack(member)) = &order;
+            let report = if reported.is_empty() { Report::Had } else { Report::Taken(before()) };
             rollout.receive(member, report, now_us);
             reported.push(order);
         }

@@ -52,7 +52,8 @@ impl Peer {
         let pipes = command.arg(mode).stdin(Stdio::piped()).stdout(Stdio::piped());
         let child = pipes.stderr(Stdio::piped()).spawn();
         let mut child = child.unwrap_or_else(|error| panic!("{self:?} does not start: {error}"));
-        let (mut stdin, text) = (child.stdin.take().unwrap(), lines.join("\n") + "\n");
+        let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+        let mut stdin = child.stdin.take().unwrap();
         let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()));
         let output = child.wait_with_output().unwrap();
         let stated = String::from_utf8_lossy(&output.stderr);

@@ -3,7 +3,7 @@
 use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Load, Notice, PipelineState, ROWS_HEADER, Setup, SlipReport,
+    Command, Gripper, Health, Load, Notice, Object, PipelineState, ROWS_HEADER, Setup, SlipReport,
     Subscribe, Welcome,
 };
 use grip_link::message::{
@@ -52,6 +52,7 @@ fn size(kind: Kind) -> usize {
         Kind::COMMAND => Command::SIZE,
         Kind::QUERY => 0,
         Kind::LOAD => Load::SIZE,
+        Kind::OBJECT => Object::SIZE,
         Kind(other) => panic!("type {other:02x} has no size here"),
     }
 }

@@ -19,6 +19,7 @@ fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
             ToDaemon::Command(message) => message.write(out)?,
             ToDaemon::Query => 0,
             ToDaemon::Load(message) => message.write(out)?,
+            ToDaemon::Object(message) => message.write(out)?,
         }
     } else {
         match ToClient::parse(frame)? {

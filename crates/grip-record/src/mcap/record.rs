@@ -423,7 +423,10 @@ impl CommandRecord {
 
 /// The code of a command in a file is one less than that of its operation.
 fn encode_command(command: ClientCommand, w: &mut CdrWriter<'_>) {
-    let force_n = if let ClientCommand::AtLeast(force_n) = command { force_n } else { f32::NAN };
+    let force_n = match command {
+        ClientCommand::AtLeast(force_n) | ClientCommand::Expect(force_n) => force_n,
+        _ => f32::NAN,
+    };
     w.u8(command.operation().code() - 1).f32(force_n).u16(command.fault().0);
 }
 
@@ -431,6 +434,7 @@ fn decode_command(r: &mut CdrReader<'_>) -> Result<ClientCommand, CdrError> {
     let (code, force_n, fault) = (r.u8()?, r.f32()?, r.u16()?);
     match code.checked_add(1).and_then(Operation::from_code) {
         Some(Operation::AtLeast) => Ok(ClientCommand::AtLeast(force_n)),
+        Some(Operation::Expect) => Ok(ClientCommand::Expect(force_n)),
         Some(Operation::Release) => Ok(ClientCommand::Release),
         Some(Operation::Grasp) => Ok(ClientCommand::Grasp),
         Some(Operation::Stop) => Ok(ClientCommand::Stop),

@@ -163,10 +163,10 @@ impl Talk<'_> {
 fn command(action: ClientCommand, token: u32) -> Command {
     let plain = Command::new;
     match action {
-        ClientCommand::AtLeast(force_n) => {
+        ClientCommand::AtLeast(force_n) | ClientCommand::Expect(force_n) => {
             #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
             let force_mn = (1e3 * force_n).round() as i32;
-            Command { force_mn: force_mn.max(0), ..plain(Operation::AtLeast) }
+            Command { force_mn: force_mn.max(0), ..plain(action.operation()) }
         }
         ClientCommand::Release => Command { token, ..plain(Operation::Release) },
         ClientCommand::Grasp => plain(Operation::Grasp),

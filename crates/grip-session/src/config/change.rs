@@ -9,7 +9,7 @@ use std::{
 
 /// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
 /// were asked for once, and what the gripper was asked for when it was attached.
-pub const NEEDS_RESTART: [&str; 16] = [
+pub const NEEDS_RESTART: [&str; 17] = [
     "port",
     "baud",
     "uid",
@@ -24,6 +24,7 @@ pub const NEEDS_RESTART: [&str; 16] = [
     "recording",
     "realtime",
     "dump_dir",
+    "memory",
     "link",
     "fleet",
 ];
@@ -102,6 +103,7 @@ impl HostConfig {
             recording: old.recording,
             realtime: old.realtime,
             dump_dir: old.dump_dir,
+            memory: old.memory,
             link: old.link,
             fleet: old.fleet,
             ..new.clone()
@@ -188,6 +190,7 @@ mod tests {
             recording.max_mib = 7
             realtime.mode = "warn"
             dump_dir = "x"
+            memory.object = "x"
             link.batch = 5
             fleet.spool_mib = 5
             usb.vid = 1

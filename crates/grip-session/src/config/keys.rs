@@ -42,6 +42,16 @@ impl Default for RecordingConfig {
     }
 }
 
+/// What is remembered of objects.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MemoryConfig {
+    /// The file that keeps what is known of objects; nothing is remembered, where absent.
+    pub file: Option<PathBuf>,
+    /// Name of every object that no client names; without a name, where absent.
+    pub object: Option<String>,
+}
+
 /// Whether the hot thread asks the system for real-time privileges, and what a refusal means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -14,7 +14,8 @@ pub use change::{Change, NEEDS_RESTART, needs_restart};
 pub use check::BOOT_LOADER_BAUD;
 pub use error::{HostConfigError, Place, ValueError};
 pub use keys::{
-    FleetConfig, LinkConfig, LogLevel, RealtimeConfig, RealtimeMode, RecordingConfig, UsbFilter,
+    FleetConfig, LinkConfig, LogLevel, MemoryConfig, RealtimeConfig, RealtimeMode, RecordingConfig,
+    UsbFilter,
 };
 pub use layers::{Layers, Setting};
 pub use template::{RecordTemplate, TemplateError};
@@ -82,6 +83,8 @@ pub struct HostConfig {
     pub recording: RecordingConfig,
     /// What is asked of the scheduler.
     pub realtime: RealtimeConfig,
+    /// What is remembered of objects.
+    pub memory: MemoryConfig,
     /// Which ports `auto` takes.
     pub usb: UsbFilter,
     /// How the gripper is seen beside many others.
@@ -126,6 +129,7 @@ impl Default for HostConfig {
             link: LinkConfig::default(),
             recording: RecordingConfig::default(),
             realtime: RealtimeConfig::default(),
+            memory: MemoryConfig::default(),
             usb: UsbFilter::default(),
             fleet: FleetConfig::default(),
             floor: FloorConfig::default(),

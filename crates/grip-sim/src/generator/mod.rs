@@ -300,6 +300,8 @@ fn draw_object(rng: &mut ChaCha8Rng, mass_kg: [f64; 2], friction: [f64; 2]) -> O
         mass_kg,
         friction,
         friction_ratio: 1.0,
+        friction_power: 1.0,
+        gravity_m_s2: GRAVITY_M_S2,
         viscous_n_s_m: 0.0,
         ra_m,
         rsm_m,

@@ -24,7 +24,6 @@ mod world;
 
 pub use clairvoyant::{Clairvoyant, perfect_controller_can_hold};
 
-use crate::GRAVITY_M_S2;
 use crate::actuator::Actuator;
 use crate::friction::LuGre;
 use crate::scene::Scene;
@@ -144,11 +143,11 @@ impl Grasp {
             world,
             drive: Actuator::new(world::drive_of(scene)),
             contact: LuGre::new(world::contact_of(scene)),
-            surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
+            surface: scene.surface(),
             stylus: Stylus::new(StylusConfig::default(), world.step_s),
             second: config.second_stylus_mm.map(|spacing_mm| Second {
                 stylus: Stylus::new(StylusConfig::default(), world.step_s),
-                surface: Surface::new(object.ra_m, object.rsm_m, config.seed),
+                surface: scene.surface(),
                 spacing_m: 1e-3 * spacing_mm,
             }),
             sensors: Sensors::new(config, scene.gains()),
@@ -315,21 +314,22 @@ impl Grasp {
         let dt = self.world.step_s;
         let speed = self.truth.speed_m_s;
         let since_lift = time - self.phase_since_s;
+        let pressed_n = self.world.object.coulomb_n(self.truth.applied_n);
         let (mass_kg, acceleration) = match self.world.acting(since_lift) {
             None => {
-                self.friction_n = self.contact.step(speed, self.truth.applied_n, dt);
+                self.friction_n = self.contact.step(speed, pressed_n, dt);
                 let mass_kg = self.world.object.mass_kg;
                 (mass_kg, self.world.weight(since_lift) - 2.0 * self.friction_n / mass_kg)
             }
             Some(acting) => {
                 self.contact.set_kinetic(self.world.object.friction * acting.friction_share);
-                self.friction_n = self.contact.step(speed, self.truth.applied_n, dt);
-                let needed_n = acting.force_needed_n(self.world.object.friction);
+                self.friction_n = self.contact.step(speed, pressed_n, dt);
+                let needed_n = acting.force_needed_n(&self.world.object);
                 self.truth.needed_now_n = needed_n;
                 self.truth.force_needed_n = self.truth.force_needed_n.max(needed_n);
                 let lost_n = 2.0 * self.friction_n + acting.flow_kg_s * speed;
-                let carried =
-                    self.world.share(since_lift) * (GRAVITY_M_S2 + acting.acceleration_m_s2);
+                let carried = self.world.share(since_lift)
+                    * (self.world.object.gravity_m_s2 + acting.acceleration_m_s2);
                 (acting.mass_kg, carried + (acting.pull_n - lost_n) / acting.mass_kg)
             }
         };

@@ -1,4 +1,5 @@
 use super::*;
+use crate::GRAVITY_M_S2;
 use crate::scene::{self, Object, SceneConfig};
 
 fn scene(text: &str) -> Scene {
@@ -419,5 +420,69 @@ fn the_tangential_force_of_a_finger_is_half_the_weight_and_gains_are_errors_of_s
         ("tangential", wrong.2 / right.2, 1.1),
     ] {
         assert!((ratio / gain - 1.0).abs() < 0.01, "{name}: {ratio}");
+    }
+}
+
+#[test]
+fn rubber_and_a_tilted_hand_slide_as_their_friction_and_gravity_state() {
+    let weight = 0.4 * GRAVITY_M_S2 / 0.6;
+    // The balance of the forces, by hand: m x'' = m g cos(tilt) - 2 mu N (N / 10 N)^(p - 1).
+    for (power, tilt_deg, target_n) in
+        [(1.0, 60.0, 2.0), (2.0 / 3.0, 0.0, 3.0), (2.0 / 3.0, 30.0, 2.0)]
+    {
+        let scene = scene(&format!(
+            "friction_power = {power}\ntilt_deg = {tilt_deg}\nlift_at_s = 0.1\nlift_ramp_s = 0.0\nfinger_length_mm = 400.0\n"
+        ));
+        let slide = run(&mut Grasp::new(&scene), target_n, 0.4);
+        let slide: Vec<Truth> =
+            slide.iter().map(|row| row.1).filter(|t| t.speed_m_s > 0.1).collect();
+        let (first, last) = (slide[0], slide[slide.len() - 1]);
+        let gained = (last.speed_m_s - first.speed_m_s) / (last.time_s - first.time_s);
+        let friction_n = 2.0 * 0.3 * target_n * (target_n / 10.0).powf(power - 1.0);
+        let along = GRAVITY_M_S2 * f64::to_radians(tilt_deg).cos();
+        let expected = along - friction_n / 0.4;
+        assert!((gained / expected - 1.0).abs() < 1e-3, "{power} {tilt_deg}: {gained} {expected}");
+        // What holds it, by bisection of the same balance.
+        let (mut low, mut high) = (0.0, 100.0);
+        for _ in 0..60 {
+            let middle: f64 = 0.5 * (low + high);
+            let holds = 0.6 * middle * (middle / 10.0).powf(power - 1.0) > 0.4 * along;
+            (low, high) = if holds { (low, middle) } else { (middle, high) };
+        }
+        let needed = scene.object().force_needed_n();
+        assert!(
+            (needed - low).abs() < 1e-9 && (first.force_needed_n - low).abs() < 1e-9,
+            "{needed} {low}"
+        );
+        assert!(needed < weight, "less than upright with Coulomb friction: {needed}");
+    }
+}
+
+#[test]
+fn sensors_are_read_as_seldom_late_and_coarse_as_the_scene_states() {
+    let ideal =
+        "[noise]\nstylus_um = 0.0\nforce_mn = 0.0\ntravel_um = 0.0\ntravel_step_um = 0.001\n";
+    let read = |reading: &str| {
+        run(&mut Grasp::new(&scene(&format!("lift_at_s = 0.0\n{ideal}{reading}"))), 3.0, 0.3)
+    };
+    let (exact, read) = (
+        read(""),
+        read(
+            "[reading]\ntravel_hz = 500.0\ntravel_delay_ms = 3.0\nforce_hz = 250.0\nforce_drift_mn_s = 100.0\nadc_bits = 12\n",
+        ),
+    );
+    let step = 150.0 / 4096.0;
+    for (i, (sample, truth)) in read.iter().enumerate() {
+        let travel_m = i.checked_sub(30).map_or(0.0, |i| exact[i / 20 * 20].0.travel_m.unwrap());
+        assert!((sample.travel_m.unwrap() - travel_m).abs() < 1e-9, "{i}");
+        let at = read[i / 40 * 40].1;
+        let force_n = f64::from(sample.normal_force_n.unwrap());
+        assert!(
+            (force_n - at.applied_n - 0.1 * at.time_s).abs() <= 0.5 * step + 1e-5,
+            "{i} {force_n}"
+        );
+        assert!(((force_n / step).round() * step - force_n).abs() < 1e-5);
+        assert!((sample.stylus - exact[i].0.stylus).abs() <= 0.5 * 2e-3 / 4096.0 + 1e-9);
+        assert_eq!(*truth, exact[i].1);
     }
 }

@@ -1,6 +1,5 @@
 //! A scene in; the constants of its run, and what acts on the object at a time, out.
 
-use crate::GRAVITY_M_S2;
 use crate::actuator::ActuatorConfig;
 use crate::friction::LuGreConfig;
 use crate::scene::{Acting, Load, Object, Scene};
@@ -60,7 +59,7 @@ impl World {
 
     /// Acceleration by the weight alone (m/s^2).
     pub(super) fn weight(&self, since_lift: f64) -> f64 {
-        self.share(since_lift) * GRAVITY_M_S2
+        self.share(since_lift) * self.object.gravity_m_s2
     }
 }
 
@@ -76,13 +75,7 @@ fn steps(time_s: f64, step_s: f64) -> u32 {
 }
 
 pub(super) fn drive_of(scene: &Scene) -> ActuatorConfig {
-    let drive = scene.config().drive;
-    ActuatorConfig {
-        force_max_n: drive.force_max_n,
-        slew_max_n_s: drive.slew_max_n_s,
-        lag_s: drive.lag_ms * 1e-3,
-        approach_s: drive.approach_ms * 1e-3,
-    }
+    scene.config().drive.actuator()
 }
 
 pub(super) fn contact_of(scene: &Scene) -> LuGreConfig {

@@ -1,6 +1,6 @@
 //! A scene in, what the device tells about itself out: channels, scales, limits, identity.
 
-use crate::scene::{Scene, SceneConfig};
+use crate::scene::{ACCELERATION_SPAN_M_S2, STYLUS_SPAN_M, Scene, SceneConfig};
 use grip_link::device::DeviceConfig;
 use grip_link::message::{
     Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS, Reaction,
@@ -11,12 +11,6 @@ use grip_link::message::{
 pub(super) const TICK_HZ: u32 = 1_000_000;
 /// Fastest sampling the virtual device offers, whatever the scene prefers (Hz).
 const RATE_MAX_HZ: u32 = 20_000;
-/// Span of the stylus (m): pre-load and the highest asperities of Ra 50 um.
-const STYLUS_SPAN_M: f64 = 1e-3;
-
-/// Span of an accelerometer (m/s^2): 16 g.
-pub(super) const ACCELERATION_SPAN_M_S2: f64 = 160.0;
-
 /// A channel of the virtual device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reading {

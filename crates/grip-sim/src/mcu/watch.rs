@@ -3,8 +3,8 @@
 //! The stylus is out of use while it is dead, frozen or saturated. That is a fault only where no other slip sensor is left: a second stylus
 //! (judged as the first), the tangential force (not dead, not frozen) or the moved distance (not dead; at rest it repeats itself).
 
-use super::{fault::RANGE_M, identity::ACCELERATION_SPAN_M_S2};
-use crate::scene::Scene;
+use super::fault::RANGE_M;
+use crate::scene::{ACCELERATION_SPAN_M_S2, STYLUS_SPAN_M, Scene};
 use grip_link::message::FaultCode;
 use slip_core::sample::Sample;
 
@@ -37,13 +37,17 @@ pub(super) struct SensorWatch {
 
 impl SensorWatch {
     pub(super) fn new(scene: &Scene) -> Self {
-        let noise = scene.config().noise;
-        let (rms, range) = match scene.config().vibration {
-            Some(vibration) => (vibration.noise_m_s2, ACCELERATION_SPAN_M_S2),
-            None => (noise.stylus_um, f64::from(RANGE_M)),
+        let (noise, reading) = (scene.config().noise, scene.config().reading);
+        let (rms, span, range) = match scene.config().vibration {
+            Some(vibration) => {
+                (vibration.noise_m_s2, ACCELERATION_SPAN_M_S2, ACCELERATION_SPAN_M_S2)
+            }
+            None => (1e-6 * noise.stylus_um, STYLUS_SPAN_M, f64::from(RANGE_M)),
         };
+        // Where a step of the converter hides the noise, a sensor at rest repeats itself.
+        let noisy = rms > 0.0 && rms >= reading.adc_step(span);
         #[expect(clippy::cast_possible_truncation, reason = "the end of a range")]
-        let stylus = Suspicion { noisy: rms > 0.0, range: range as f32, ..Suspicion::default() };
+        let stylus = Suspicion { noisy, range: range as f32, ..Suspicion::default() };
         let rate_hz = scene.config().sample_rate_hz;
         Self {
             stylus,

@@ -26,7 +26,7 @@ pub enum SimulatorError {
         /// The port as it was named.
         port: String,
         /// What is wrong with the scene.
-        source: SceneFileError,
+        source: Box<SceneFileError>,
     },
     /// The scene cannot be drawn with that seed.
     #[error("{0}")]
@@ -48,7 +48,7 @@ pub enum SimulatorError {
 /// Whether an error is one of a scene, which is the caller's to mend.
 #[must_use]
 pub fn is_scene_error(error: &(dyn Error + 'static)) -> bool {
-    error.is::<SceneFileError>() || error.is::<SceneError>()
+    error.is::<SceneFileError>() || error.is::<Box<SceneFileError>>() || error.is::<SceneError>()
 }
 
 /// The running simulator.
@@ -75,8 +75,10 @@ impl Simulator {
             None if port == "sim" => "default",
             None => return Ok(None),
         };
-        let scene = scene::open(name)
-            .map_err(|source| SimulatorError::Scene { port: port.to_owned(), source })?;
+        let scene = scene::open(name).map_err(|source| SimulatorError::Scene {
+            port: port.to_owned(),
+            source: Box::new(source),
+        })?;
         let scene = match seed {
             Some(seed) => scene.reseeded(seed).map_err(SimulatorError::Seed)?,
             None => scene,

@@ -1,7 +1,7 @@
 //! A scene's name or path in, the scene out.
 
 use super::{Scene, SceneError};
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
 /// Name and TOML text of the scenes that need no file.
 pub const BUILT_IN: [(&str, &str); 18] = [
@@ -30,16 +30,26 @@ pub const BUILT_IN: [(&str, &str); 18] = [
 /// # Errors
 /// [`SceneError::Unknown`] or [`SceneError::Read`] where there is none, and those of [`Scene::from_toml`].
 pub fn load(name: &str) -> Result<Scene, SceneError> {
-    if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
-        return Scene::from_toml(text);
+    Scene::from_toml(&text("scene", &BUILT_IN, name)?)
+}
+
+/// The text of the `what` that is called `name` among the `known` ones, or stands in the file `name`.
+pub(super) fn text(
+    what: &'static str,
+    known: &[(&str, &'static str)],
+    name: &str,
+) -> Result<Cow<'static, str>, SceneError> {
+    if let Some((_, text)) = known.iter().find(|(known, _)| *known == name) {
+        return Ok(Cow::Borrowed(text));
     }
     let path = Path::new(name);
     if path.extension().is_none_or(|extension| extension != "toml") {
-        let known = BUILT_IN.map(|(known, _)| known).join(", ");
-        return Err(SceneError::Unknown { name: name.to_owned(), known });
+        let known = known.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", ");
+        return Err(SceneError::Unknown { what, name: name.to_owned(), known });
     }
-    let text = read(path).map_err(|source| SceneError::Read { path: path.to_owned(), source })?;
-    Scene::from_toml(&text)
+    let text =
+        read(path).map_err(|source| SceneError::Read { what, path: path.to_owned(), source });
+    text.map(Cow::Owned)
 }
 
 /// Most bytes of a scene file.

@@ -9,6 +9,14 @@ pub enum SceneError {
     /// Not TOML, an unknown key or a wrong type; the text names line and column.
     #[error("scene does not parse: {0}")]
     Parse(#[source] Box<toml::de::Error>),
+    /// A gripper or set of sensors with an unknown key or a value of the wrong type.
+    #[error("{part}: {source}")]
+    Part {
+        /// Its name or file.
+        part: String,
+        /// What is wrong.
+        source: Box<toml::de::Error>,
+    },
     /// A value outside its range.
     #[error("{field} = {value} is outside {low} to {high}")]
     OutOfRange {
@@ -34,17 +42,21 @@ pub enum SceneError {
     /// `crush_n` and `crush_ratio` both given.
     #[error("crush_n and crush_ratio exclude each other")]
     TwoCrushLimits,
-    /// Neither a built-in scene nor a .toml path.
-    #[error("no scene named {name:?}; built in are {known}; a path must end in .toml")]
+    /// Neither built in nor a .toml path.
+    #[error("no {what} named {name:?}; built in are {known}; a path must end in .toml")]
     Unknown {
+        /// Scene, gripper or set of sensors.
+        what: &'static str,
         /// Name asked for.
         name: String,
-        /// Names of the built-in scenes.
+        /// Names of those that are built in.
         known: String,
     },
     /// The file could not be read.
-    #[error("cannot read scene {path}")]
+    #[error("cannot read {what} {path}")]
     Read {
+        /// Scene, gripper or set of sensors.
+        what: &'static str,
         /// The path asked for.
         path: PathBuf,
         /// Why not.
@@ -73,6 +85,12 @@ fn check_object(config: &SceneConfig) -> Result<(), SceneError> {
     drawn("friction_ratio", config.friction_ratio, 1.0, 2.0)?;
     within("viscous_n_s_m", config.viscous_n_s_m, 0.0, 1000.0)?;
     drawn("roughness_ra_um", config.roughness_ra_um, 0.02, 100.0)?;
+    drawn("waviness.amplitude_um", config.waviness.amplitude_um, 0.0, 100.0)?;
+    drawn("waviness.wavelength_mm", config.waviness.wavelength_mm, 0.5, 100.0)?;
+    within("friction_power", config.friction_power, 0.5, 1.0)?;
+    within("tilt_deg", config.tilt_deg, 0.0, 80.0)?;
+    drawn("form.tilt_um_mm", config.form.tilt_um_mm, -50.0, 50.0)?;
+    drawn("form.curvature_1_m", config.form.curvature_1_m, -1.0, 1.0)?;
     match (config.crush_n, config.crush_ratio) {
         (Some(_), Some(_)) => Err(SceneError::TwoCrushLimits),
         (Some(limit), None) => drawn("crush_n", limit, 0.1, 10_000.0),
@@ -87,6 +105,12 @@ fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
     within("drive.slew_max_n_s", drive.slew_max_n_s, 1.0, 100_000.0)?;
     within("drive.lag_ms", drive.lag_ms, 0.1, 200.0)?;
     within("drive.approach_ms", drive.approach_ms, 1.0, 5000.0)?;
+    within("drive.force_min_n", drive.force_min_n, 0.0, drive.force_max_n)?;
+    within("drive.step_n", drive.step_n, 0.0, 100.0)?;
+    within("drive.command_hz", drive.command_hz, 0.0, 1000.0)?;
+    within("drive.delay_ms", drive.delay_ms, 0.0, 500.0)?;
+    within("drive.dead_band_n", drive.dead_band_n, 0.0, 100.0)?;
+    within("drive.hysteresis", drive.hysteresis, 0.0, 0.9)?;
     within("pad.shear_n_mm", pad.shear_n_mm, 1.0, 10_000.0)?;
     within("pad.damping_n_s_m", pad.damping_n_s_m, 0.0, 500.0)?;
     within("pad.stribeck_mm_s", pad.stribeck_mm_s, 0.1, 100.0)?;
@@ -99,7 +123,13 @@ fn check_gripper(config: &SceneConfig) -> Result<(), SceneError> {
 }
 
 fn check_sensors(config: &SceneConfig) -> Result<(), SceneError> {
-    let SceneConfig { noise, gain, .. } = config;
+    let SceneConfig { noise, gain, reading, .. } = config;
+    within("reading.travel_hz", reading.travel_hz, 0.0, 20_000.0)?;
+    within("reading.travel_delay_ms", reading.travel_delay_ms, 0.0, 1000.0)?;
+    within("reading.force_hz", reading.force_hz, 0.0, 20_000.0)?;
+    within("reading.force_drift_mn_s", reading.force_drift_mn_s, -1000.0, 1000.0)?;
+    within("reading.adc_bits", f64::from(reading.adc_bits), 0.0, 24.0)?;
+    within("reading.batch_ms", reading.batch_ms, 0.0, 100.0)?;
     if let Some(vibration) = config.vibration {
         drawn("vibration.level", vibration.level, 0.1, 10_000.0)?;
         drawn("vibration.exponent", vibration.exponent, 0.1, 3.0)?;
@@ -205,6 +235,14 @@ mod tests {
         assert_eq!(
             refusal("name = \"x\"\nfriction = { uniform = [0.5, 0.2] }\n"),
             "friction: lower bound 0.5 lies above upper bound 0.2"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\n[waviness]\namplitude_um = { uniform = [0.0, 200.0] }\n"),
+            "waviness.amplitude_um = 200 is outside 0 to 100"
+        );
+        assert_eq!(
+            refusal("name = \"x\"\n[form]\ncurvature_1_m = -2.0\n"),
+            "form.curvature_1_m = -2 is outside -1 to 1"
         );
         assert_eq!(
             refusal("name = \"x\"\nviscous_n_s_m = 2000.0\n"),

@@ -42,7 +42,7 @@ pub fn open(name: &str) -> Result<Scene, SceneFileError> {
             SceneError::OutOfRange { field, .. } | SceneError::BoundsSwapped { field, .. } => field,
             SceneError::TwoCrushLimits => "crush_ratio",
             SceneError::Parse(_) => return SceneFileError::Parse { name: name.to_owned(), source },
-            SceneError::Unknown { .. } | SceneError::Read { .. } => {
+            SceneError::Unknown { .. } | SceneError::Read { .. } | SceneError::Part { .. } => {
                 return SceneFileError::Absent(source);
             }
         };

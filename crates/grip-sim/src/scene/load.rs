@@ -10,7 +10,7 @@
 //! m' u is the momentum of what is poured in: it arrives with u = sqrt(2 g h) after a fall of h and comes to rest in the object. An object that
 //! slides with v loses m' v more of its speed.
 
-use super::{Draw, SceneConfig};
+use super::{Draw, Object, SceneConfig};
 use crate::GRAVITY_M_S2;
 use core::f64::consts::{PI, TAU};
 use rand_chacha::ChaCha8Rng;
@@ -223,10 +223,10 @@ impl Load {
 }
 
 impl Acting {
-    /// Force of each finger (N) that balances it at the dry kinetic `friction`; 0 where the object is pushed into the fingers.
-    pub(crate) fn force_needed_n(&self, friction: f64) -> f64 {
-        let load_n = self.mass_kg * (GRAVITY_M_S2 + self.acceleration_m_s2) + self.pull_n;
-        (load_n / (2.0 * friction * self.friction_share)).max(0.0)
+    /// Force of each finger (N) that balances it where `object` is held; 0 where the object is pushed into the fingers.
+    pub(crate) fn force_needed_n(&self, object: &Object) -> f64 {
+        let load_n = self.mass_kg * (object.gravity_m_s2 + self.acceleration_m_s2) + self.pull_n;
+        object.force_against_n(load_n, self.friction_share)
     }
 }
 
@@ -234,9 +234,13 @@ impl Acting {
 mod tests {
     use crate::scene::Scene;
 
-    fn load(text: &str) -> super::Load {
+    fn scene(text: &str) -> Scene {
         let fixed = "name = \"x\"\nmass_kg = 0.1\nfriction = 0.5\n";
-        Scene::from_toml(&format!("{fixed}{text}")).unwrap().load()
+        Scene::from_toml(&format!("{fixed}{text}")).unwrap()
+    }
+
+    fn load(text: &str) -> super::Load {
+        scene(text).load()
     }
 
     #[test]
@@ -244,7 +248,7 @@ mod tests {
         let load = load("");
         assert!(load.is_still());
         for t in [0.0, 1.0, 100.0] {
-            assert!((load.at(t).force_needed_n(0.5) - 0.980_665).abs() < 1e-12);
+            assert!((load.at(t).force_needed_n(&scene("").object()) - 0.980_665).abs() < 1e-12);
         }
     }
 
@@ -259,7 +263,7 @@ mod tests {
         assert!((acting.pull_n - 0.140_05).abs() < 1e-4, "{}", acting.pull_n);
         let full = load.at(5.0);
         assert!((full.mass_kg - 0.3).abs() < 1e-12 && full.pull_n == 0.0);
-        assert!((full.force_needed_n(0.5) - 0.3 * 9.80665).abs() < 1e-9);
+        assert!((full.force_needed_n(&scene("").object()) - 0.3 * 9.80665).abs() < 1e-9);
     }
 
     #[test]
@@ -301,8 +305,8 @@ mod tests {
     #[test]
     fn a_wet_contact_needs_more_force() {
         let load = load("[wet]\nfriction_ratio = 0.5\nstart_s = 1.0\nspread_s = 0.1\n");
-        let dry = load.at(1.0).force_needed_n(0.5);
+        let dry = load.at(1.0).force_needed_n(&scene("").object());
         assert!((load.at(1.1).friction_share - (0.5 + 0.5 * (-1.0_f64).exp())).abs() < 1e-9);
-        assert!((load.at(9.0).force_needed_n(0.5) / dry - 2.0).abs() < 1e-9);
+        assert!((load.at(9.0).force_needed_n(&scene("").object()) / dry - 2.0).abs() < 1e-9);
     }
 }

@@ -8,7 +8,9 @@ mod check;
 mod draw;
 mod file;
 mod load;
+mod part;
 mod sensing;
+mod texture;
 
 pub use builtin::{BUILT_IN, load};
 pub use check::SceneError;
@@ -16,11 +18,16 @@ pub use draw::Draw;
 pub use file::{SceneFileError, open};
 pub(crate) use load::{Acting, Load};
 pub use load::{ArmConfig, BumpConfig, FillConfig, TugConfig, WetConfig};
-pub(crate) use sensing::Gains;
-pub use sensing::{ChannelConfig, GainConfig, NoiseConfig, VibrationConfig};
+pub use part::{GRIPPERS, Part, SENSORS};
+pub(crate) use sensing::{ACCELERATION_SPAN_M_S2, Gains, STYLUS_SPAN_M};
+pub use sensing::{ChannelConfig, GainConfig, NoiseConfig, ReadingConfig, VibrationConfig};
+pub use texture::{FormConfig, WavinessConfig};
 
+use crate::GRAVITY_M_S2;
+use crate::actuator::ActuatorConfig;
 use crate::random::{self, Purpose};
-use crate::{GRAVITY_M_S2, surface};
+use crate::shape::Shape;
+use crate::surface::{self, Surface};
 use serde::{Deserialize, Serialize};
 
 /// A grasp scene as written in TOML. Unknown keys are refused; all but `name` have defaults.
@@ -47,12 +54,25 @@ pub struct SceneConfig {
     /// Static over kinetic friction, 1 to 2.
     #[serde(default = "defaults::friction_ratio")]
     pub friction_ratio: Draw,
+    /// Power of the normal force that friction grows with, 0.5 to 1: 1 is Coulomb's law, 2/3 a soft ball on a plane (Hertz). The coefficients are
+    /// those at 10 N.
+    #[serde(default = "defaults::friction_power")]
+    pub friction_power: f64,
     /// Viscous friction of both fingers together (N s/m), 0 to 1000: a load of that many newtons for each m/s of sliding.
     #[serde(default)]
     pub viscous_n_s_m: f64,
     /// Roughness Ra (um), 0.02 to 100.
     #[serde(default = "defaults::roughness_ra_um")]
     pub roughness_ra_um: Draw,
+    /// Waviness of the surface.
+    #[serde(default)]
+    pub waviness: WavinessConfig,
+    /// Form of the surface.
+    #[serde(default)]
+    pub form: FormConfig,
+    /// Angle between the fingers' slip and the vertical (deg), 0 to 80; see [`Object::gravity_m_s2`].
+    #[serde(default)]
+    pub tilt_deg: f64,
     /// Crush limit (N) of one finger's force, 0.1 to 10000. Excludes `crush_ratio`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crush_n: Option<Draw>,
@@ -84,6 +104,9 @@ pub struct SceneConfig {
     /// Sensor noise.
     #[serde(default)]
     pub noise: NoiseConfig,
+    /// When and in which steps the sensors are read.
+    #[serde(default)]
+    pub reading: ReadingConfig,
     /// Errors of scale of the sensors.
     #[serde(default)]
     pub gain: GainConfig,
@@ -125,11 +148,58 @@ pub struct DriveConfig {
     pub lag_ms: f64,
     /// Time to close the fingers (ms), 1 to 5000.
     pub approach_ms: f64,
+    /// Smallest force of one finger but none (N), 0 to 1000.
+    pub force_min_n: f64,
+    /// Steps of the force from the smallest one on (N), 0 (none) to 100.
+    pub step_n: f64,
+    /// Commands taken a second, 0 (each one) to 1000.
+    pub command_hz: f64,
+    /// Dead time of a command (ms), 0 to 500.
+    pub delay_ms: f64,
+    /// Change that a drive at rest does not answer (N), 0 to 100.
+    pub dead_band_n: f64,
+    /// Share by which friction of the tendons holds the force behind or above what the drive pulls with, 0 to 0.9.
+    pub hysteresis: f64,
+}
+
+impl DriveConfig {
+    /// The drive in SI.
+    pub(crate) fn actuator(&self) -> ActuatorConfig {
+        ActuatorConfig {
+            force_max_n: self.force_max_n,
+            slew_max_n_s: self.slew_max_n_s,
+            lag_s: self.lag_ms * 1e-3,
+            approach_s: self.approach_ms * 1e-3,
+            force_min_n: self.force_min_n,
+            step_n: self.step_n,
+            command_s: if self.command_hz > 0.0 { 1.0 / self.command_hz } else { 0.0 },
+            delay_s: self.delay_ms * 1e-3,
+            dead_band_n: self.dead_band_n,
+            hysteresis: self.hysteresis,
+        }
+    }
+}
+
+impl Default for ActuatorConfig {
+    fn default() -> Self {
+        DriveConfig::default().actuator()
+    }
 }
 
 impl Default for DriveConfig {
     fn default() -> Self {
-        Self { force_max_n: 60.0, slew_max_n_s: 2000.0, lag_ms: 5.0, approach_ms: 100.0 }
+        Self {
+            force_max_n: 60.0,
+            slew_max_n_s: 2000.0,
+            lag_ms: 5.0,
+            approach_ms: 100.0,
+            force_min_n: 0.0,
+            step_n: 0.0,
+            command_hz: 0.0,
+            delay_ms: 0.0,
+            dead_band_n: 0.0,
+            hysteresis: 0.0,
+        }
     }
 }
 
@@ -199,6 +269,9 @@ mod defaults {
     pub(super) fn friction_ratio() -> Draw {
         Draw::Uniform { uniform: [1.0, 1.2] }
     }
+    pub(super) fn friction_power() -> f64 {
+        1.0
+    }
     pub(super) fn roughness_ra_um() -> Draw {
         Draw::LogUniform { log_uniform: [0.4, 6.3] }
     }
@@ -213,6 +286,9 @@ mod defaults {
     }
 }
 
+/// Normal force at which the coefficients of friction are as written where it does not grow in proportion (N).
+pub(crate) const POWER_AT_N: f64 = 10.0;
+
 /// The object as drawn, in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
@@ -222,6 +298,11 @@ pub struct Object {
     pub friction: f64,
     /// Static over kinetic friction.
     pub friction_ratio: f64,
+    /// Power p of the normal force that friction grows with: mu_k N (N / 10 N)^(p - 1) for each finger.
+    pub friction_power: f64,
+    /// Gravity along the fingers (m/s^2): g cos(tilt). The rest of it presses the object on one pad and relieves the other, which leaves the sum of
+    /// Coulomb friction as it is; with another power that is left out.
+    pub gravity_m_s2: f64,
     /// Viscous friction of both fingers together (N s/m).
     pub viscous_n_s_m: f64,
     /// Roughness Ra (m).
@@ -234,10 +315,27 @@ pub struct Object {
 
 impl Object {
     /// Force of each of two fingers at which sliding friction just balances the weight (N):
-    /// `m g / (2 mu_k)`. Above it a slip decelerates; an object that never moved needs less, by mu_s / mu_k.
+    /// `m g / (2 mu_k)` for Coulomb friction. Above it a slip decelerates; an object that never moved needs less, by mu_s / mu_k.
     #[must_use]
     pub fn force_needed_n(&self) -> f64 {
-        self.mass_kg * GRAVITY_M_S2 / (2.0 * self.friction)
+        self.force_against_n(self.mass_kg * self.gravity_m_s2, 1.0)
+    }
+
+    /// Normal force (N) whose Coulomb friction is that of a finger that presses with `force_n`.
+    pub(crate) fn coulomb_n(&self, force_n: f64) -> f64 {
+        if self.friction_power == 1.0 {
+            return force_n;
+        }
+        POWER_AT_N * (force_n / POWER_AT_N).max(0.0).powf(self.friction_power)
+    }
+
+    /// Force of each of two fingers at which sliding friction, `share` of the dry one, just balances `load_n` (N); 0 for a load below 0.
+    pub(crate) fn force_against_n(&self, load_n: f64, share: f64) -> f64 {
+        let coulomb_n = (load_n / (2.0 * self.friction * share)).max(0.0);
+        if self.friction_power == 1.0 {
+            return coulomb_n;
+        }
+        POWER_AT_N * (coulomb_n / POWER_AT_N).powf(1.0 / self.friction_power)
     }
 }
 
@@ -248,6 +346,7 @@ pub struct Scene {
     object: Object,
     load: Load,
     gains: Gains,
+    shape: Option<Shape>,
 }
 
 impl Scene {
@@ -264,8 +363,17 @@ impl Scene {
         let ra_m = config.roughness_ra_um.sample(rng) * 1e-6;
         let rsm_m = surface::mean_spacing(ra_m, random::normal(rng));
         let viscous_n_s_m = config.viscous_n_s_m;
-        let mut object =
-            Object { mass_kg, friction, friction_ratio, viscous_n_s_m, ra_m, rsm_m, crush_n: 0.0 };
+        let mut object = Object {
+            mass_kg,
+            friction,
+            friction_ratio,
+            friction_power: config.friction_power,
+            gravity_m_s2: GRAVITY_M_S2 * config.tilt_deg.to_radians().cos(),
+            viscous_n_s_m,
+            ra_m,
+            rsm_m,
+            crush_n: 0.0,
+        };
         object.crush_n = match config.crush_n {
             Some(limit) => limit.sample(rng),
             None => {
@@ -274,7 +382,8 @@ impl Scene {
         };
         let load = Load::draw(&config, mass_kg, &mut random::stream(config.seed, Purpose::Load));
         let gains = Gains::draw(&config.gain, &mut random::stream(config.seed, Purpose::Gain));
-        Ok(Self { config, object, load, gains })
+        let shape = texture::draw(&config, &mut random::stream(config.seed, Purpose::Texture));
+        Ok(Self { config, object, load, gains, shape })
     }
 
     /// Parses TOML, then as [`Scene::new`].
@@ -291,6 +400,14 @@ impl Scene {
     /// None in practice, since the ranges do not depend on the seed; the type says what [`Scene::new`] says.
     pub fn reseeded(&self, seed: u64) -> Result<Self, SceneError> {
         Self::new(SceneConfig { seed, ..self.config.clone() })
+    }
+
+    /// The same object once more, at another place of its surface and with other noise.
+    ///
+    /// # Errors
+    /// As [`Scene::reseeded`].
+    pub fn regrasped(&self, seed: u64) -> Result<Self, SceneError> {
+        Ok(self.reseeded(seed)?.with_object(self.object))
     }
 
     /// The configuration.
@@ -314,7 +431,17 @@ impl Scene {
             return weight_n;
         }
         let times = (0_u32..).map(|ms| 1e-3 * f64::from(ms)).take_while(|t| *t <= hold_s);
-        times.map(|t| self.load.at(t).force_needed_n(self.object.friction)).fold(weight_n, f64::max)
+        times.map(|t| self.load.at(t).force_needed_n(&self.object)).fold(weight_n, f64::max)
+    }
+
+    /// The surface of the object, as drawn.
+    #[must_use]
+    pub fn surface(&self) -> Surface {
+        let surface = Surface::new(self.object.ra_m, self.object.rsm_m, self.config.seed);
+        match self.shape {
+            Some(shape) => surface.with_shape(shape),
+            None => surface,
+        }
     }
 
     pub(crate) fn load(&self) -> Load {

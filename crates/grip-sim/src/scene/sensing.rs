@@ -52,6 +52,37 @@ impl Default for NoiseConfig {
     }
 }
 
+/// Span of a stylus (m): pre-load and the highest asperities of Ra 50 um.
+pub(crate) const STYLUS_SPAN_M: f64 = 1e-3;
+
+/// Span of an accelerometer (m/s^2): 16 g.
+pub(crate) const ACCELERATION_SPAN_M_S2: f64 = 160.0;
+
+/// When and in which steps the sensors are read; 0 everywhere is ideal. Between two readings a sensor shows the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReadingConfig {
+    /// Readings of the moved distance a second, 0 (at each sample) to 20000.
+    pub travel_hz: f64,
+    /// How old they are (ms), 0 to 1000.
+    pub travel_delay_ms: f64,
+    /// Readings of the normal and the tangential force a second, 0 (at each sample) to 20000.
+    pub force_hz: f64,
+    /// Drift of the normal force from the start on (mN/s), -1000 to 1000.
+    pub force_drift_mn_s: f64,
+    /// Bits of the converter of stylus (+-1 mm), accelerometer (+-160 m/s^2) and forces (+-1.25 times the largest), 0 (exact) to 24.
+    pub adc_bits: u8,
+    /// The line delivers what the gripper sends only each so many ms, as a serial converter at USB does; 0 (at once) to 100.
+    pub batch_ms: f64,
+}
+
+impl ReadingConfig {
+    /// Step of the converter of a sensor that shows -`span` to `span`; 0 where it is exact.
+    pub(crate) fn adc_step(&self, span: f64) -> f64 {
+        if self.adc_bits == 0 { 0.0 } else { 2.0 * span / f64::from(self.adc_bits).exp2() }
+    }
+}
+
 /// An accelerometer in the finger instead of a stylus: sliding excites modes of the finger, in shares that are drawn for each object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

@@ -138,7 +138,12 @@ impl SlipDetector {
             axes: Axes::new(&lanes, rate_hz)?,
             scale: floor.energy().map_or([1.0; LANES], reciprocal_rms),
             learning: floor.energy().is_none(),
-            resolution: Resolution::default(),
+            // What was calibrated needs no resolution.
+            resolution: if floor.energy().is_some() {
+                Resolution::settled()
+            } else {
+                Resolution::default()
+            },
             floor,
             reference,
             gate,
@@ -443,10 +448,10 @@ impl SlipDetector {
     }
 
     fn end_block(&mut self) {
-        let now = self.block_energy();
-        if self.learning {
+        if self.learning || !self.resolution.is_known() {
             self.resolve();
         }
+        let now = self.block_energy();
         let waited = self.delay.pass(now);
         let energy = waited.unwrap_or(now);
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
@@ -534,7 +539,11 @@ impl SlipDetector {
         for x in self.pending.stylus() {
             self.resolution.push(*x);
         }
-        self.floor.resolve(self.axes.resolution(self.resolution.rms()));
+        let coarse = self.resolution.is_coarse();
+        // The readings of a coarse sensor may all be the same until something moves.
+        if self.floor.resolve(self.axes.resolution(self.resolution.rms()), coarse) {
+            self.rescale();
+        }
     }
 
     /// Runs the bands over the block: the mean energy of each, over all axes.

@@ -1,8 +1,8 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{
-    Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, lag::Reach,
-    response::Response, yielding::Yielding,
+    Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, giving::Giving,
+    lag::Reach, response::Response, yielding::Yielding,
 };
 use crate::{
     estimate::{G_M_S2, KAPPA},
@@ -19,6 +19,9 @@ const BELIEVED_S: f32 = 0.05;
 const HEAVIER: f32 = 1.3;
 /// A load of more than this times the weight is none of the weight.
 const OVERLOAD: f32 = 1.25;
+/// Where less and less is held until the object slips, the ratio of static and kinetic friction and the margin make the force that stops it up to so many
+/// times the one that let it slip.
+const BY_FRICTION: f32 = 1.6;
 /// A slip under less than this share of what is needed began before the weight was there.
 const EARLY: f32 = 0.7;
 /// Over the reflex where the force falls until the object slips: where nothing slides by then, static friction of up to so much over that of sliding is
@@ -28,6 +31,8 @@ const SOUGHT: f32 = 1.11;
 /// slides, and what is stopped at once says nothing of the friction of sliding.
 const GENTLY: f32 = 1.05;
 const GENTLY_S: f32 = 8e-3;
+/// Over the force that a known object is held with it needs so much more at least, where the stylus alone shows that it needs more.
+const FELT: f32 = 1.05;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
 const ROUGHLY: f32 = 0.5;
 /// An object that comes back by this much (m) swings on its pads.
@@ -69,7 +74,7 @@ const UNDECIDED: f32 = 2.0;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
 const SLIDES_M_S: f32 = 0.012;
 /// What is slower slides where it goes on this far (m) without slowing down; no pad shears that far under a force that stands.
-const SLIDES_ON_M: f32 = 3e-4;
+pub(super) const SLIDES_ON_M: f32 = 3e-4;
 /// While an object slides on, the force grows by e in this many `measured_tau_ms` at least, whatever was estimated.
 pub(super) const LEAST_TAUS: f32 = 4.0;
 /// Where there is no estimate by then (s), there is none to wait for.
@@ -87,6 +92,8 @@ pub(super) enum HeldBy {
     Search,
     /// As somebody asked for.
     Wish,
+    /// With what it is known to need.
+    Memory,
 }
 
 /// What earlier slips have told of the object.
@@ -135,6 +142,8 @@ pub(super) struct Braking {
     furthest_m: f32,
     from_m: f32,
     swing_m: f32,
+    /// Whether only pads give way; looked at where it is held with what it is known to need.
+    giving: Giving,
     /// Whether more than the weight had to be held.
     overloaded: bool,
     /// Whether pads may be giving way.
@@ -186,7 +195,11 @@ impl Braking {
         let sought = known.held_by == HeldBy::Search && !known.ebbing;
         let reflex = 1.0 + config.reflex_step;
         let step = if sought { SOUGHT * reflex } else { reflex };
-        let first = if sought && known.loaded { GENTLY } else { step };
+        let first = match known.held_by {
+            HeldBy::Memory => 1.0,
+            _ if sought && known.loaded => GENTLY,
+            _ => step,
+        };
         let step_n = (step * from_n).max(command_n);
         let step_n = step_n.min(config.ceiling_n());
         Self {
@@ -229,6 +242,11 @@ impl Braking {
         self.target_n
     }
 
+    /// Whether the object has moved.
+    pub(super) fn is_confirmed(&self) -> bool {
+        self.confirmed
+    }
+
     /// Whether only a travel that drifts has shown this slip.
     pub(super) fn drifted(&self) -> bool {
         self.drifted
@@ -240,13 +258,22 @@ impl Braking {
     }
 
     /// Whether the slip tells what is needed; `searched` says that the search waits for one, moved or not. Pads give way when an object is lifted:
-    /// what is held as somebody asked for slips only where more than that is needed. And the search does not wait for alarms on the way back from one.
+    /// what is held as somebody asked for, or with what it is known to need, slips only where more than that is needed. And the search does not wait for alarms on the way back from one.
     pub(super) fn is_believed(&self, searched: bool) -> bool {
         if self.drifted {
             return false;
         }
-        if self.held_by == HeldBy::Wish {
-            return self.confirmed && self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
+        let more = self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
+        match self.held_by {
+            HeldBy::Wish => return self.confirmed && more,
+            HeldBy::Memory => {
+                let answered = match self.feeling.held_n() {
+                    Some(held_n) => held_n > FELT * KAPPA * self.base_n,
+                    None => self.target_n > self.step_n,
+                };
+                return self.confirmed && self.giving.has_slid() && (more || answered);
+            }
+            HeldBy::Slips | HeldBy::Search => {}
         }
         self.confirmed || (searched && !self.ebbing && self.target_n >= self.step_n)
     }
@@ -256,8 +283,27 @@ impl Braking {
         if self.is_believed(false) { self.target_n } else { self.hold_before_n }
     }
 
-    /// Takes what is new. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.
+    /// Takes what is new. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise. Pads give way as the load comes:
+    /// an object that is held with what it is known to need gets more only where it slides further than that.
     pub(super) fn follow(
+        &mut self,
+        config: &GripConfig,
+        input: &GripInput,
+        command_n: f32,
+        times_s: (f32, f32),
+    ) {
+        let before_n = self.target_n;
+        self.answer(config, input, command_n, times_s);
+        if self.held_by == HeldBy::Memory {
+            let (turns, slides_s) = (self.feeling.turns(), self.slides.then_some(self.slip_s));
+            self.giving.follow(input, self.furthest_m, turns, slides_s, times_s.0);
+            if !self.giving.has_slid() {
+                self.target_n = before_n;
+            }
+        }
+    }
+
+    fn answer(
         &mut self,
         config: &GripConfig,
         input: &GripInput,
@@ -277,8 +323,8 @@ impl Braking {
         let creeps = input.motion.is_none_or(|motion| motion.speed_m_s < SLIDES_M_S);
         let alone_n = input.alone_n.filter(|_| creeps);
         self.fades_n = input.fades.then(|| self.fades_n.unwrap_or(self.target_n));
-        let from_n = alone_n.into_iter().chain(self.fades_n).fold(f32::INFINITY, f32::min);
-        self.most_n = UNDECIDED * from_n;
+        self.most_n =
+            UNDECIDED * alone_n.unwrap_or(f32::INFINITY).min(self.fades_n.unwrap_or(f32::INFINITY));
         self.alone = input.moved_m.is_none() && input.felt.is_some();
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             self.confirmed |= felt.moves;
@@ -294,7 +340,6 @@ impl Braking {
         if self.sought && !self.confirmed && self.mean_n.is_none() && self.slip_s >= GENTLY_S {
             self.aim(config, self.step_n);
         }
-        let rate = self.growth_per_s(config, input);
         let evident = input.slip == SlipNow::Evident && self.goes_on;
         if evident && self.slides {
             // The least answer to an object that slides on, whatever was estimated.
@@ -302,15 +347,21 @@ impl Braking {
                 self.envelope_n.max(1.0) * rise_s / (LEAST_TAUS * 1e-3 * config.measured_tau_ms);
             self.aim(config, self.envelope_n);
         }
-        if evident && rate > 0.0 && command_n >= self.target_n {
+        if evident && command_n >= self.target_n {
+            let rate = self.growth_per_s(config, input);
             let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
             let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
-            self.aim(config, grown_n.min(most_n));
+            if rate > 0.0 {
+                self.aim(config, grown_n.min(most_n));
+            }
         }
     }
 
-    /// What estimate and load ask for (N).
+    /// What estimate and load ask for (N), with each new one.
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
+        if input.evidence.is_none() && input.sliding.is_none() {
+            return None;
+        }
         let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
@@ -359,19 +410,26 @@ impl Braking {
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
     fn judge(&mut self, input: &GripInput, dt_s: f32) {
         let Some(moved_m) = input.moved_m else { return };
-        let arrived = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n)
-            && self.standing_s >= STANDS_S
-            || self.standing_s >= self.reach.wait_s(input.late_s);
-        if arrived && self.slides {
+        if self.slides && self.has_arrived(input) {
             self.disobeyed_s += dt_s;
         } else {
             (self.obeyed_m, self.disobeyed_s) = (moved_m, 0.0);
+        }
+        if self.mean_n.is_none() || self.refuted {
+            return;
         }
         let under_force =
             self.disobeyed_s >= CONTRADICTED_S && moved_m - self.obeyed_m >= SLIDES_ON_M;
         let late = (self.reach.delay_s(input.late_s) / FOLLOWS_S).max(1.0);
         let followed = moved_m - self.slid_from_m >= late * FOLLOWS_M;
-        self.refuted |= self.mean_n.is_some() && (under_force || followed);
+        self.refuted = under_force || followed;
+    }
+
+    /// Whether what the estimates asked for is there, measured or by the time that it takes.
+    fn has_arrived(&self, input: &GripInput) -> bool {
+        let measured = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n);
+        measured && self.standing_s >= STANDS_S
+            || self.standing_s >= self.reach.wait_s(input.late_s)
     }
 
     /// By what share of itself the target grows in a second where no estimate says how far.
@@ -488,6 +546,14 @@ impl Braking {
         (self.target_n + lead_n).min(config.ceiling_n())
     }
 
+    /// Whether `hold_n` (N), which has stopped the slip, is more than the weight asks for, as far as that was known before: something has hit or pulled the
+    /// object. What the search has let slip needs more than it was held with by the friction alone.
+    pub(super) fn was_more_than_weight(&self, hold_n: f32) -> bool {
+        let by_friction = self.held_by == HeldBy::Search && hold_n <= BY_FRICTION * self.base_n;
+        let heavier = self.weight_n.is_some_and(|weight_n| hold_n > HEAVIER * weight_n);
+        !by_friction && (self.overloaded || heavier)
+    }
+
     /// The least force that may do (N), where the slip has told the need roughly only.
     pub(super) fn least_n(&self) -> Option<f32> {
         let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded && !self.refuted)?;
@@ -497,7 +563,8 @@ impl Braking {
 
     /// The slip has ended: what is the force to hold with (N)?
     pub(super) fn hold_n(&self, config: &GripConfig, believed: bool) -> f32 {
-        if let Some(held_n) = self.feeling.held_n() {
+        let felt_n = self.feeling.held_n();
+        if let Some(held_n) = felt_n.filter(|_| believed || self.held_by != HeldBy::Memory) {
             return held_n;
         }
         let hold_n = match self.mean_n {

@@ -21,6 +21,7 @@
 mod braking;
 mod config;
 mod feeling;
+mod giving;
 mod input;
 mod lag;
 mod response;
@@ -60,7 +61,18 @@ pub struct GripController {
     drifted: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
+    /// Force that the next object is known to be held with (N); 0 where nothing is known of it.
+    expected_n: f32,
+    /// Force that the object in hand is known to be held with (N); 0 where nothing is known of it.
+    known_n: f32,
+    /// Slips of the known object that were taken for pads which give way as the load comes.
+    excused: u8,
+    /// Whether the force that the object needs is known.
+    finding: Finding,
     settle_s: f32,
+    /// Measured force of fingers that close (N), and for how long it has stood there (s).
+    stood_n: f32,
+    stood_s: f32,
     lag: Lag,
     /// Since the last evidence of the slip (s).
     quiet_s: f32,
@@ -73,10 +85,30 @@ pub struct GripController {
     touch: Touch,
 }
 
+/// Whether the force that the object needs is known: the command is on its way to it, or has just arrived.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Finding {
+    #[default]
+    No,
+    Coming,
+    Arrived,
+}
+
 /// A light touch is so many times what counts as touch at least, as `least_force_n` is of `contact_n`.
 const FELT: f32 = 2.0;
 /// Fingers that touch have the trial force after this long (s), whatever is measured.
 const REACHED_S: f32 = 0.3;
+/// A force that has changed by no more than this share of the trial force for so long (s) does not get closer to it: a drive with friction.
+const STANDS: f32 = 0.05;
+const STANDS_S: f32 = 0.08;
+/// Above this share of what is expected a known object does not slip.
+const AS_KNOWN: f32 = 0.8;
+/// Trials of an object that has slipped once: the grasp is the first.
+const FIRST_SLIP: u32 = 2;
+/// So many slips in which it moved by no more than pads give way are none.
+const EXCUSED: u8 = 3;
+/// From touch on a known object is pressed with what is expected within this time (s).
+const EXPECTED_IN_S: f32 = 0.15;
 /// Without a reading of the moved distance for this long (s) it is not measured.
 const UNMEASURED_S: f32 = 0.05;
 /// Longest step in time the controller believes (s): after a gap the force must not jump.
@@ -103,7 +135,13 @@ impl GripController {
             ebbing: false,
             drifted: false,
             least_n: 0.0,
+            expected_n: 0.0,
+            known_n: 0.0,
+            excused: 0,
+            finding: Finding::No,
             settle_s: 0.0,
+            stood_n: 0.0,
+            stood_s: 0.0,
             lag: Lag::default(),
             quiet_s: 0.0,
             slip_s: 0.0,
@@ -144,6 +182,15 @@ impl GripController {
         }
     }
 
+    /// Expects an object that is known to be held with `force_n` (N), with its margin: the fingers close to that force instead of the
+    /// trial force, and its weight counts as known in its slips. It stands for every grasp until another one is expected; 0 is an object
+    /// of which nothing is known. What is in hand already is not concerned. A force below 0 or not a number changes nothing.
+    pub fn expect(&mut self, force_n: f32) {
+        if force_n >= 0.0 {
+            self.expected_n = force_n.min(self.config.ceiling_n());
+        }
+    }
+
     /// Lets go of the object, until [`GripController::close_again`].
     pub fn release(&mut self) {
         self.state = GripState::Released;
@@ -175,7 +222,7 @@ impl GripController {
             self.settle_s = 0.0;
             let held = applied_n.filter(|force| *force > self.config.contact_n);
             // What others have gripped may be held for a reason.
-            self.search = if held.is_some() { Search::default() } else { Search::begin() };
+            self.search = if held.is_some() { Search::default() } else { self.begin_search() };
             self.command_n = held.map_or(0.0, |force| force.min(self.config.ceiling_n()));
         }
     }
@@ -198,7 +245,13 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn event(&self) -> Option<GripEvent> {
-        if self.persists { Some(GripEvent::Persistent) } else { self.touch.event() }
+        if self.persists {
+            Some(GripEvent::Persistent)
+        } else if self.finding == Finding::Arrived {
+            Some(GripEvent::Found)
+        } else {
+            self.touch.event()
+        }
     }
 
     /// How late the measured force follows the command (s), as far as that is known.
@@ -217,9 +270,31 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn is_steady(&self) -> bool {
-        // What was let go or lost waits for a client or for touch.
-        self.state == GripState::Released
-            || self.state == GripState::Holding && (self.touch.is_lost() || self.is_kept())
+        // What was let go, lost or never there waits for a client or for touch.
+        match self.state {
+            GripState::Released => self.is_travel_settled(),
+            GripState::Holding => self.touch.is_lost() || self.is_kept(),
+            GripState::Closing => {
+                self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether fingers without touch press as they will until there is some.
+    fn presses_lightly(&self) -> bool {
+        let trial_n = self.trial_n();
+        (self.light_n(self.search.touch_n())..trial_n).contains(&self.command_n)
+    }
+
+    /// Whether it takes another sample to change what is known of the moved distance: that it is measured, or that it is not.
+    fn is_travel_settled(&self) -> bool {
+        self.unmeasured_s == 0.0 || self.unmeasured_s >= UNMEASURED_S
+    }
+
+    /// Force of a light touch (N), where `touch_n` (N) counts as touch: a noisy sensor feels no less.
+    fn light_n(&self, touch_n: f32) -> f32 {
+        self.config.least_force_n.max(FELT * touch_n)
     }
 
     /// Whether an object is held with what it is to be held with, and no less is tried.
@@ -228,13 +303,16 @@ impl GripController {
             && self.command_n >= self.least_n
             && self.touch.is_settled()
             && !self.searches()
+            && self.finding != Finding::Coming
     }
 
-    /// Whether a first reading of the moved distance would change what the controller does.
+    /// Whether a sample with or without a reading of the moved distance would change what a controller at rest knows.
     #[must_use]
     #[inline]
-    pub fn awaits_travel(&self) -> bool {
-        self.unmeasured_s >= UNMEASURED_S
+    pub fn heeds_travel(&self, measured: bool) -> bool {
+        let known = self.unmeasured_s < UNMEASURED_S;
+        let runs = matches!(self.state, GripState::Closing | GripState::Released);
+        if measured { !known } else { known && runs }
     }
 
     /// The command after the next sample (N), from 0 to the largest force.
@@ -246,6 +324,9 @@ impl GripController {
         self.touch.begin(input.touching);
         self.search.feel(input.touch_n);
         self.persists = false;
+        if self.finding == Finding::Arrived {
+            self.finding = Finding::No;
+        }
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
             self.hold_blindly(input);
@@ -304,7 +385,7 @@ impl GripController {
                     Some(GripEvent::Regrasped) => {
                         self.trials = Trials { trials: 1, moved_m: 0.0 };
                         self.forget();
-                        self.search = Search::begin();
+                        self.search = self.begin_search();
                         self.settle_s = 0.0;
                         self.state = GripState::Settling;
                         return true;
@@ -322,8 +403,17 @@ impl GripController {
     fn ease(&mut self, dt_s: f32) {
         if self.searches() {
             self.hold_n = self.search.step(&self.config, self.hold_n, dt_s);
+            // The end of the search: no less than this is tried.
+            if !self.searches() {
+                self.finding = Finding::Coming;
+            }
         }
         self.give_back(dt_s);
+    }
+
+    /// What is known of the next object is where its search begins.
+    fn begin_search(&self) -> Search {
+        if self.known_n > 0.0 { Search::known() } else { Search::begin() }
     }
 
     /// Down to what is to be held.
@@ -332,11 +422,17 @@ impl GripController {
         let kept = self.hold_n.max(self.least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
         self.ebbing &= self.command_n > kept;
+        if self.finding == Finding::Coming && self.command_n <= kept {
+            // What somebody asked for shows nothing.
+            self.finding = if kept > self.least_n { Finding::Arrived } else { Finding::No };
+        }
     }
 
-    /// Nothing is known of the object in hand.
+    /// Nothing is known of the object in hand but what is expected of it.
     fn forget(&mut self) {
-        self.weight_n = None;
+        self.known_n = self.expected_n;
+        self.weight_n = (self.known_n > 0.0).then_some(self.known_n);
+        (self.finding, self.excused) = (Finding::No, 0);
         self.swing_m = 0.0;
         self.ebbing = false;
     }
@@ -353,14 +449,22 @@ impl GripController {
         self.command_n = self.command_n.max(target_n.min(limit));
     }
 
+    /// The force that the fingers close to (N).
+    fn trial_n(&self) -> f32 {
+        let known_n = Some(self.known_n).filter(|known_n| *known_n > 0.0);
+        let trial_n =
+            known_n.map_or(self.config.trial_force_n, |n| n.max(self.config.least_force_n));
+        trial_n.min(self.config.ceiling_n())
+    }
+
     /// A light touch first, then up to the trial force.
     fn close(&mut self, dt_s: f32, input: &GripInput) {
-        let trial_n = self.config.trial_force_n.min(self.config.ceiling_n());
-        // A noisy sensor feels no less.
-        let light_n = self.config.least_force_n.max(FELT * input.touch_n);
+        let trial_n = self.trial_n();
+        let light_n = self.light_n(input.touch_n);
         let goal_n = if input.touching { trial_n } else { light_n.min(trial_n) };
         let rises = self.command_n < trial_n;
-        self.raise_towards(goal_n, self.config.close_rate_n_s);
+        let known_n_s = if input.touching { self.known_n / EXPECTED_IN_S } else { 0.0 };
+        self.raise_towards(goal_n, self.config.close_rate_n_s.max(known_n_s));
         if self.command_n < trial_n {
             return;
         }
@@ -369,11 +473,24 @@ impl GripController {
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
-        let waited = self.settle_s >= REACHED_S;
+        let waited = self.settle_s >= REACHED_S || self.stands(input.applied_n, trial_n, dt_s);
         if waited || input.applied_n.is_none_or(|force| force >= 0.8 * trial_n) {
-            self.settle_s = 0.0;
+            (self.settle_s, self.stood_s) = (0.0, 0.0);
             self.state = GripState::Settling;
         }
+    }
+
+    /// Whether the measured force of fingers that touch gets no closer to the trial force (N).
+    fn stands(&mut self, applied_n: Option<f32>, trial_n: f32, dt_s: f32) -> bool {
+        let Some(force_n) = applied_n.filter(|_| self.settle_s > 0.0) else {
+            self.stood_s = 0.0;
+            return false;
+        };
+        if (force_n - self.stood_n).abs() > STANDS * trial_n {
+            (self.stood_n, self.stood_s) = (force_n, 0.0);
+        }
+        self.stood_s += dt_s;
+        self.stood_s >= STANDS_S
     }
 
     fn settle(&mut self, dt_s: f32, input: &GripInput) {
@@ -389,6 +506,12 @@ impl GripController {
         self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
     }
 
+    /// Whether it is held with about what it is known to need, and has not shown that it needs more.
+    fn is_held_as_known(&self) -> bool {
+        let untried = self.trials.trials <= 1 && self.known_n > 0.0;
+        untried && self.excused < EXCUSED && self.command_n >= AS_KNOWN * self.known_n
+    }
+
     /// Whether less than `force_n` (N) may be tried. Where nothing tells how an object slides it costs too much to let it.
     fn may_search_below(&self, force_n: f32) -> bool {
         self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, force_n)
@@ -402,6 +525,8 @@ impl GripController {
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
         let held_by = if self.is_wished() {
             HeldBy::Wish
+        } else if self.is_held_as_known() {
+            HeldBy::Memory
         } else if self.searches() {
             HeldBy::Search
         } else {
@@ -476,13 +601,29 @@ impl GripController {
         let hold_n = self.braking.hold_n(&self.config, believed);
         self.ebbing = !believed;
         if believed {
-            self.weight_n = self.braking.weight_n();
-            self.search.found(self.braking.least_n());
+            self.learn(hold_n);
         } else {
+            self.excused = self.excused.saturating_add(1);
             // Nothing has moved: an alarm, not a trial.
             self.trials.trials = self.trials.trials.saturating_sub(1).max(1);
         }
         self.hold(hold_n);
+    }
+
+    /// A slip that `hold_n` (N) has stopped tells what the object needs, unless it was hit or pulled. A known object that moves and needs more from the
+    /// start is hit, or is another one: its weight is unknown, and the search goes on.
+    fn learn(&mut self, hold_n: f32) {
+        let more = self.braking.was_more_than_weight(hold_n);
+        let first = self.known_n > 0.0 && self.trials.trials == FIRST_SLIP;
+        let anew = more && first && self.braking.is_confirmed();
+        if anew && self.may_search_below(hold_n) {
+            self.weight_n = None;
+            return;
+        }
+        self.weight_n = self.braking.weight_n();
+        self.search.found(self.braking.least_n());
+        let goes_on = self.may_search_below(hold_n);
+        self.finding = if goes_on || (more && !anew) { Finding::No } else { Finding::Coming };
     }
 }
 

@@ -16,6 +16,8 @@ enum Mode {
     Found,
     /// Nothing has slipped: nothing is known but that the force is not too little.
     Untried,
+    /// It is held with what it is known to need; it should slip with less.
+    Known,
     /// It slipped while its weight was put on, so its need is known roughly: not below this force (N).
     Above(f32),
 }
@@ -34,9 +36,19 @@ impl Search {
         Self { mode: Mode::Untried, touch_n: 0.0 }
     }
 
+    /// An object that is held with what it is known to need: its load counts as there.
+    pub(super) fn known() -> Self {
+        Self { mode: Mode::Known, touch_n: 0.0 }
+    }
+
     /// What counts as touch now (N): with less the object would seem lost.
     pub(super) fn feel(&mut self, touch_n: f32) {
         self.touch_n = touch_n;
+    }
+
+    /// What counts as touch (N), as of the last sample.
+    pub(super) fn touch_n(&self) -> f32 {
+        self.touch_n
     }
 
     /// The least force that is to be tried (N), and the share by which the force falls in a second.
@@ -44,7 +56,7 @@ impl Search {
         let floor_n = config.least_force_n.max(self.touch_n);
         match self.mode {
             Mode::Found => (f32::INFINITY, 0.0),
-            Mode::Untried => (floor_n, config.relax_per_s),
+            Mode::Untried | Mode::Known => (floor_n, config.relax_per_s),
             Mode::Above(least_n) => (least_n.max(floor_n), SLOWLY * config.relax_per_s),
         }
     }
@@ -66,9 +78,9 @@ impl Search {
         self.fall(config).1 > 0.0
     }
 
-    /// Whether the object has slid before, so that its load is there and nothing but the falling force makes it slip.
+    /// Whether the object has slid before or is known, so that its load is there and nothing but the falling force makes it slip.
     pub(super) fn is_loaded(&self) -> bool {
-        matches!(self.mode, Mode::Above(_))
+        matches!(self.mode, Mode::Above(_) | Mode::Known)
     }
 
     /// A slip that was believed has told what is needed; where it did roughly only, `least_n` (N) is the least that may do.

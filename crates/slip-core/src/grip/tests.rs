@@ -4,6 +4,7 @@ use super::{
     Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, Sliding, SlipNow, Trials,
 };
 
+mod known;
 mod search;
 
 const DT_S: f32 = 1e-3;
@@ -59,6 +60,31 @@ fn nothing_moves_without_grasp() {
     for _ in 0..1000 {
         assert_eq!(grip.step(&slipping(1e-3, Some(10.0))), 0.0);
     }
+}
+
+/// The friction of a tendon keeps the force at 0.7 of what is commanded: the object is held, and watched, as soon as it stands there.
+#[test]
+fn fingers_that_get_no_closer_to_the_trial_force_hold_the_object() {
+    let mut grip = GripController::new(config());
+    grip.grasp(None);
+    let mut force_n = 0.0_f32;
+    let steps = (0..1000_u16).find(|_| {
+        force_n += 0.03 * (0.7 * grip.command_n() - force_n);
+        grip.step(&GripInput { applied_n: Some(force_n), ..calm() });
+        grip.state() == GripState::Settling
+    });
+    assert!(steps.is_some_and(|steps| (200..300).contains(&steps)), "{steps:?} ms");
+    // Each closing waits anew.
+    grip.release();
+    grip.close_again();
+    grip.grasp(None);
+    let mut waited = 0;
+    for _ in 0..1000 {
+        grip.step(&GripInput { applied_n: Some(1.4), ..calm() });
+        let pressed = grip.command_n() >= config().trial_force_n;
+        waited += u32::from(pressed && grip.state() == GripState::Closing);
+    }
+    assert!((70..90).contains(&waited), "{waited} ms");
 }
 
 #[test]
@@ -135,15 +161,17 @@ fn a_light_touch_is_one_that_a_noisy_sensor_feels() {
 fn closing_waits_for_the_measured_force() {
     let mut grip = GripController::new(config());
     grip.grasp(None);
-    let weak = GripInput { applied_n: Some(1.5), ..calm() };
-    for _ in 0..300 {
-        grip.step(&weak);
-    }
+    let mut weak_n = 0.2;
+    let mut rise = |grip: &mut GripController, steps: u16| {
+        for _ in 0..steps {
+            weak_n += 0.002;
+            grip.step(&GripInput { applied_n: Some(weak_n), ..calm() });
+        }
+    };
+    rise(&mut grip, 300);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Closing, 2.0), "1.6 N are enough");
-    // A gripper that cannot do more, or a sensor that shows too little: the object is watched all the same.
-    for _ in 0..200 {
-        grip.step(&weak);
-    }
+    // A gripper that is that slow, or a sensor that shows too little: the object is watched all the same.
+    rise(&mut grip, 200);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
 }
 

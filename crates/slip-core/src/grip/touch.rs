@@ -11,6 +11,8 @@ pub enum GripEvent {
     Regrasped,
     /// The slip has not ended within two seconds: the sensors may show what is none, or the force is not enough.
     Persistent,
+    /// The force that the object is held with is what its slips have shown to be needed, or the least there is: no less is tried.
+    Found,
 }
 
 impl GripEvent {
@@ -22,6 +24,7 @@ impl GripEvent {
             Self::Lost => "lost",
             Self::Regrasped => "regrasped",
             Self::Persistent => "persistent",
+            Self::Found => "found",
         }
     }
 }
@@ -57,6 +60,11 @@ impl Touch {
 
     pub(super) fn is_lost(&self) -> bool {
         self.lost
+    }
+
+    /// Whether fingers that close were found to close on nothing, and still do.
+    pub(super) fn is_empty(&self) -> bool {
+        self.absent_s >= EMPTY_S && !self.touching
     }
 
     /// Whether only a change of touch has anything to tell: no time runs.

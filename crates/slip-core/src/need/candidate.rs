@@ -1,6 +1,6 @@
-//! A needed force and a time in which the load comes in; how the object then moves, and how likely the readings are, out.
+//! Needed forces and a time in which the load comes in; how the objects then move, and how likely the readings are, out.
 
-use super::{CREEP_M_S, SURFACE_SPREAD, TURN_LN, TURN_SPREAD};
+use super::{CREEP_M_S, FORCES, STEP, SURFACE_SPREAD, TURN_LN, TURN_SPREAD, logarithm::ln};
 use crate::estimate::G_M_S2;
 
 /// How much later than it comes the alarm is known (s).
@@ -33,37 +33,19 @@ impl Surface {
     }
 }
 
-/// One needed force with one time in which the load comes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Candidate {
-    need_n: f32,
-    /// Speed (m/s) and distance (m) at the end of the last block, and the share of the load that is there.
-    pub(super) speed_m_s: f32,
+/// Where an object is when the alarm comes.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    speed_m_s: f32,
     moved_m: f32,
-    pub(super) load: f32,
+    load: f32,
     /// From the first movement to the alarm (s).
-    pub(super) before_s: f32,
-    /// Weighted sums over the blocks: squares of the distance, logarithms of the variances, squares of the readings over those.
-    pub(super) squares: f32,
-    pub(super) logs: f32,
-    pub(super) misfit: f32,
-    /// Mean speed in the last block (m/s).
-    mean_m_s: f32,
-    /// Place (m) and speed (m/s) at the extreme that is looked for, and place of the last turn (m).
-    extreme_m: f32,
-    extreme_m_s: f32,
-    turn_m: f32,
-    /// Sums over the turns: logarithm of the distance, its square, and of the change from distances to times.
-    ln: f32,
-    ln2: f32,
-    jacobian: f32,
-    /// Its probability; while a block is weighed, the logarithm.
-    pub(super) p: f32,
+    before_s: f32,
 }
 
-impl Candidate {
+impl Start {
     /// An object that needs `need_n` and has moved by `alarm_m` since it began to, a moment ago, under `force_n` (N).
-    pub(super) fn start(need_n: f32, force_n: f32, ramp_s: f32, alarm_m: f32) -> Self {
+    fn of(need_n: f32, force_n: f32, ramp_s: f32, alarm_m: f32) -> Self {
         let a0 = G_M_S2 * (1.0 - force_n / need_n).max(LEAST_A);
         let at_once_s = libm::sqrtf(2.0 * alarm_m / a0);
         let before_s = if ramp_s > 0.0 {
@@ -83,65 +65,171 @@ impl Candidate {
         } else {
             (a0 * before_s, 0.5 * a0 * before_s * before_s, 1.0)
         };
-        Self {
-            need_n,
-            speed_m_s,
-            moved_m,
-            load,
-            before_s,
-            extreme_m: moved_m,
-            extreme_m_s: speed_m_s,
-            turn_m: moved_m,
-            ..Self::default()
+        Self { speed_m_s, moved_m, load, before_s }
+    }
+}
+
+/// What a block says to every candidate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    /// What is left of the sums before, and the weight of the block.
+    pub(super) keep: f32,
+    pub(super) w: f32,
+    /// Power of the reading, with that of the noise.
+    pub(super) square: f32,
+    /// Power of the noise over that of all readings: the variance of the noise for a square way of 1.
+    pub(super) noise: f32,
+    /// Sum of the weights, and what is believed of the slope before (blocks, and blocks times its square).
+    pub(super) weight: f32,
+    pub(super) believed: f32,
+    pub(super) prior: f32,
+    /// Bounds of the square of the slope.
+    pub(super) least2: f32,
+    pub(super) most2: f32,
+}
+
+type Forces = [f32; FORCES];
+
+/// All needed forces with one time in which the load comes: each field for all of them, so that one instruction takes several.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Reciprocal needed force (1/N).
+    per_n: Forces,
+    /// Speed (m/s) and distance (m) at the end of the last block, and the share of the load that is there.
+    pub(super) speed_m_s: Forces,
+    moved_m: Forces,
+    pub(super) load: Forces,
+    /// From the first movement to the alarm (s).
+    pub(super) before_s: Forces,
+    /// Distance of the last block (m).
+    pub(super) way_m: Forces,
+    /// Weighted sums over the blocks: squares of the distance, logarithms of the variances, squares of the readings over those.
+    squares: Forces,
+    logs: Forces,
+    misfit: Forces,
+    /// Place (m) and speed (m/s) at the extreme that is looked for, and place of the last turn (m).
+    extreme_m: Forces,
+    extreme_m_s: Forces,
+    turn_m: Forces,
+    /// Sums over the turns: logarithm of the distance over the most probable one, its square, and of the change from distances to times.
+    ln: Forces,
+    ln2: Forces,
+    jacobian: Forces,
+    /// Probability; while a block is weighed, the logarithm.
+    pub(super) p: Forces,
+}
+
+impl Row {
+    pub(super) const EMPTY: Self = Self {
+        per_n: [0.0; FORCES],
+        speed_m_s: [0.0; FORCES],
+        moved_m: [0.0; FORCES],
+        load: [0.0; FORCES],
+        before_s: [0.0; FORCES],
+        way_m: [0.0; FORCES],
+        squares: [0.0; FORCES],
+        logs: [0.0; FORCES],
+        misfit: [0.0; FORCES],
+        extreme_m: [0.0; FORCES],
+        extreme_m_s: [0.0; FORCES],
+        turn_m: [0.0; FORCES],
+        ln: [0.0; FORCES],
+        ln2: [0.0; FORCES],
+        jacobian: [0.0; FORCES],
+        p: [0.0; FORCES],
+    };
+
+    /// Objects that have moved by `alarm_m` since they began to, a moment ago, under `force_n` (N).
+    pub(super) fn start(&mut self, force_n: f32, ramp_s: f32, alarm_m: f32) {
+        *self = Self::EMPTY;
+        let mut need_n = force_n * libm::expf(0.5 * STEP);
+        for i in 0..FORCES {
+            let start = Start::of(need_n, force_n, ramp_s, alarm_m);
+            self.per_n[i] = 1.0 / need_n;
+            (self.speed_m_s[i], self.moved_m[i]) = (start.speed_m_s, start.moved_m);
+            (self.load[i], self.before_s[i]) = (start.load, start.before_s);
+            need_n *= libm::expf(STEP);
         }
+        (self.extreme_m, self.extreme_m_s) = (self.moved_m, self.speed_m_s);
+        self.turn_m = self.moved_m;
     }
 
     /// Goes on for `d_s` under `force_n` (N).
     pub(super) fn go(&mut self, force_n: f32, ramp_s: f32, d_s: f32) {
-        let before_m_s = self.speed_m_s;
-        let a = G_M_S2 * (self.load - force_n / self.need_n);
-        self.speed_m_s = (before_m_s + a * d_s).max(0.0);
-        let mean_m_s = 0.5 * (before_m_s + self.speed_m_s);
-        self.moved_m += mean_m_s * d_s;
-        self.mean_m_s = mean_m_s.max(CREEP_M_S);
-        if ramp_s > 0.0 {
-            self.load = (self.load + d_s / ramp_s).min(1.0);
+        let comes = if ramp_s > 0.0 { d_s / ramp_s } else { 0.0 };
+        for i in 0..FORCES {
+            let before_m_s = self.speed_m_s[i];
+            let a = G_M_S2 * (self.load[i] - force_n * self.per_n[i]);
+            let speed_m_s = at_least(before_m_s + a * d_s, 0.0);
+            let mean_m_s = 0.5 * (before_m_s + speed_m_s);
+            self.speed_m_s[i] = speed_m_s;
+            self.moved_m[i] += mean_m_s * d_s;
+            self.way_m[i] = at_least(mean_m_s, CREEP_M_S) * d_s;
+            self.load[i] = at_most(self.load[i] + comes, 1.0);
         }
     }
 
-    /// Distance of the last block, which lasted `d_s` (m).
-    pub(super) fn way_m(&self, d_s: f32) -> f32 {
-        self.mean_m_s * d_s
+    /// Logarithms of the likelihoods of the blocks so far, of which `block` is the last.
+    pub(super) fn weigh(&mut self, block: &Block) {
+        let Block { keep, w, square, noise, weight, believed, prior, least2, most2 } = *block;
+        let reciprocal = 1.0 / (weight + believed);
+        for i in 0..FORCES {
+            let way2 = self.way_m[i] * self.way_m[i];
+            let squares = self.squares[i] * keep + w * way2;
+            let variance = way2 + squares * noise;
+            let logs = self.logs[i] * keep + w * ln(variance);
+            let misfit = self.misfit[i] * keep + w * square / variance;
+            let k2 = at_most(at_least((misfit + prior) * reciprocal, least2), most2);
+            (self.squares[i], self.logs[i], self.misfit[i]) = (squares, logs, misfit);
+            self.p[i] = -0.5 * (logs + weight * ln(k2) + misfit / k2);
+        }
     }
 
     /// The stylus is further than at the extreme so far, `within_s` after the end of the last block.
     pub(super) fn extreme(&mut self, within_s: f32) {
-        self.extreme_m = self.moved_m + self.speed_m_s * within_s;
+        for i in 0..FORCES {
+            self.extreme_m[i] = self.moved_m[i] + self.speed_m_s[i] * within_s;
+        }
         self.extreme_m_s = self.speed_m_s;
     }
 
     /// The stylus has turned at the extreme; the first turn of a slip begins a distance and ends none.
     pub(super) fn turn(&mut self, ends: bool) {
         if ends {
-            let ln = libm::logf((self.extreme_m - self.turn_m).max(LEAST_M));
-            self.ln += ln;
-            self.ln2 += ln * ln;
-            self.jacobian += libm::logf(self.extreme_m_s.max(CREEP_M_S)) - ln;
+            for i in 0..FORCES {
+                let way_ln = ln(at_least(self.extreme_m[i] - self.turn_m[i], LEAST_M));
+                let over = way_ln - TURN_LN;
+                self.ln[i] += over;
+                self.ln2[i] += over * over;
+                self.jacobian[i] += ln(at_least(self.extreme_m_s[i], CREEP_M_S)) - way_ln;
+            }
         }
         self.turn_m = self.extreme_m;
     }
 
-    /// Logarithm of the likelihood of the turns so far.
-    pub(super) fn turning(&self, surface: &Surface) -> f32 {
+    /// Adds the logarithms of the likelihoods of the turns so far to those of the blocks.
+    pub(super) fn weigh_turns(&mut self, surface: &Surface) {
         let each = 1.0 / (TURN_SPREAD * TURN_SPREAD);
-        let prior = 1.0 / (SURFACE_SPREAD * SURFACE_SPREAD);
-        let sum = each * self.ln + prior * TURN_LN;
-        let mean = sum / surface.precision;
-        let squares = each * self.ln2 + prior * TURN_LN * TURN_LN - sum * mean;
-        let open = libm::logf((self.moved_m - self.turn_m).max(LEAST_M));
-        let late = ((open - mean - LATE_TURN) * surface.sharpness).max(0.0);
-        self.jacobian - 0.5 * (squares + late * late)
+        let deviation2 = 1.0 / surface.precision;
+        for i in 0..FORCES {
+            let sum = each * self.ln[i];
+            let mean = sum * deviation2;
+            let squares = each * self.ln2[i] - sum * mean;
+            let open = ln(at_least(self.moved_m[i] - self.turn_m[i], LEAST_M)) - TURN_LN;
+            let late = at_least((open - mean - LATE_TURN) * surface.sharpness, 0.0);
+            self.p[i] += self.jacobian[i] - 0.5 * (squares + late * late);
+        }
     }
+}
+
+/// As `f32::max` of numbers, in one instruction for several.
+pub(super) fn at_least(x: f32, low: f32) -> f32 {
+    if x > low { x } else { low }
+}
+
+/// As `f32::min` of numbers, in one instruction for several.
+fn at_most(x: f32, high: f32) -> f32 {
+    if x < high { x } else { high }
 }
 
 /// The needed force `N` (N) by the impulse (N s) over a time (s), where the load comes in `ramp_s` and is that of `from_n` (N) at first: the mean force
@@ -164,36 +252,172 @@ pub(super) fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{super::ALARM_M, Candidate, balance};
-    use crate::estimate::G_M_S2;
+    extern crate std;
 
-    /// A block as long as the whole slip is as good as many short ones, by the plain law of motion in `f64`.
+    use super::{
+        super::{ALARM_M, CREEP_M_S, RAMPS, STEP},
+        Block, FORCES, LATE_TURN, LEAST_M, Row, SURFACE_SPREAD, Start, Surface, TURN_LN,
+        TURN_SPREAD, balance,
+    };
+    use crate::estimate::G_M_S2;
+    use std::vec::Vec;
+
+    /// One candidate by plain arithmetic in `f64`, one block after the other, with sums that are made anew for each.
+    #[derive(Debug)]
+    struct Plain {
+        need_n: f64,
+        ramp_s: f64,
+        v: f64,
+        x: f64,
+        load: f64,
+        /// Distance of each block.
+        ways: Vec<f64>,
+        extreme: (f64, f64),
+        turn_m: f64,
+        /// Distance and speed of each turn but for the first one.
+        turns: Vec<(f64, f64)>,
+    }
+
+    impl Plain {
+        fn go(&mut self, force_n: f64, d_s: f64) {
+            let before = self.v;
+            let a = f64::from(G_M_S2) * (self.load - force_n / self.need_n);
+            self.v = (before + a * d_s).max(0.0);
+            let mean = 0.5 * (before + self.v);
+            self.x += mean * d_s;
+            self.ways.push(mean.max(f64::from(CREEP_M_S)) * d_s);
+            if self.ramp_s > 0.0 {
+                self.load = (self.load + d_s / self.ramp_s).min(1.0);
+            }
+        }
+
+        fn turn(&mut self, ends: bool) {
+            let (extreme_m, extreme_m_s) = self.extreme;
+            if ends {
+                let distance = (extreme_m - self.turn_m).max(f64::from(LEAST_M));
+                self.turns.push((distance, extreme_m_s.max(f64::from(CREEP_M_S))));
+            }
+            self.turn_m = extreme_m;
+        }
+
+        /// Logarithm of the likelihood of `squares` with the weights `w`, of which each block leaves `keep`, and the power of the noise over that of all.
+        fn blocks(&self, squares: &[f64], w: f64, keep: f64, noise: &[f64], block: &Block) -> f64 {
+            let (mut sum, mut logs, mut misfit, mut weight) = (0.0, 0.0, 0.0, 0.0);
+            for ((way, square), noise) in self.ways.iter().zip(squares).zip(noise) {
+                sum = sum * keep + w * way * way;
+                let variance = way * way + sum * noise;
+                logs = logs * keep + w * libm::log(variance);
+                misfit = misfit * keep + w * square / variance;
+                weight = weight * keep + w;
+            }
+            let k2 = (misfit + f64::from(block.prior)) / (weight + f64::from(block.believed));
+            let k2 = k2.max(f64::from(block.least2)).min(f64::from(block.most2));
+            -0.5 * (logs + weight * libm::log(k2) + misfit / k2)
+        }
+
+        /// That of the turns: distances are log-normal about a median that is not known, and the last one is open.
+        fn turning(&self) -> f64 {
+            let each = f64::from(1.0 / (TURN_SPREAD * TURN_SPREAD));
+            let prior = f64::from(1.0 / (SURFACE_SPREAD * SURFACE_SPREAD));
+            let (mut sum, mut squares) =
+                (prior * f64::from(TURN_LN), prior * f64::from(TURN_LN * TURN_LN));
+            let (mut precision, mut jacobian) = (prior, 0.0);
+            for (distance, speed) in &self.turns {
+                let ln = libm::log(*distance);
+                (sum, squares, precision) =
+                    (sum + each * ln, squares + each * ln * ln, precision + each);
+                jacobian += libm::log(*speed) - ln;
+            }
+            let mean = sum / precision;
+            let open = libm::log((self.x - self.turn_m).max(f64::from(LEAST_M)));
+            let deviation = libm::sqrt(1.0 / each + 1.0 / precision);
+            let late = ((open - mean - f64::from(LATE_TURN)) / deviation).max(0.0);
+            jacobian - 0.5 * (squares - sum * mean + late * late)
+        }
+    }
+
+    /// All candidates at once are as likely as each of them by plain arithmetic, with turns that come late and in time, in a slip that stops and goes on.
     #[test]
-    fn it_moves_as_the_law_states() {
-        for ramp_s in [0.0_f32, 0.02, 0.06] {
-            let mut candidate = Candidate::start(10.0, 1.2, ramp_s, ALARM_M);
-            let (mut v, mut x) = (f64::from(candidate.speed_m_s), f64::from(candidate.moved_m));
-            let mut load = f64::from(candidate.load);
-            for block in 0..200_u16 {
-                let force = 1.2 + 0.08 * f32::from(block);
-                candidate.go(force, ramp_s, 3e-4);
-                let before = v;
-                v = (v + f64::from(G_M_S2) * (load - f64::from(force) / 10.0) * 3e-4).max(0.0);
-                x += 0.5 * (v + before) * 3e-4;
-                if ramp_s > 0.0 {
-                    load = (load + 3e-4 / f64::from(ramp_s)).min(1.0);
+    fn a_row_is_as_likely_as_each_of_its_candidates_by_plain_arithmetic() {
+        const D_S: f32 = 3e-4;
+        let (mut stopped, mut late) = (0, 0);
+        for ((ramp_s, _), every) in RAMPS.into_iter().zip([3_u16, 7, 40]) {
+            let mut row = Row::EMPTY;
+            row.start(1.2, ramp_s, ALARM_M);
+            let mut need_n = 1.2 * libm::expf(0.5 * STEP);
+            let mut all = Vec::new();
+            for _ in 0..FORCES {
+                let start = Start::of(need_n, 1.2, ramp_s, ALARM_M);
+                let (v, x) = (f64::from(start.speed_m_s), f64::from(start.moved_m));
+                let (need, ramp_s, load) =
+                    (f64::from(need_n), f64::from(ramp_s), f64::from(start.load));
+                let (ways, turns) = (Vec::new(), Vec::new());
+                all.push(Plain {
+                    need_n: need,
+                    ramp_s,
+                    v,
+                    x,
+                    load,
+                    ways,
+                    extreme: (x, v),
+                    turn_m: x,
+                    turns,
+                });
+                need_n *= libm::expf(STEP);
+            }
+            let (mut turns, mut squares, mut noises, mut weight) =
+                (0.0, Vec::new(), Vec::new(), 0.0);
+            let (keep, w) = (0.996_f32, 0.3_f32);
+            for i in 0..300_u16 {
+                let force_n = if i < 150 { 1.2 } else { 9.0 };
+                let square = 1e-12 * f32::from(1 + i % 5);
+                let noise = 2e-2 / f32::from(1 + i);
+                weight = weight * keep + w;
+                squares.push(f64::from(square));
+                noises.push(f64::from(noise));
+                if i % every == 0 {
+                    row.extreme(1e-4);
+                    row.turn(i > 0);
+                    turns += f32::from(u8::from(i > 0));
+                    for one in &mut all {
+                        one.extreme = (one.x + one.v * 1e-4, one.v);
+                        one.turn(i > 0);
+                    }
+                }
+                let block = Block {
+                    keep,
+                    w,
+                    square,
+                    noise,
+                    weight,
+                    believed: 0.25,
+                    prior: 3.75e-4,
+                    least2: 2.5e-5,
+                    most2: 0.09,
+                };
+                row.go(force_n, ramp_s, D_S);
+                row.weigh(&block);
+                row.weigh_turns(&Surface::after(turns));
+                for ((one, p), speed_m_s) in all.iter_mut().zip(row.p).zip(row.speed_m_s) {
+                    one.go(f64::from(force_n), f64::from(D_S));
+                    let exact =
+                        one.blocks(&squares, f64::from(w), f64::from(keep), &noises, &block)
+                            + one.turning();
+                    assert!((f64::from(p) - exact).abs() < 0.05, "{ramp_s} {i}: {p} {exact}");
+                    assert!((f64::from(speed_m_s) - one.v).abs() < 1e-5 + 1e-4 * one.v, "{one:?}");
+                    stopped += u32::from(one.v <= 0.0);
+                    late += u32::from(one.x - one.turn_m > 2e-4);
                 }
             }
-            assert!((f64::from(candidate.moved_m) - x).abs() < 1e-4 * x, "{candidate:?} {x}");
-            assert_eq!(candidate.speed_m_s > 0.0, v > 0.0, "{candidate:?}");
         }
+        assert!(stopped > 1000 && late > 1000, "both ways: {stopped} {late}");
     }
 
     /// The start is where the object is a moment after it began to move, by small steps in `f64`.
     #[test]
     fn it_starts_where_the_law_states() {
         for (need_n, ramp_s) in [(2.0_f32, 0.0_f32), (40.0, 0.0), (2.0, 0.06), (40.0, 0.02)] {
-            let start = Candidate::start(need_n, 1.2, ramp_s, ALARM_M);
+            let start = Start::of(need_n, 1.2, ramp_s, ALARM_M);
             let (mut v, mut x) = (0.0_f64, 0.0_f64);
             let full = 1.0 - f64::from(1.2 / need_n);
             let steps = 20_000;

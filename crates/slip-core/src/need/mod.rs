@@ -18,6 +18,7 @@
 
 mod candidate;
 mod history;
+mod logarithm;
 mod posterior;
 mod swings;
 mod vibration;
@@ -25,7 +26,7 @@ mod vibration;
 use crate::sample::Signal;
 use core::f32::consts::LN_2;
 
-use candidate::{Candidate, balance};
+use candidate::{Row, balance};
 use history::History;
 use swings::{Seen, Swings};
 use vibration::Vibration;
@@ -188,7 +189,8 @@ struct Stopped {
 /// The distribution over [`CANDIDATES`].
 #[derive(Clone, Copy, Debug)]
 pub struct Need {
-    candidates: [Candidate; CANDIDATES],
+    /// The candidates, by the time in which their load comes.
+    rows: [Row; RAMPS.len()],
     signal: Signal,
     law: Law,
     vibration: Vibration,
@@ -215,6 +217,8 @@ pub struct Need {
     weight: f32,
     speed_m_s: f32,
     swings: Swings,
+    /// When in this block the stylus was at the extreme (s); `None` where it was before.
+    extreme_s: Option<f32>,
     /// Whether it follows a stop, and the range of the readings (m).
     again: bool,
     low_m: f32,
@@ -227,7 +231,7 @@ pub struct Need {
 impl Default for Need {
     fn default() -> Self {
         Self {
-            candidates: [Candidate::default(); CANDIDATES],
+            rows: [Row::EMPTY; RAMPS.len()],
             signal: Signal::default(),
             law: HEIGHTS,
             vibration: Vibration::default(),
@@ -249,6 +253,7 @@ impl Default for Need {
             weight: 0.0,
             speed_m_s: FIRST_M_S,
             swings: Swings::default(),
+            extreme_s: None,
             again: false,
             low_m: 0.0,
             high_m: 0.0,
@@ -361,14 +366,10 @@ impl Need {
         let force_n = force_n.max(1e-3);
         (self.impulse, self.power, self.weight, self.kept) = (0.0, 0.0, 0.0, 0);
         self.speed_m_s = FIRST_M_S;
-        self.swings = Swings::default();
+        (self.swings, self.extreme_s) = (Swings::default(), None);
         self.vibration.start();
-        for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            let mut need_n = force_n * libm::expf(0.5 * STEP);
-            for place in forces {
-                *place = Candidate::start(need_n, force_n, ramp_s, self.law.alarm_m);
-                need_n *= libm::expf(STEP);
-            }
+        for (row, (ramp_s, _)) in self.rows.iter_mut().zip(RAMPS) {
+            row.start(force_n, ramp_s, self.law.alarm_m);
         }
         let (low_n, median_n) = (force_n, force_n);
         self.felt = Felt {
@@ -390,11 +391,15 @@ impl Need {
         if seen == Seen::Between {
             return;
         }
-        for candidate in &mut self.candidates {
-            if let Seen::Turn { ends } = seen {
-                candidate.turn(ends);
+        // Within a block the candidates stand: of its extremes only the last before a turn and the last of all count.
+        let before_s = self.extreme_s.replace(within_s);
+        if let Seen::Turn { ends } = seen {
+            for row in &mut self.rows {
+                if let Some(before_s) = before_s {
+                    row.extreme(before_s);
+                }
+                row.turn(ends);
             }
-            candidate.extreme(within_s);
         }
     }
 
@@ -505,10 +510,10 @@ impl Need {
         let lasted_s = (self.felt.since_s - back as f32 * self.block_s).max(1e-3);
         let from_n = self.felt.from_n;
         let (mut ln, mut all) = (0.0, 0.0);
-        for (forces, (ramp_s, _)) in self.candidates.chunks_exact(FORCES).zip(RAMPS) {
-            let p: f32 = forces.iter().map(|candidate| candidate.p).sum();
+        for (row, (ramp_s, _)) in self.rows.iter().zip(RAMPS) {
+            let p: f32 = row.p.iter().sum();
             if p >= 1e-3 {
-                let before_s: f32 = forces.iter().map(|one| one.p * one.before_s).sum();
+                let before_s: f32 = row.p.iter().zip(&row.before_s).map(|(p, s)| p * s).sum();
                 let before_s = before_s / p;
                 let impulse = impulse + from_n * before_s;
                 ln += p * libm::logf(balance(impulse, lasted_s + before_s, from_n, ramp_s));

@@ -1,40 +1,57 @@
 //! The power of a block in; the distribution of the needed force after it, and its quantiles, out.
 
-use super::{AHEAD_S, FORCES, FORGET_S, Felt, Need, RAMPS, SLOPE_BLOCKS, STEP, candidate::Surface};
+use super::{
+    AHEAD_S, FORCES, FORGET_S, Felt, Need, RAMPS, SLOPE_BLOCKS, STEP,
+    candidate::{Block, Surface, at_least},
+    logarithm::{exp, ln},
+};
+
+/// The logarithm of a likelihood over the best one from which on it adds nothing to the sums, not even in their last bit; the exponential
+/// of less is slow where it is no normal number.
+const NEGLIGIBLE: f32 = -80.0;
 
 impl Need {
     /// What a block says whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
     pub(super) fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
         let d_s = self.block_s;
-        let law = self.law;
         let keep = libm::expf(-d_s / FORGET_S);
         self.power = self.power * keep + w * (square - noise);
         self.weight = self.weight * keep + w;
-        let [least, most] = law.slope;
-        let prior = SLOPE_BLOCKS * least * most;
+        let [least, most] = self.law.slope;
+        let block = Block {
+            keep,
+            w,
+            square,
+            noise: noise / self.signal(noise, w),
+            weight: self.weight,
+            believed: SLOPE_BLOCKS,
+            prior: SLOPE_BLOCKS * least * most,
+            least2: least * least,
+            most2: most * most,
+        };
         let surface = Surface::after(self.swings.turns);
+        let extreme_s = self.extreme_s.take();
         let mut best = f32::NEG_INFINITY;
-        for (forces, (ramp_s, ramp_ln)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            for candidate in forces {
-                candidate.go(force_n, ramp_s, d_s);
-                let way_m = candidate.way_m(d_s);
-                candidate.squares = candidate.squares * keep + w * way_m * way_m;
-                let slope2 = (self.power + 1e-3 * noise).max(0.05 * noise * w) / candidate.squares;
-                let variance = way_m * way_m + noise / slope2;
-                candidate.logs = candidate.logs * keep + w * libm::logf(variance);
-                candidate.misfit = candidate.misfit * keep + w * square / variance;
-                let k2 = (candidate.misfit + prior) / (self.weight + SLOPE_BLOCKS);
-                let k2 = k2.max(least * least).min(most * most);
-                let amplitude =
-                    candidate.logs + self.weight * libm::logf(k2) + candidate.misfit / k2;
-                candidate.p = ramp_ln - 0.5 * amplitude;
-                if law.turns {
-                    candidate.p += candidate.turning(&surface);
-                }
-                best = best.max(candidate.p);
+        for (row, (ramp_s, ramp_ln)) in self.rows.iter_mut().zip(RAMPS) {
+            if let Some(extreme_s) = extreme_s {
+                row.extreme(extreme_s);
+            }
+            row.go(force_n, ramp_s, d_s);
+            row.weigh(&block);
+            if self.law.turns {
+                row.weigh_turns(&surface);
+            }
+            for p in &mut row.p {
+                *p += ramp_ln;
+                best = at_least(best, *p);
             }
         }
         self.conclude(best);
+    }
+
+    /// Weighted squares of the readings without noise, of which some are left where the noise is `noise` and the last block weighs `w`.
+    pub(super) fn signal(&self, noise: f32, w: f32) -> f32 {
+        (self.power + 1e-3 * noise).max(0.05 * noise * w)
     }
 
     /// From the logarithms of the likelihoods, of which `best` is the largest, to probabilities and quantiles.
@@ -45,19 +62,26 @@ impl Need {
         const BIN: f32 = STEP * (FORCES as f32 + 1.0) / BINS as f32;
         let mut bins = [0.0_f32; BINS];
         let mut all = 0.0;
-        for candidate in &mut self.candidates {
-            candidate.p = libm::expf(candidate.p - best);
-            all += candidate.p;
+        for row in &mut self.rows {
+            for p in &mut row.p {
+                let ln = *p - best;
+                *p = if ln < NEGLIGIBLE { 0.0 } else { exp(ln) };
+            }
+            all += row.p.iter().sum::<f32>();
         }
         let mut speed_m_s = 0.0;
-        for (forces, (ramp_s, _)) in self.candidates.chunks_exact_mut(FORCES).zip(RAMPS) {
-            let mut ln = 0.5 * STEP;
-            for candidate in forces {
-                candidate.p /= all;
-                speed_m_s += candidate.p * candidate.speed_m_s;
-                let mut now = ln;
-                if ramp_s > 0.0 && candidate.load < 1.0 {
-                    now += libm::logf((candidate.load + AHEAD_S / ramp_s).min(1.0));
+        for (row, (ramp_s, _)) in self.rows.iter_mut().zip(RAMPS) {
+            let mut need_ln = -0.5 * STEP;
+            for ((p, speed), load) in row.p.iter_mut().zip(&row.speed_m_s).zip(&row.load) {
+                need_ln += STEP;
+                if *p <= 0.0 {
+                    continue;
+                }
+                *p /= all;
+                speed_m_s += *p * speed;
+                let mut now = need_ln;
+                if ramp_s > 0.0 && *load < 1.0 {
+                    now += ln((load + AHEAD_S / ramp_s).min(1.0));
                 }
                 #[expect(
                     clippy::cast_possible_truncation,
@@ -66,9 +90,8 @@ impl Need {
                 )]
                 let bin = (now / BIN).max(0.0) as usize;
                 if let Some(bin) = bins.get_mut(bin.min(BINS - 1)) {
-                    *bin += candidate.p;
+                    *bin += *p;
                 }
-                ln += STEP;
             }
         }
         self.speed_m_s = speed_m_s;

@@ -5,7 +5,9 @@
 //! and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
 //! the force to hold with is found by a second set of sums, which knows the ringing.
 
-use super::{CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP};
+use super::{
+    CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP, logarithm::ln,
+};
 
 /// A reading counts up to so many deviations of the noise: what is more is no vibration.
 const MOST: f32 = 1e6;
@@ -131,14 +133,14 @@ impl Need {
         let keep = libm::expf(-self.block_s / FORGET_S);
         let rings = libm::expf(-self.block_s / RINGS_S);
         let least = (CREEP_M_S * self.block_s) * (CREEP_M_S * self.block_s);
-        for (one, candidate) in self.vibration.ringing.iter_mut().zip(&self.candidates) {
-            let way_m = candidate.way_m(self.block_s);
+        let noise = noise / self.signal(noise, WEIGHT);
+        let ways = self.rows.iter().flat_map(|row| &row.way_m);
+        for (one, way_m) in self.vibration.ringing.iter_mut().zip(ways) {
             one.echo = one.echo * rings + (1.0 - rings) * way_m * way_m;
             let square = one.echo.max(least);
             one.squares = one.squares * keep + WEIGHT * square;
-            let slope2 = (self.power + 1e-3 * noise).max(0.05 * noise * WEIGHT) / one.squares;
-            let variance = square + noise / slope2;
-            one.logs = one.logs * keep + WEIGHT * libm::logf(variance);
+            let variance = square + one.squares * noise;
+            one.logs = one.logs * keep + WEIGHT * ln(variance);
             one.misfit = one.misfit * keep + WEIGHT * power / variance;
         }
     }

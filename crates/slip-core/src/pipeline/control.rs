@@ -112,6 +112,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
+    /// Expects an object that is known to be held with `force_n` (N); see
+    /// [`GripController::expect`](crate::grip::GripController::expect).
+    pub fn expect(&mut self, force_n: f32) {
+        self.rest = Rest::Awake;
+        if let Some(grip) = &mut self.grip {
+            grip.expect(force_n);
+        }
+    }
+
     /// Lets go of the object, until [`Pipeline::close_again`].
     pub fn release(&mut self) {
         self.rest = Rest::Awake;

@@ -38,6 +38,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             (self.slip.is_some() && !touching).then(|| self.untouched.unwrap_or(sample.t));
         let decides = self.slip.is_some() || (touching && !closing);
         let wakes = decides && !self.decides;
+        if self.config.signal == Signal::Displacement && self.grip.is_some() && !decides {
+            self.sink.close(sample, touching);
+        }
         if wakes || dt > self.gap {
             self.detector.prime();
             self.travel_quality.begin();
@@ -48,6 +51,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.fusion.prime();
             self.standing.prime();
             self.grasp.begin(sample.t);
+            self.sink.settle();
         }
         self.decides = decides;
         self.scene = match decides {

@@ -92,6 +92,18 @@ impl GripForce {
         self.numb
     }
 
+    /// By the command alone (N), in a slip, as the sensor would show it.
+    #[inline]
+    pub(super) fn commanded_n(&self) -> f32 {
+        self.as_read(self.commanded_n)
+    }
+
+    /// A force (N) in a slip as the sensor would show it.
+    #[inline]
+    pub(super) fn as_read(&self, force_n: f32) -> f32 {
+        self.ratio * force_n
+    }
+
     /// An object is held, and does not slip.
     #[inline]
     pub(super) fn hold(&mut self, reading_n: Option<f32>, command_n: f32) {

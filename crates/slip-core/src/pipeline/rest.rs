@@ -7,8 +7,8 @@
 
 use super::Pipeline;
 use crate::{
-    detector::SlipState, drift::Hold, fusion::Detection, health::SensorHealth, methods::Method,
-    sample::Sample, scene::Scene, units::Micros,
+    detector::SlipState, drift::Hold, fusion::Detection, grip::GripController,
+    health::SensorHealth, methods::Method, sample::Sample, scene::Scene, units::Micros,
 };
 
 /// What a sample like the last one needs.
@@ -56,9 +56,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && self.health.health() == SensorHealth::Good
             && !doubted
             && !learning
-            && self.grip.is_none_or(|grip| grip.is_steady());
+            && self.grip.as_ref().is_none_or(GripController::is_steady);
         match self.scene {
             Scene::Idle if steady => Rest::Idle,
+            // Fingers that let go, or closed on nothing.
+            Scene::Moving if steady && !self.decides => Rest::Idle,
             Scene::Holding if steady && stylus && !self.detector.is_moving() => Rest::Holding,
             _ => Rest::Awake,
         }
@@ -82,8 +84,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn rest_of(&self, sample: &Sample) -> Rest {
         let held = self.rest == Rest::Holding;
         let soon = self.last_t.is_some_and(|last| sample.t.since(last) <= self.gap);
-        let updates =
-            sample.travel_m.is_some() && self.grip.is_some_and(|grip| grip.awaits_travel());
+        let measured = sample.travel_m.is_some();
+        let updates = self.grip.as_ref().is_some_and(|grip| grip.heeds_travel(measured));
         if soon && !updates && self.contact.would_touch(sample.normal_force_n) == held {
             self.rest
         } else {

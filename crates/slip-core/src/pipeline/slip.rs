@@ -5,6 +5,7 @@ use crate::{
     Phase, Signal, SlipReport,
     causes::{Cause, Causes},
     confidence::confidence,
+    crosscheck::Seen,
     detector::SlipState,
     event::Step,
     fusion::Detection,
@@ -130,6 +131,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.friction.begin();
         let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
         self.grip_force.begin(command_n, sample.normal_force_n);
+        let forces_n = (sample.normal_force_n, self.grip_force.commanded_n());
+        self.sink.begin(forces_n, self.detector.noise_rms(), 1.0 / self.config.sample_rate.0);
         self.slip = Some(Slip {
             since: sample.t,
             gross,
@@ -154,6 +157,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let slip = self.slip.take()?;
         self.ended = Some(t);
         self.fusion.slip_ended();
+        self.sink.end();
         self.untouched = None;
         let duration_s = Some(t.since(slip.since).as_seconds());
         Some(SlipReport { t, duration_s, certified_s: slip.certified_s, ..SlipReport::UNKNOWN })
@@ -203,19 +207,34 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if let Some(slip) = &mut self.slip {
             slip.felt = stylus.is_some_and(|(_, state)| state != SlipState::Quiet);
         }
-        let sample = Sample { normal_force_n: self.force_of(sample, dt), ..*sample };
-        if self.slip.is_some() {
-            #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
-            self.turns.step(sample.stylus, self.detector.noise_rms(), dt.as_seconds() as f32);
-            let statistic = |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
-            let noise = (self.observation.travel_sigma_m(), self.detector.noise_rms());
-            // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
-            let normal_force_n = sample.normal_force_n.filter(|_| !self.detector.is_moving());
-            let seen = Sample { normal_force_n, ..sample };
-            let holds_alone = self.holds_alone(sample.t);
-            self.fusion.compare(&seen, dt, noise, (stylus.map(statistic), holds_alone));
+        #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
+        let dt_s = dt.as_seconds() as f32;
+        let mut sample = *sample;
+        sample.normal_force_n = self.force_of(&sample, dt_s);
+        if let (Some(_), Some(force_n)) = (self.slip, sample.normal_force_n) {
+            let read_n = self.grip_force.as_read(force_n);
+            self.sink.follow(read_n, self.grip_force.commanded_n(), dt_s);
         }
-        Sample { travel_m: self.travel_of(&sample, begins), ..sample }
+        if self.slip.is_some() {
+            let noise = self.detector.noise_rms();
+            self.turns.step(sample.stylus, noise, dt_s);
+            let statistic = |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
+            self.fusion.compare(Seen {
+                t: sample.t,
+                dt_s: dt_s.min(0.01),
+                travel_m: sample.travel_m,
+                sigma_m: self.observation.travel_sigma_m(),
+                leaps: 0,
+                // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
+                force_n: sample.normal_force_n.filter(|_| !self.detector.is_moving()),
+                stylus: stylus.map(statistic),
+                reading: self.sink.raw(),
+                noise,
+                holds_alone: self.holds_alone(sample.t),
+            });
+        }
+        sample.travel_m = self.travel_of(&sample, begins);
+        sample
     }
 
     /// Whether the stylus alone can give the force from here on: nothing of the slip has been lost, and what it feels is the surface.
@@ -227,12 +246,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
-    pub(super) fn force_of(&mut self, sample: &Sample, dt: Micros) -> Option<f32> {
+    fn force_of(&mut self, sample: &Sample, dt_s: f32) -> Option<f32> {
         let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        #[expect(clippy::cast_possible_truncation, reason = "seconds between two samples")]
-        let times = (dt.as_seconds() as f32, grip.lag_s());
+        let times = (dt_s, grip.lag_s());
         let motion = self.course.motion(sample.t);
         let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
         Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times, speeds_up))

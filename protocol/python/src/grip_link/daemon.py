@@ -16,6 +16,7 @@ from .messages.daemon import (
     Health,
     Notice,
     NoticeKind,
+    Object,
     Rows,
     Setup,
     Slip,
@@ -109,6 +110,12 @@ class Daemon:
         """Hands a command to the control loop; raises PermissionError where it is refused."""
         seq = self._send(Kind.COMMAND, command.pack())
         self._waiting += self._until(Kind.COMMAND, seq, patience_s)
+
+    def name_object(self, name: str, patience_s: float = 3.0) -> None:
+        """Names the object that is grasped next, with what the memory of the daemon knows of it; an empty name is none. Raises
+        PermissionError where that is refused."""
+        seq = self._send(Kind.OBJECT, Object(name.encode()).pack())
+        self._waiting += self._until(Kind.OBJECT, seq, patience_s)
 
     def close(self) -> None:
         """Closes the connection."""

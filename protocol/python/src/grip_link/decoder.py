@@ -208,7 +208,7 @@ TO_HOST = frozenset(
         Kind.SAMPLES, Kind.STATUS, Kind.STATS, Kind.EVENT, Kind.LOG,
     )
 )  # fmt: skip
-TO_DAEMON = frozenset((Kind.SUBSCRIBE, Kind.COMMAND, Kind.QUERY, Kind.LOAD))
+TO_DAEMON = frozenset((Kind.SUBSCRIBE, Kind.COMMAND, Kind.QUERY, Kind.LOAD, Kind.OBJECT))
 TO_CLIENT = frozenset(
     (
         Kind.WELCOME, Kind.SLIP, Kind.STATE, Kind.HEALTH, Kind.GRIPPER, Kind.ROWS, Kind.NOTICE,

@@ -5,10 +5,10 @@ use crate::{
     cli::fleet::{CommandArgs, What},
     output,
 };
-use anyhow::{Context as _, ensure};
+use anyhow::Context as _;
 use core::time::Duration;
 use grip_fleet::{
-    About, Member, Part,
+    Member, Part,
     net::{Ask, Session, ask},
 };
 use grip_link::message::{
@@ -64,16 +64,11 @@ fn millinewtons(force: f64) -> Result<i32, WrongArgument> {
     Ok(force_mn)
 }
 
-/// What letting go must bear: it shows that this start of the daemon was meant.
+/// What letting go must bear, so that this start of the daemon is meant: only who may command gets it.
 fn token(session: &Session, member: &Member) -> anyhow::Result<u32> {
-    let answer = ask(session, &question(member, Part::About, &[]))?;
-    let about = answer.first().map(|bytes| About::from_json(bytes));
-    let about = about.context("an empty answer")?.context("no answer that this gripctl knows")?;
-    ensure!(
-        about.token.is_some(),
-        "{member} takes no commands from the network: allow_commands and fleet.commands are not both set"
-    );
-    Ok(about.token.unwrap_or_default())
+    let answer = ask(session, &question(member, Part::Command, &[]))?.concat();
+    let token = core::str::from_utf8(&answer).ok().and_then(|token| token.parse().ok());
+    token.context("no token that this gripctl knows")
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use grip_fleet::{
     Member,
     deploy::{digest, examine},
     net::{Deployer, Happening, Session, members},
-    rollout::{Counts, JudgeConfig, Progress, Report, RolloutConfig},
+    rollout::{Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Report, RolloutConfig},
 };
 use grip_record::files;
 use grip_session::exit::{Exit, WrongArgument};
@@ -31,6 +31,8 @@ use std::{
 pub(super) const PATIENCE: Duration = Duration::from_secs(15);
 /// A line about where it is, for people, this often (us).
 const SUMMARY_US: u64 = 5_000_000;
+/// Pause between two looks at the trials.
+const TURN: Duration = Duration::from_millis(500);
 /// How long grippers that do not answer are asked to give the model back (us).
 const RETURN_US: u64 = 60_000_000;
 
@@ -41,15 +43,22 @@ pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let members = meant(&session, &args.place, &args.to)?;
     let printer = Printer::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
-    let deployer = Deployer::new(session, config, (name, bytes), members, PATIENCE);
-    drive(deployer, printer, config.judge, signals)
+    let times = (PATIENCE, args.lease);
+    let deployer = Deployer::new(session, config, (name, bytes), members, times);
+    drive(deployer, printer, args.plan, signals)
 }
 
 fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
-    let watch_s = checked("--watch", args.watch, false)?;
-    let judge = JudgeConfig { factor: args.factor, watch_s, ..JudgeConfig::default() };
-    if !judge.is_sane() {
-        let text = "--watch takes 1 to 2592000 s, --factor 1 to 100";
+    let judge = JudgeConfig { alpha: args.error, ..JudgeConfig::default() };
+    let difference = Difference { lost: args.notice_lost, force: args.notice_force };
+    let grasps = args.grasps.map(usize::from);
+    let possible = judge.is_sane()
+        && (0.001..=1.0).contains(&difference.lost)
+        && (1.2..=100.0).contains(&difference.force)
+        && grasps.is_none_or(|grasps| (1..=MOST_GRASPS).contains(&grasps))
+        && (5..=86_400).contains(&args.lease);
+    if !possible {
+        let text = "--error takes 1e-6 to 0.5, --notice-lost 0.001 to 1, --notice-force 1.2 to 100, --grasps 1 to 500, --lease 5 to 86400 s";
         return Err(WrongArgument(text.to_owned()));
     }
     if !(0.0..=1.0).contains(&args.some) {
@@ -58,7 +67,7 @@ fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
     }
     let silence_us = micros("--patience", args.patience)?;
     let idle_us = micros("--idle", args.idle)?;
-    Ok(RolloutConfig { some: args.some, judge, silence_us, idle_us })
+    Ok(RolloutConfig { some: args.some, judge, difference, grasps, silence_us, idle_us })
 }
 
 /// A time (s) in us; one that is too long stands for ever.
@@ -108,11 +117,10 @@ pub(super) fn meant(
 fn drive(
     mut deployer: Deployer,
     mut printer: Printer,
-    judge: JudgeConfig,
+    only_plan: bool,
     mut signals: Signals,
 ) -> anyhow::Result<Exit> {
     let clock = Clock::start();
-    let pause = Duration::from_secs_f64((judge.watch_s / 20.0).clamp(0.2, 2.0));
     let (mut stopped_us, mut stops) = (None, 0);
     loop {
         for _signal in signals.pending() {
@@ -125,13 +133,16 @@ fn drive(
         let happenings = deployer.turn(&|| clock.now_us());
         let now_us = clock.now_us();
         for happening in &happenings {
-            printer.happening(happening, &judge)?;
+            printer.happening(happening)?;
+        }
+        if only_plan && deployer.grasps().is_some() {
+            return Ok(Exit::Done);
         }
         let progress = deployer.progress();
-        printer.progress(&progress, now_us)?;
+        printer.progress(&progress, &deployer.evidence(), now_us)?;
         match progress {
             Progress::Done => return printer.done(),
-            Progress::Checking | Progress::Stage(_) => {}
+            Progress::Checking | Progress::Stage(_) | Progress::Accepting => {}
             Progress::Stopped(holding) => {
                 let since_us = *stopped_us.get_or_insert(now_us);
                 let enough = now_us.saturating_sub(since_us) > RETURN_US;
@@ -140,7 +151,7 @@ fn drive(
                 }
             }
         }
-        wait(pause);
+        wait(TURN);
     }
 }
 
@@ -156,8 +167,8 @@ struct Printer {
     all: usize,
     /// Who has it for good.
     done: BTreeSet<Member>,
-    /// Time that those on trial were watched (s).
-    watched: BTreeMap<Member, f64>,
+    /// Grasps of those on trial.
+    grasps: BTreeMap<Member, usize>,
     /// Who did not answer last time, and what came instead.
     silent: BTreeMap<Member, Option<String>>,
     summary_us: u64,
@@ -167,15 +178,23 @@ struct Printer {
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Line<'a> {
+    Plan {
+        grasps: usize,
+    },
     Stage {
         stage: usize,
+    },
+    Evidence {
+        grasps: usize,
+        hold: f64,
+        force: f64,
     },
     Gripper {
         site: String,
         uid: String,
         says: &'static str,
         reason: Option<&'a str>,
-        counts: Option<Counts>,
+        grasps: Option<usize>,
     },
     End {
         done: bool,
@@ -192,14 +211,20 @@ impl Printer {
             model,
             all,
             done: BTreeSet::new(),
-            watched: BTreeMap::new(),
+            grasps: BTreeMap::new(),
             silent: BTreeMap::new(),
             summary_us: 0,
         }
     }
 
-    fn happening(&mut self, happening: &Happening, judge: &JudgeConfig) -> anyhow::Result<()> {
+    fn happening(&mut self, happening: &Happening) -> anyhow::Result<()> {
         match happening {
+            Happening::Planned(grasps) if self.json => {
+                output::json(&Line::Plan { grasps: *grasps })
+            }
+            Happening::Planned(grasps) => Ok(output::line(&format!(
+                "everybody was asked and would take it; a stage takes {grasps} grasps"
+            ))?),
             Happening::Stage(stage) => self.begin(*stage),
             Happening::Silent(member, reason) => {
                 if self.silent.insert(member.clone(), reason.clone()).as_ref() == Some(reason) {
@@ -210,7 +235,7 @@ impl Printer {
             }
             Happening::Reported(member, report) => {
                 self.silent.remove(member);
-                self.reported(member, report, judge)
+                self.reported(member, report)
             }
         }
     }
@@ -219,50 +244,41 @@ impl Printer {
         if self.json {
             return output::json(&Line::Stage { stage });
         }
-        if stage == 1 {
-            output::line("everybody was asked and would take it")?;
-        }
-        Ok(())
+        Ok(output::line(&format!("stage {stage} begins"))?)
     }
 
-    fn reported(
-        &mut self,
-        member: &Member,
-        report: &Report,
-        judge: &JudgeConfig,
-    ) -> anyhow::Result<()> {
+    fn reported(&mut self, member: &Member, report: &Report) -> anyhow::Result<()> {
         match report {
-            Report::Fit if self.json => self.gripper(member, "fit", "", None),
-            Report::Fit => Ok(()),
+            Report::Fit(before) if self.json => self.gripper(member, "fit", "", Some(before.len())),
+            Report::Fit(_) | Report::Known => Ok(()),
             Report::Taken(before) => {
-                self.watched.insert(member.clone(), 0.0);
-                self.gripper(member, "taken", &taken(before, judge), Some(*before))
+                self.grasps.insert(member.clone(), 0);
+                let text = format!("tries it; it has made {} grasps before", before.len());
+                self.gripper(member, "taken", &text, Some(before.len()))
             }
-            Report::Counted(now) => {
-                self.watched.insert(member.clone(), now.seconds);
-                if !self.json {
+            Report::Grasps { from, grasps } => {
+                let now = from + grasps.len();
+                let before = self.grasps.insert(member.clone(), now);
+                if !self.json || before == Some(now) {
                     return Ok(());
                 }
-                self.gripper(member, "counted", "", Some(*now))
+                self.gripper(member, "grasped", "", Some(now))
             }
             Report::Kept | Report::Had => {
-                self.watched.remove(member);
+                self.grasps.remove(member);
                 if !self.done.insert(member.clone()) {
                     return Ok(());
                 }
                 let had = *report == Report::Had;
-                let text = if had { "has it already" } else { "keeps it: it is no worse" };
+                let text = if had { "has it already" } else { "keeps it" };
                 self.gripper(member, if had { "had" } else { "kept" }, text, None)
             }
             Report::Refused(reason) => {
                 self.gripper(member, "refused", &format!("refuses it: {reason}"), None)
             }
-            Report::FellBack(_) | Report::Left(_) => {
-                self.watched.remove(member);
-                let text = match report {
-                    Report::Left(reason) => format!("has gone back to the model before: {reason}"),
-                    _ => "is worse with it, and has gone back to the model before".to_owned(),
-                };
+            Report::Left(reason) => {
+                self.grasps.remove(member);
+                let text = format!("has gone back to the model before: {reason}");
                 self.gripper(member, "left", &text, None)
             }
             Report::Back => self.gripper(member, "back", "has given it back", None),
@@ -274,33 +290,42 @@ impl Printer {
         member: &Member,
         says: &'static str,
         text: &str,
-        counts: Option<Counts>,
+        grasps: Option<usize>,
     ) -> anyhow::Result<()> {
         if self.json {
             let (site, uid) = (member.site.to_string(), member.uid.to_string());
             let reason = Some(text).filter(|text| !text.is_empty());
-            return output::json(&Line::Gripper { site, uid, says, reason, counts });
+            return output::json(&Line::Gripper { site, uid, says, reason, grasps });
         }
         Ok(output::line(&format!("{member}  {text}"))?)
     }
 
-    fn progress(&mut self, progress: &Progress, now_us: u64) -> anyhow::Result<()> {
+    fn progress(
+        &mut self,
+        progress: &Progress,
+        evidence: &Evidence,
+        now_us: u64,
+    ) -> anyhow::Result<()> {
         let Progress::Stage(stage) = *progress else { return Ok(()) };
-        if !self.json && now_us >= self.summary_us && !self.watched.is_empty() {
-            self.summary_us = now_us + SUMMARY_US;
-            let least_s = self.watched.values().fold(f64::INFINITY, |a, b| a.min(*b));
-            let (done, all, trying) = (self.done.len(), self.all, self.watched.len());
-            output::line(&format!(
-                "stage {stage}: {done} of {all} have it, {trying} try it, for {least_s:.0} s at least"
-            ))?;
+        if now_us < self.summary_us || self.grasps.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        self.summary_us = now_us + SUMMARY_US;
+        let Evidence { hold, force, grasps } = *evidence;
+        if self.json {
+            return output::json(&Line::Evidence { grasps, hold, force });
+        }
+        let trying = self.grasps.len();
+        Ok(output::line(&format!(
+            "stage {stage}: {trying} of {} try it; {grasps} grasps compared, evidence of a worse hold {hold:.2}, of too much force {force:.2}",
+            self.all
+        ))?)
     }
 
     #[expect(clippy::unused_self, reason = "says what happens, like the others")]
     fn stopping(&self) {
         eprintln!(
-            "gripctl: the model is asked back from everybody; once more leaves them as they are"
+            "gripctl: the model is asked back from everybody; once more leaves them to their lease"
         );
     }
 
@@ -334,22 +359,10 @@ impl Printer {
         output::line(&format!("{} {what}: {reason}", self.model))?;
         if !unreachable.is_empty() {
             output::line(&format!(
-                "not given back by {}: each keeps it unless it finds it worse by itself",
+                "not given back by {}: each goes back when the lease ends, unless it keeps it already",
                 unreachable.join(", ")
             ))?;
         }
         Ok(Exit::Failed)
     }
-}
-
-/// What a gripper has to compare with, and what can be told by that.
-fn taken(before: &Counts, judge: &JudgeConfig) -> String {
-    let Counts { seconds, slips, .. } = before;
-    #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
-    let rate = *slips as f64 / seconds.max(1.0);
-    let judged = match judge.noticed(rate.clamp(1.0 / seconds.max(1.0), 1.0)) {
-        Some(ratio) => format!("{ratio:.1} times as many slips are noticed nine times in ten"),
-        None => "no number of slips can be told from that: watch for longer".to_owned(),
-    };
-    format!("tries it; before it {before}, so {judged}")
 }

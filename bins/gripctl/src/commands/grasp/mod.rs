@@ -1,6 +1,8 @@
 //! `gripctl grasp`: many simulated objects in the gripper.
 
 mod faults;
+mod matrix;
+mod memory;
 mod plot;
 mod stalls;
 mod text;
@@ -31,27 +33,25 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     if args.tables.stalls {
         return stalls::run(args);
     }
-    if !(args.duration > 0.0 && args.duration <= LONGEST_S) {
-        let message =
-            format!("--duration {}: expected seconds, more than 0 and up to 600", args.duration);
-        return Err(WrongArgument(message).into());
+    if args.tables.matrix {
+        return matrix::run(args);
     }
+    if args.tables.memory {
+        return memory::run(args);
+    }
+    let duration = duration(args)?;
     if let Some(file) = &args.plot {
         profile_plot::check_file(file)?;
     }
     let config = host_config(args.config.as_deref())?;
     let estimator = estimator(args.model.as_deref(), &config)?;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "0 to 600 s, checked"
-    )]
-    let duration = Micros((args.duration * 1e6) as u64);
     let bench = Bench { config, estimator, duration };
     let ways = ways(args);
     // A mistake in the last scene is told before the first grasp.
     let names = scene_names(args)?;
     let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let scenes = scenes.into_iter().map(|scene| matrix::equipped(args, scene));
+    let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
     let mut totals = Vec::new();
     let mut all = Vec::new();
     for scene in &scenes {
@@ -71,6 +71,21 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
         plot::chart(&totals, &all, &ways).write(file)?;
     }
     Ok(Exit::Done)
+}
+
+fn duration(args: &GraspArgs) -> Result<Micros, WrongArgument> {
+    if !(args.duration > 0.0 && args.duration <= LONGEST_S) {
+        let message =
+            format!("--duration {}: expected seconds, more than 0 and up to 600", args.duration);
+        return Err(WrongArgument(message));
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "0 to 600 s, checked"
+    )]
+    let duration = Micros((args.duration * 1e6) as u64);
+    Ok(duration)
 }
 
 /// The ways of grasping, one row each.

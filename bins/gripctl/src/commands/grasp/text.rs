@@ -100,7 +100,7 @@ fn with_room(total: &Total) -> String {
     format!("{roomy_lost} of {roomy} lost, {roomy_within_1_4} within 1.0-1.4")
 }
 
-fn pair(quantiles: Quantiles) -> String {
+pub(super) fn pair(quantiles: Quantiles) -> String {
     format!("{} / {}", or_dash(quantiles.p50, 2), or_dash(quantiles.p95, 2))
 }
 

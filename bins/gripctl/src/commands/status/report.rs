@@ -23,6 +23,8 @@ pub(crate) struct Report {
     pub(crate) gripper: Option<GripperReport>,
     pub(crate) state: Option<StateReport>,
     pub(crate) health: Option<HealthReport>,
+    /// What is known of the object in hand or next; absent where gripd remembers none.
+    pub(crate) object: Option<String>,
     pub(crate) events: Vec<EventReport>,
 }
 
@@ -149,6 +151,9 @@ impl Report {
             ToClient::State(state) => self.state = Some(StateReport::of(state)),
             ToClient::Health(health) => self.health = Some(HealthReport::of(health)),
             ToClient::Slip(_) => self.events.extend(EventReport::of(message)),
+            ToClient::Notice(notice) if notice.kind == NoticeKind::Object => {
+                self.object = Some(notice.as_str().to_owned());
+            }
             ToClient::Notice(notice) if notice.kind == NoticeKind::Goodbye => {
                 self.goodbye = Some(notice.as_str().to_owned());
             }

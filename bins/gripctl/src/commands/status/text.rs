@@ -15,6 +15,7 @@ pub(super) fn lines(report: &Report) -> Vec<String> {
         Some(state) => lines.extend(grip(state)),
         None => lines.push("grip       no samples yet".to_owned()),
     }
+    lines.extend(report.object.as_ref().map(|object| format!("object     {object}")));
     match &report.health {
         Some(health) => lines.extend(figures(health)),
         None => lines.push("figures    none yet".to_owned()),

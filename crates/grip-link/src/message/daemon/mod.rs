@@ -14,6 +14,7 @@
 //! | A9 | COMMAND | to daemon | 12 | yes | [`Command`] |
 //! | AA | QUERY | to daemon | 0 | yes | |
 //! | AB | LOAD | to daemon | 41 + bytes | yes | [`Load`] |
+//! | AC | OBJECT | to daemon | 1 + text | yes | [`Object`] |
 //!
 //! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
@@ -26,7 +27,7 @@ mod model;
 mod notice;
 mod rows;
 
-pub use command::Command;
+pub use command::{Command, Object};
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
 pub use model::{Load, Setup};
@@ -101,6 +102,8 @@ pub enum ToDaemon<'a> {
     Query,
     /// AB
     Load(Load<'a>),
+    /// AC
+    Object(Object<'a>),
 }
 
 impl<'a> ToDaemon<'a> {
@@ -114,6 +117,7 @@ impl<'a> ToDaemon<'a> {
             Kind::COMMAND => Self::Command(Command::parse(frame.payload)?),
             Kind::QUERY => Self::Query,
             Kind::LOAD => Self::Load(Load::parse(frame.payload)?),
+            Kind::OBJECT => Self::Object(Object::parse(frame.payload)?),
             Kind(kind) => return Err(PayloadError::Kind { kind }),
         })
     }

@@ -44,6 +44,34 @@ fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
     }
 }
 
+/// A converter of 12 bits over 2 mm hides the noise that the floor is learned from: all readings are equal, until the load comes and moves the stylus
+/// within a step or two.
+#[test]
+fn readings_that_step_by_more_than_their_noise_are_no_slip_and_a_texture_of_some_steps_is() {
+    for rate in [1000_u16, 10_000] {
+        let step_m = 4.9e-7;
+        let coarse = |stylus_m: f32| step_m * libm::roundf(stylus_m / step_m);
+        let (mut detector, mut noise) = (detector(f32::from(rate)), noise(9));
+        for _ in 0..rate {
+            detector.step(coarse(1e-3), &MotionInput::default());
+        }
+        assert!(!detector.is_learning());
+        for i in 0..10 * u32::from(rate) {
+            #[expect(clippy::cast_precision_loss, reason = "a time")]
+            let creep_m = 1e-7 * i as f32 / f32::from(rate);
+            let verdict = detector.step(coarse(1e-3 + creep_m + noise()), &MotionInput::default());
+            assert!(verdict.is_none_or(|(_, state)| state == SlipState::Quiet), "{i} at {rate} Hz");
+        }
+        let found = (0..rate).find(|i| {
+            let phase = core::f32::consts::TAU * 250.0 * f32::from(*i) / f32::from(rate);
+            let texture_m = coarse(1e-3 + 4e-6 * libm::sinf(phase) + noise());
+            let verdict = detector.step(texture_m, &MotionInput::default());
+            verdict.is_some_and(|(_, state)| state == SlipState::Gross)
+        });
+        assert!(found.is_some_and(|i| i < rate / 100), "{found:?} at {rate} Hz");
+    }
+}
+
 /// A tone of 5 um on stylus and reference is motion; the same on the stylus alone is a slip.
 #[test]
 fn what_the_reference_shows_too_is_motion() {

@@ -52,6 +52,7 @@ class Kind(OpenCode):
     COMMAND = 0xA9
     QUERY = 0xAA
     LOAD = 0xAB
+    OBJECT = 0xAC
 
 
 class DeviceState(OpenCode):

@@ -26,10 +26,10 @@ from .codes import (
 from .reports import Gripper, Health, Slip, State
 from .requests import Command, Load, Subscribe
 from .rows import Row, Rows
-from .texts import Notice, Setup, Welcome
+from .texts import Notice, Object, Setup, Welcome
 
 __all__ = [
     "Causes", "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Load", "Method",
-    "Notice", "NoticeKind", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor",
+    "Notice", "NoticeKind", "Object", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor",
     "SensorHealth", "Setup", "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
 ]  # fmt: skip

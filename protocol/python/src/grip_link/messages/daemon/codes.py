@@ -130,6 +130,7 @@ class NoticeKind(OpenCode):
     LINK = 3
     CLIENT = 4
     GOODBYE = 5
+    OBJECT = 6
 
 
 class DroppedClass(OpenCode):
@@ -159,6 +160,7 @@ class Operation(IntEnum):
     GRASP = 3
     STOP = 4
     CLEAR_FAULT = 5
+    EXPECT = 6
 
 
 class Causes(IntFlag):

@@ -1,4 +1,4 @@
-"""SUBSCRIBE, COMMAND and LOAD: what a client sends."""
+"""SUBSCRIBE, COMMAND and LOAD: what a client sends; OBJECT stands with the texts."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Subscribe:
 
 @dataclass(frozen=True)
 class Command:
-    """COMMAND (A9), 12 bytes: u8 operation, u8 reserved, u16 fault of CLEAR_FAULT, i32 force of AT_LEAST [mN], u32 token
+    """COMMAND (A9), 12 bytes: u8 operation, u8 reserved, u16 fault of CLEAR_FAULT, i32 force of AT_LEAST and EXPECT [mN], u32 token
     of RELEASE."""
 
     operation: Operation

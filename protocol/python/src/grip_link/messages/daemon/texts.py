@@ -1,4 +1,4 @@
-"""WELCOME, NOTICE and SETUP: who the daemon is, what a client should know, and what it works with."""
+"""WELCOME, NOTICE, SETUP and OBJECT: who the daemon is, what a client should know, what it works with and on."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from .codes import NoticeKind, RealTime, WelcomeFlags
 _WELCOME = struct.Struct("<BBHIIIQBB")
 _NOTICE = struct.Struct("<BBHIQB")
 _SETUP = struct.Struct("<IBBH32s32sB")
+_OBJECT = struct.Struct("<B")
 
 
 def _text(layout: struct.Struct, payload: bytes, length: int) -> bytes:
@@ -110,3 +111,25 @@ class Setup:
         """The payload; raises PayloadError."""
         head = (self.settings, self.fw_major, self.fw_minor, self.fw_patch, self.in_force, self.configured)
         return pack(_SETUP, *head, _length(self.text)) + self.text
+
+
+@dataclass(frozen=True)
+class Object:
+    """OBJECT (AC), 1 byte and a text: the name of the next object; empty for one without."""
+
+    text: bytes
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        return self.text.decode("utf-8", "replace")
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Object:
+        """Reads a payload; raises PayloadError."""
+        (length,) = unpack(_OBJECT, payload)
+        return cls(_text(_OBJECT, payload, length))
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        return pack(_OBJECT, _length(self.text)) + self.text

@@ -1,0 +1,90 @@
+//! `gripctl grasp --memory`: the same objects grasped again and again, with memory and without.
+
+use super::super::{estimator, host_config};
+use super::{duration, faults::spread, progress, scene_names, ways};
+use crate::{cli::grasp::GraspArgs, output};
+use grip_eval::grasp::{
+    Bench, Way,
+    memory::{GRASPS, MemoryGrasp, MemoryTotal, SWAPPED, memory_total},
+};
+use grip_session::exit::Exit;
+use grip_sim::{Scene, scene};
+use indicatif::ParallelProgressIterator as _;
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+
+/// Objects per scene where nobody asks for more.
+const TRIALS: u64 = 20;
+
+pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
+    let config = host_config(args.config.as_deref())?;
+    let estimator = estimator(args.model.as_deref(), &config)?;
+    let bench = Bench { config, estimator, duration: duration(args)? };
+    let names = scene_names(args)?;
+    let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
+    for scene in &scenes {
+        for way in ways(args) {
+            series(args, scene, &way, &bench)?;
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn series(args: &GraspArgs, scene: &Scene, way: &Way, bench: &Bench) -> anyhow::Result<()> {
+    let jobs: Vec<(u64, bool)> =
+        args.seeds(TRIALS).flat_map(|seed| [(seed, false), (seed, true)]).collect();
+    let bar = progress(jobs.len(), &scene.config().name, "objects");
+    let other = args.trials.unwrap_or(TRIALS);
+    let grasps: Vec<MemoryGrasp> = jobs
+        .into_par_iter()
+        .progress_with(bar)
+        .map(|(seed, memory)| bench.remember(scene, (seed, seed.wrapping_add(other)), way, memory))
+        .collect::<Result<Vec<_>, _>>()?
+        .concat();
+    if args.each && args.json {
+        grasps.iter().try_for_each(output::json)?;
+    }
+    let mut totals = Vec::new();
+    for grasp in 1..=GRASPS + SWAPPED {
+        for memory in [false, true] {
+            let same = |one: &&MemoryGrasp| one.grasp == grasp && one.memory == memory;
+            totals.extend(memory_total(&grasps.iter().filter(same).collect::<Vec<_>>()));
+        }
+    }
+    print(args, &totals)
+}
+
+fn print(args: &GraspArgs, totals: &[MemoryTotal]) -> anyhow::Result<()> {
+    if args.json {
+        return totals.iter().try_for_each(output::json);
+    }
+    let Some(first) = totals.first() else { return Ok(()) };
+    output::line(&format!("{}, {}: {} objects", first.scene, first.sensors, first.trials))?;
+    output::line(&format!(
+        "  {:8} {:7} {:>8} {:>8} {:>8} {:>18} {:>18} {:>18}",
+        "grasp",
+        "memory",
+        "dropped",
+        "crushed",
+        "noticed",
+        "slip mm",
+        "peak/needed",
+        "final/needed"
+    ))?;
+    for total in totals {
+        let grasp = match total.grasp.checked_sub(GRASPS) {
+            Some(swapped @ 1..) => format!("other {swapped}"),
+            _ => total.grasp.to_string(),
+        };
+        output::line(&format!(
+            "  {grasp:8} {:7} {:>8} {:>8} {:>8} {:>18} {:>18} {:>18}",
+            if total.memory { "yes" } else { "no" },
+            total.dropped,
+            total.crushed,
+            total.noticed,
+            spread(total.slip_mm),
+            spread(total.peak_ratio),
+            spread(total.force_ratio)
+        ))?;
+    }
+    Ok(output::line("")?)
+}

@@ -1,0 +1,115 @@
+//! `gripctl objects`: a memory of objects in, a table out. `gripctl object`: a name for the next object in, the answer of gripd out.
+
+use super::{clock, status::nonce};
+use crate::{
+    cli::{ObjectArgs, ObjectsArgs},
+    output,
+};
+use anyhow::bail;
+use core::time::Duration;
+use grip_daemon::client::Client;
+use grip_link::message::{
+    Kind, NackReason, Versions,
+    daemon::{NoticeKind, Subscribe, ToClient, Topics},
+};
+use grip_session::{
+    exit::{Exit, WrongArgument},
+    memory::{Figure, Memory, Object},
+};
+use serde::Serialize;
+
+/// A daemon that is there answers within this time.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+#[derive(Serialize)]
+struct Line<'a> {
+    #[serde(rename = "type")]
+    kind: &'static str,
+    name: &'a str,
+    expected_n: f32,
+    #[serde(flatten)]
+    object: &'a Object,
+}
+
+pub(crate) fn list(args: &ObjectsArgs) -> anyhow::Result<Exit> {
+    if !args.file.exists() {
+        bail!(WrongArgument(format!("{}: no such file", args.file.display())));
+    }
+    let memory = Memory::read(&args.file).map_err(|error| WrongArgument(error.to_string()))?;
+    if args.json {
+        for (name, object) in memory.objects() {
+            let expected_n = object.expected_n();
+            output::json(&Line { kind: "object", name, expected_n, object })?;
+        }
+        return Ok(Exit::Done);
+    }
+    output::line(&format!(
+        "{:24} {:>16} {:>12} {:>16} {:>16} {:>16} {:>7} {:>9}",
+        "object",
+        "needs N",
+        "grasped with",
+        "static/kinetic",
+        "spacing um",
+        "height um",
+        "grasps",
+        "forgotten"
+    ))?;
+    for (name, object) in memory.objects() {
+        output::line(&format!(
+            "{name:24} {:>16} {:>12.2} {:>16} {:>16} {:>16} {:>7} {:>9}",
+            figure(object.needed_n),
+            object.expected_n(),
+            figure(object.friction_ratio),
+            figure(object.spacing_um),
+            figure(object.height_um),
+            object.needed_n.grasps,
+            object.forgotten
+        ))?;
+    }
+    Ok(Exit::Done)
+}
+
+/// A value with what its mean may be off by.
+fn figure(figure: Figure) -> String {
+    if figure.is_unknown() {
+        return "-".to_owned();
+    }
+    format!("{:.2} +-{:.0} %", figure.value, 100.0 * figure.uncertainty())
+}
+
+pub(crate) fn name(args: &ObjectArgs) -> anyhow::Result<Exit> {
+    let wanted =
+        Subscribe { versions: Versions::OURS, topics: Topics::NEWS, every_nth: 0, state_ms: 0 };
+    let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
+    client.object(&args.name)?;
+    let (mut refused, mut accepted, mut known) = (None, false, None);
+    let end = clock::monotonic() + PATIENCE;
+    while refused.is_none() && !(accepted && known.is_some()) {
+        let left = end.saturating_sub(clock::monotonic());
+        if left.is_zero() {
+            bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs());
+        }
+        client.wait(left, &mut |message| match message {
+            ToClient::Ack(ack) => accepted |= ack.kind == Kind::OBJECT,
+            ToClient::Nack(nack) if nack.kind == Kind::OBJECT => refused = Some(nack.reason),
+            ToClient::Notice(notice) if accepted && notice.kind == NoticeKind::Object => {
+                known = Some(notice.as_str().to_owned());
+            }
+            _ => {}
+        })?;
+    }
+    match refused {
+        None => output::line(known.as_deref().unwrap_or_default())?,
+        Some(NackReason::Forbidden) => {
+            bail!("gripd takes no commands of clients: set allow_commands = true in gripd.toml")
+        }
+        Some(NackReason::WrongState) => {
+            bail!("gripd has no memory: set file in the table [memory] of gripd.toml")
+        }
+        Some(NackReason::Malformed) => bail!(WrongArgument(
+            "the name of an object has at most 64 bytes and no control characters".to_owned()
+        )),
+        Some(reason) => bail!("gripd refused the name: {}", reason.name()),
+    }
+    Ok(Exit::Done)
+}

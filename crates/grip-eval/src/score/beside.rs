@@ -1,0 +1,71 @@
+//! A sample and the pipeline that took it in; the statistic of a test that is no part of the pipeline, and its alarms, out.
+
+use super::{esc_test::EscTest, network_test::NetworkTest};
+use slip_core::{
+    Sample,
+    detector::{DetectorConfig, SlipDetector},
+};
+
+/// A test beside the pipeline.
+#[derive(Clone, Debug)]
+pub enum Test {
+    /// The scattered energy of the last milliseconds.
+    Esc(Box<EscTest>),
+    /// A network on the levels of the bands.
+    Network(NetworkTest),
+}
+
+/// A test with its alarm, which ends as that of the pipeline does: when the statistic has stayed below `release` for `release_ms`.
+#[derive(Clone, Debug)]
+pub struct Beside {
+    test: Test,
+    release: f32,
+    release_s: f64,
+    slips: bool,
+    /// When the statistic was last at or above `release` (s).
+    last_s: f64,
+}
+
+/// How an alarm changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It begins.
+    Begins,
+    /// It is over.
+    Ends,
+}
+
+impl Beside {
+    /// A test that releases as `config` has it.
+    #[must_use]
+    pub fn new(test: Test, config: &DetectorConfig) -> Self {
+        let release_s = 1e-3 * f64::from(config.release_ms);
+        Self { test, release: config.release, release_s, slips: false, last_s: f64::NEG_INFINITY }
+    }
+
+    /// Takes the next sample after the pipeline, whose `detector` gives floor and levels. Gives the statistic, above 1 being a slip,
+    /// and what becomes of the alarm.
+    pub fn step(&mut self, sample: &Sample, detector: &SlipDetector) -> (f32, Option<Change>) {
+        let statistic = match &mut self.test {
+            Test::Esc(test) => test.step(sample, detector.noise_rms()),
+            Test::Network(test) => test.step(detector),
+        };
+        let t = sample.t.as_seconds();
+        if statistic >= self.release {
+            self.last_s = t;
+        }
+        let change = match self.slips {
+            false if statistic > 1.0 => Some(Change::Begins),
+            true if t - self.last_s >= self.release_s => Some(Change::Ends),
+            _ => None,
+        };
+        self.slips = change.map_or(self.slips, |change| change == Change::Begins);
+        (statistic, change)
+    }
+
+    /// Whether its alarm is on.
+    #[must_use]
+    pub fn slips(&self) -> bool {
+        self.slips
+    }
+}
