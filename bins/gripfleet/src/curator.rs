@@ -167,7 +167,8 @@ impl Curator {
                 }
                 self.grasped.try_iter().for_each(|finished| models.grasped(&finished));
                 turns += 1;
-                if turns >= TICK {
+                // An order meets the gripper as it is now, not as it was at the last turn.
+                if asked.is_some() || turns >= TICK {
                     turns = 0;
                     let fault = FaultCode(self.fault.load(Ordering::Relaxed));
                     models.tick(now_us, fault, swap);
