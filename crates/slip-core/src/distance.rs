@@ -14,6 +14,9 @@
 //! While the fingers move a roller turns with them, so the sums start again when they have come to rest; where the
 //! position of the finger is measured it is subtracted instead.
 
+mod interval;
+
+use self::interval::Interval;
 use crate::{detector::SlipState, error::ConfigError, health::SensorHealth, units::Micros};
 
 /// Which way an object can slip, as the sensor counts.
@@ -146,6 +149,7 @@ pub struct MovedDistance {
     noise: RestNoise,
     /// As measured last (m).
     sigma_m: f32,
+    interval: Interval,
     /// Smallest step between two readings (m); infinite before the first.
     smallest_m: f32,
 }
@@ -160,25 +164,35 @@ struct RestNoise {
 }
 
 impl RestNoise {
-    /// Steps over which the mean is taken.
+    /// Steps over which the mean is taken, and where they come seldom.
     const STEPS: u16 = 256;
+    const SELDOM: u16 = 64;
+    /// Steps that give a first guess.
+    const FEW: u16 = 8;
 
     /// Takes the next step (m): the deviation (m), each time that enough of them were seen.
     #[inline]
-    fn push(&mut self, dx_m: f32) -> Option<f32> {
+    fn push(&mut self, dx_m: f32, seldom: bool) -> Option<f32> {
         if dx_m == 0.0 {
             return None;
         }
         self.sum -= dx_m * self.last_m;
         self.last_m = dx_m;
         self.seen += 1;
-        (self.seen >= Self::STEPS).then(|| self.finish())
+        let enough = if seldom { Self::SELDOM } else { Self::STEPS };
+        (self.seen >= enough).then(|| self.finish())
     }
 
     #[cold]
     fn finish(&mut self) -> f32 {
-        let mean = self.sum / f32::from(Self::STEPS);
+        let sigma_m = self.guess();
         (self.sum, self.seen) = (0.0, 0);
+        sigma_m
+    }
+
+    /// The deviation (m) as far as it is seen, 0 for too few steps.
+    fn guess(&self) -> f32 {
+        let mean = if self.seen < Self::FEW { 0.0 } else { self.sum / f32::from(self.seen) };
         libm::sqrtf(mean.max(0.0))
     }
 }
@@ -211,6 +225,7 @@ impl MovedDistance {
             leaps: 0,
             noise: RestNoise::default(),
             sigma_m: 0.0,
+            interval: Interval::default(),
             smallest_m: f32::INFINITY,
         })
     }
@@ -226,6 +241,7 @@ impl MovedDistance {
     /// Starts afresh with the next reading, with the noise too; the count of leaps stays.
     pub fn prime(&mut self) {
         self.noise = RestNoise::default();
+        self.interval = Interval::default();
         self.smallest_m = f32::INFINITY;
         self.allow(0.0);
         self.last = None;
@@ -285,6 +301,14 @@ impl MovedDistance {
         self.smallest_m
     }
 
+    /// Deviation of one reading as the object rests (m), a first guess where few were seen, and 0 before; and the time between two readings,
+    /// where the sensor is asked more often than it is read.
+    #[must_use]
+    pub fn noise(&self) -> (f32, Option<Micros>) {
+        let sigma_m = if self.sigma_m > 0.0 { self.sigma_m } else { self.noise.guess() };
+        (sigma_m, self.interval.known())
+    }
+
     /// Whether there was a reading within `within` before `t`.
     #[must_use]
     pub fn is_live(&self, t: Micros, within: Micros) -> bool {
@@ -319,7 +343,12 @@ impl MovedDistance {
         let dt_s = 1e-6 * t.since(last_t).0 as f32;
         let mut dx_m = position_m - last_m;
         self.watch_frozen(t, dx_m, others_gross);
-        if dx_m.abs() > self.config.max_speed_m_s * dt_s + 4.0 * self.config.resolution_m {
+        let seen = self.smallest_m < f32::INFINITY;
+        let step_m = if seen { self.smallest_m } else { self.config.resolution_m };
+        self.interval.push(t, dx_m, step_m);
+        #[expect(clippy::cast_precision_loss, reason = "a step of time")]
+        let read_s = self.interval.known().map_or(dt_s, |read| dt_s.max(1e-6 * read.0 as f32));
+        if dx_m.abs() > self.config.max_speed_m_s * read_s + 4.0 * self.config.resolution_m {
             self.leaps += 1;
             self.leaps_m += dx_m;
             self.mark_m += dx_m;
@@ -339,7 +368,9 @@ impl MovedDistance {
         }
         // Noise that is as large as a slip cannot be told from one, and after a gap in time the object is elsewhere.
         let small = dx_m.abs() < self.config.limit_m;
-        if let Some(sigma_m) = small.then(|| self.noise.push(dx_m)).flatten() {
+        if let Some(sigma_m) =
+            small.then(|| self.noise.push(dx_m, self.interval.known().is_some())).flatten()
+        {
             // In a slip the motion hides noise, and never adds to it.
             let slips = self.state != SlipState::Quiet;
             self.allow(if slips { sigma_m.max(self.sigma_m) } else { sigma_m });

@@ -190,6 +190,12 @@ impl Fusion {
         self.travel.smallest_step_m()
     }
 
+    /// Deviation of one reading of the travel as the object rests (m), and the time between two, as [`MovedDistance::noise`] has them.
+    #[must_use]
+    pub fn travel_noise(&self) -> (f32, Option<Micros>) {
+        self.travel.noise()
+    }
+
     /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.
     #[must_use]
     #[inline]

@@ -4,7 +4,7 @@
 //! Third differences of readings that differ show the noise, since sliding leaves next to nothing of them; the smallest step shows the
 //! resolution. The acceleration over 3 to 4 ms, on which the estimate rests, drowns in more than some micrometres of either.
 
-use crate::resolution::rounding;
+use crate::{resolution::rounding, units::Micros};
 
 /// Readings before a square can be told from the others, and the least mean of them (m2).
 const ENOUGH: u16 = 16;
@@ -60,6 +60,9 @@ const READINGS: u16 = 48;
 const LEAP: f32 = 16.0;
 /// Readings that are rounded to a step, and left out where they repeat, look noisier by up to this factor.
 const ROUNDED: f32 = 2.5;
+/// Time between two readings that the deviations are for, and from where the acceleration over 3 to 4 ms has too few of them.
+const OFTEN: Micros = Micros(100);
+const SLOW: Micros = Micros(2500);
 
 /// What is known of the travel sensor.
 #[derive(Clone, Copy, Debug, Default)]
@@ -76,24 +79,26 @@ impl TravelQuality {
         (self.noise, self.repeated) = (TravelNoise::default(), 0);
     }
 
-    /// Takes a reading (m) while the object slips, with the deviation that is configured and the smallest step seen
-    /// since the object was taken (m).
-    pub(crate) fn read(&mut self, travel_m: f32, configured_m: f32, step_m: f32) {
+    /// Takes a reading (m) while the object slips, with the deviation that it has at least (m), the smallest step seen since the object was
+    /// taken (m), and the time between two readings where the sensor is asked more often.
+    pub(crate) fn read(&mut self, travel_m: f32, least_m: f32, step_m: f32, read: Option<Micros>) {
         if !self.noise.push(travel_m, 4 * READINGS, LEAP) {
             self.repeated = self.repeated.saturating_add(1);
             return;
         }
         let seen = self.noise.seen();
-        if seen <= STEPS {
+        if seen <= STEPS && read.is_none() {
             return;
         }
         // Between the steps of a coarse sensor readings repeat; those of a fast object do not.
         let rounding_m = if self.repeated >= seen { rounding(step_m) } else { 0.0 };
         let noise_m = if seen > READINGS { self.noise.sigma_m() } else { 0.0 };
         let noisy = noise_m > ROUNDED * rounding_m;
-        let sigma_m = if noisy { noise_m } else { rounding_m }.max(configured_m);
-        if seen > READINGS || sigma_m > COARSE_M {
-            self.coarse = sigma_m > if self.coarse { FINE_M } else { COARSE_M };
+        let one_m = if noisy { noise_m } else { rounding_m }.max(least_m);
+        let sigma_m = one_m * read.map_or(1.0, scarcity);
+        let slow = read.is_some_and(|read| read > SLOW);
+        if seen > READINGS || sigma_m > COARSE_M || slow {
+            self.coarse = slow || sigma_m > if self.coarse { FINE_M } else { COARSE_M };
         }
     }
 
@@ -102,9 +107,17 @@ impl TravelQuality {
     }
 }
 
+/// The deviation of the mean over readings with this time between them, over that of [`OFTEN`].
+fn scarcity(read: Micros) -> f32 {
+    #[expect(clippy::cast_precision_loss, reason = "a ratio of times")]
+    let ratio = read.0 as f32 / OFTEN.0 as f32;
+    libm::sqrtf(ratio.max(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::TravelQuality;
+    use crate::units::Micros;
 
     /// An object that becomes faster from `speed_m_s` on, sampled at 10 kHz, rounded to `step_m` with every third
     /// reading off by `noise_m` (m).
@@ -119,7 +132,7 @@ mod tests {
                 smallest_m = smallest_m.min((shown_m - last_m).abs());
             }
             last_m = shown_m;
-            quality.read(shown_m, 0.0, smallest_m);
+            quality.read(shown_m, 0.0, smallest_m, None);
         }
         quality.is_coarse()
     }
@@ -135,10 +148,22 @@ mod tests {
                 let t_s = 1e-4 * f32::from(i);
                 let flicker_m = 1e-6 * f32::from(i * 7 % 3);
                 let shown_m = 2.0 * t_s * t_s + flicker_m + if i > 700 { leap_m } else { 0.0 };
-                quality.read(shown_m, 0.0, 1e-6);
+                quality.read(shown_m, 0.0, 1e-6, None);
                 assert!(!quality.is_coarse(), "{leap_m} m, {lost} lost: sample {i}");
             }
         }
+    }
+
+    /// What is read seldom: the noise of the few readings counts for more, and too few of them say nothing of an acceleration.
+    #[test]
+    fn few_readings_are_coarse_sooner() {
+        let coarse = |noise_m, read| {
+            let mut quality = TravelQuality::default();
+            (0..200_u16).for_each(|i| quality.read(1e-5 * f32::from(i / 20), noise_m, 1e-6, read));
+            quality.is_coarse()
+        };
+        assert!(!coarse(2e-6, None) && coarse(2e-6, Some(Micros(2000))));
+        assert!(!coarse(3e-7, Some(Micros(2000))) && coarse(3e-7, Some(Micros(5000))));
     }
 
     #[test]
@@ -155,7 +180,7 @@ mod tests {
         );
         assert!(slid(&mut quality, 1e-6, 2e-5, 0.0), "noise");
         quality.begin();
-        quality.read(0.0, 0.0, 1e-6);
+        quality.read(0.0, 0.0, 1e-6, None);
         assert!(quality.is_coarse(), "until it is measured again");
         assert!(!slid(&mut quality, 1e-6, 1e-6, 0.0), "the noise is gone");
     }

@@ -212,6 +212,27 @@ fn a_coarse_travel_sensor_loses_no_object() {
     assert!(crushed.len() <= 2, "{crushed:?}");
 }
 
+/// Travel sensors that are read seldom, are late and have noise, on a gripper with a quick drive and on one driven by tendons.
+#[test]
+fn a_travel_that_is_read_seldom_crushes_nothing() {
+    let noisy = |hz: u32| {
+        format!("[noise]\ntravel_um = 10\n[reading]\ntravel_hz = {hz}\ntravel_delay_ms = 3\n")
+    };
+    let flow = "[noise]\ntravel_um = 2\ntravel_step_um = 5\n[reading]\ntravel_hz = 500\ntravel_delay_ms = 3\n";
+    for sensors in
+        [noisy(1000), noisy(500), flow.to_owned(), "[reading]\ntravel_hz = 200\n".to_owned()]
+    {
+        for drive in ["", "[drive]\nslew_max_n_s = 1000\nlag_ms = 15\nhysteresis = 0.15\n"] {
+            let text = format!("name = \"seldom\"\n{sensors}{drive}");
+            let scene = Scene::from_toml(&text).unwrap();
+            for seed in 40..44 {
+                let result = bench(2.0).grasp(&scene, seed, &Way::default()).unwrap();
+                assert!(!result.dropped && !result.crushed, "{text}, seed {seed}: {result:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
     for seed in 0..6 {

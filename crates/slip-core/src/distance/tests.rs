@@ -116,6 +116,21 @@ fn leaps_of_the_sensor_are_left_out_and_reported() {
     assert!((41..1000).contains(&jumped), "{jumped}");
 }
 
+/// Read each 5 ms, asked at 10 kHz; it falls for 0.4 s, up to 3.9 m/s.
+#[test]
+fn what_moves_on_between_two_readings_is_no_leap() {
+    let mut method =
+        MovedDistance::new(DistanceConfig { max_speed_m_s: 5.0, ..DistanceConfig::default() })
+            .unwrap();
+    for i in 0..4000_u16 {
+        let t_s = 1e-4 * f32::from(i - i % 50);
+        let reading = (Micros(100 * u64::from(i)), 4.9 * t_s * t_s);
+        give(&mut method, reading, Fingers::Still);
+    }
+    assert_eq!((method.leaps(), method.health()), (0, SensorHealth::Good));
+    assert_eq!(method.noise().1, Some(Micros(5000)));
+}
+
 #[test]
 fn a_channel_that_stands_while_the_object_slides_is_frozen() {
     let mut method = MovedDistance::new(DistanceConfig::default()).unwrap();

@@ -264,7 +264,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.travel_quality.begin();
         }
         let step_m = self.fusion.travel_step_m();
-        self.travel_quality.read(travel_m, self.observation.configured_sigma_m(), step_m);
+        let (rest_m, read) = self.fusion.travel_noise();
+        let least_m = self.observation.configured_sigma_m().max(rest_m);
+        self.travel_quality.read(travel_m, least_m, step_m, read);
         // Later in a slip the readings before are no longer kept.
         let feels = slip.feels && (slip.alone || sample.t.since(slip.since) < CAUGHT_UP);
         Some(travel_m).filter(|_| !(feels && self.travel_quality.is_coarse()))
