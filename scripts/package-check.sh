@@ -29,7 +29,7 @@ cargo package --quiet --locked --allow-dirty $build "${named[@]/#/--package=}"
 for package in "${named[@]}"; do
     file=${CARGO_TARGET_DIR:-target}/package/${package/@/-}.crate
     listing=$(tar -tzf "$file")
-    for wanted in README.md LICENSE-MIT LICENSE-APACHE src/lib.rs examples/; do
+    for wanted in README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE src/lib.rs examples/; do
         grep -q "^${package/@/-}/$wanted" <<<"$listing" || { echo "package-check: $package has no $wanted" >&2; exit 1; }
     done
     echo "$package: $(wc -l <<<"$listing") files, $(stat -c %s "$file") bytes"
