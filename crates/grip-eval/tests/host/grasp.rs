@@ -233,6 +233,20 @@ fn a_travel_that_is_read_seldom_crushes_nothing() {
     }
 }
 
+/// A serial converter whose latency timer was left at 16 ms: the command that a sample led to leaves with the last one of its batch. Such a force
+/// sensor is neither late nor wrong.
+#[test]
+fn a_line_in_batches_crushes_nothing() {
+    for drive in ["", "[drive]\nslew_max_n_s = 1000\nlag_ms = 15\nhysteresis = 0.15\n"] {
+        let text = format!("name = \"batches\"\n[reading]\nbatch_ms = 16\n{drive}");
+        let scene = Scene::from_toml(&text).unwrap();
+        for seed in 40..52 {
+            let result = bench(2.0).grasp(&scene, seed, &Way::default()).unwrap();
+            assert!(!result.crushed, "{text}, seed {seed}: {result:?}");
+        }
+    }
+}
+
 #[test]
 fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
     for seed in 0..6 {

@@ -7,7 +7,8 @@
 //! lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
 //! the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
 //! times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong. So is one that shows less
-//! than the known drive has made of the command while the object gets faster all the same for longer than a command takes to arrive.
+//! than the known drive has made of the command while the object gets faster all the same for longer than a command takes to arrive. What a line
+//! holds back counts as delay.
 
 /// The same reading for this long (s) ...
 const FROZEN_S: f32 = 0.015;
@@ -137,7 +138,7 @@ impl GripForce {
         };
     }
 
-    /// Takes the next reading (N), the command of the sample before it (N), the delay of the gripper (s), and whether the object gets faster; gives
+    /// Takes the next reading (N), the command of the sample before it (N), the delay of the gripper with its line (s), and whether the object gets faster; gives
     /// the force (N).
     pub(super) fn step(
         &mut self,

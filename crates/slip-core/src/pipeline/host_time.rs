@@ -20,6 +20,8 @@ const FRESH: Micros = Micros(20_000);
 const USUAL: Micros = Micros(40_000);
 /// The usual age follows a longer one by this share of the time.
 const FOLLOWS: u64 = 1000;
+/// The largest age is forgotten by this share of the time.
+const FORGETS: u64 = 10;
 
 /// Samples that arrive together, and those before them.
 #[derive(Clone, Copy, Debug)]
@@ -30,8 +32,9 @@ pub(super) struct HostTime {
     /// Device time of the sample before it, and for how much device time from there on the force may rise.
     from: Micros,
     allowed: Micros,
-    /// The smallest age of late.
+    /// The smallest age of late, and the largest.
     usual: Micros,
+    longest: Micros,
     stale: bool,
 }
 
@@ -43,6 +46,7 @@ impl HostTime {
             from: Micros(0),
             allowed: MOST,
             usual: USUAL,
+            longest: Micros(0),
             stale: false,
         }
     }
@@ -57,6 +61,7 @@ impl HostTime {
         if self.at != Some(at) {
             self.begin(at, last.unwrap_or_default());
             self.usual = self.usual.min(age);
+            self.longest = self.longest.max(age.min(USUAL));
         }
         self.stale = age > FRESH.plus(self.usual.plus(self.period).min(USUAL));
     }
@@ -66,7 +71,17 @@ impl HostTime {
         let left = self.allowed.since(last.since(self.from)).min(SLACK);
         self.allowed = waited.min(MOST).plus(left);
         self.usual = self.usual.plus(Micros(waited.0 / FOLLOWS));
+        self.longest = self.longest.since(Micros(waited.0 / FORGETS));
         (self.at, self.from) = (Some(at), last);
+    }
+
+    /// The largest age of late (s), 40 ms at most. So much later than the drive makes it a command shows in the samples: what a batch asks for
+    /// leaves at its end.
+    #[inline]
+    pub(super) fn late_s(&self) -> f32 {
+        #[expect(clippy::cast_possible_truncation, reason = "at most 40 ms")]
+        let late_s = self.longest.as_seconds() as f32;
+        late_s
     }
 
     /// Whether the latest sample is too old to raise the force on it.
@@ -130,6 +145,21 @@ mod tests {
     fn a_line_that_is_always_late_is_used_up_to_sixty_milliseconds() {
         let late = |age| rises(&(1..2000).map(|ms| (ms, age)).collect::<Vec<_>>()).pop().unwrap().1;
         assert!(!late(30) && !late(55) && late(61));
+    }
+
+    #[test]
+    fn a_line_in_batches_is_as_late_as_their_first_samples_and_a_stall_is_forgotten() {
+        let mut host = HostTime::new(Hertz(1000.0));
+        let mut give = |t: u64, at: u64| {
+            let (t, at) = (Micros(1000 * t), Micros(1000 * at));
+            host.arrive(Some(Arrival { at, age: at.since(t) }), Some(t));
+            host.late_s()
+        };
+        let batches: Vec<f32> = (1..=160).map(|t: u64| give(t, t.next_multiple_of(16))).collect();
+        assert!(batches.iter().all(|late_s| (0.013..=0.016).contains(late_s)), "{batches:?}");
+        assert!((161..460).all(|t| give(t, 460) <= 0.04), "a stall");
+        let after: Vec<f32> = (460..900).map(|t| give(t, t)).collect();
+        assert!(after[100] > 0.02 && after[439] < 1e-6, "{after:?}");
     }
 
     #[test]
