@@ -3,12 +3,8 @@
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
-target=${CARGO_TARGET_DIR:-$root/target}
-mkdir -p "$target/mujoco"
-target=$(cd "$target" && pwd)
 . "$root/scripts/missing.sh"
-python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
-export PYTHONPYCACHEPREFIX="$target/mujoco/byte-code"
+python_work mujoco
 
 CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
 
@@ -17,9 +13,9 @@ cd "$root/protocol/python/examples"
 # 3 says that a busy machine was late in a grasp; what came of it is judged all the same.
 status=0
 "$python" -m mujoco_gripper --gripd "$target/release/gripd" --grasps 2 --classes box,handed_over --sensors travel --seed 3 --late-ms 50 \
-    --json "$target/mujoco/grasps.jsonl" || status=$?
+    --json "$work/grasps.jsonl" || status=$?
 [ "$status" -eq 0 ] || [ "$status" -eq 3 ]
-"$python" - "$target/mujoco/grasps.jsonl" <<'PY'
+"$python" - "$work/grasps.jsonl" <<'PY'
 import json
 import sys
 

@@ -201,7 +201,7 @@ impl Memory {
         }
     }
 
-    /// Takes an event; says what it has done to the memory.
+    /// Takes an event; gives what it has done to the memory.
     pub fn take(&mut self, event: &Event) -> Option<Remembered> {
         match event {
             Event::Slip(slip) => {

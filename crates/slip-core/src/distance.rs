@@ -342,12 +342,13 @@ impl MovedDistance {
         #[expect(clippy::cast_precision_loss, reason = "a step of time")]
         let dt_s = 1e-6 * t.since(last_t).0 as f32;
         let mut dx_m = position_m - last_m;
+        let stepped = self.smallest_m < f32::INFINITY;
+        let step_m = if stepped { self.smallest_m } else { self.config.resolution_m };
+        self.interval.push(t, dx_m, self.equal, step_m);
         self.watch_frozen(t, dx_m, others_gross);
-        let seen = self.smallest_m < f32::INFINITY;
-        let step_m = if seen { self.smallest_m } else { self.config.resolution_m };
-        self.interval.push(t, dx_m, step_m);
+        let read = self.interval.known();
         #[expect(clippy::cast_precision_loss, reason = "a step of time")]
-        let read_s = self.interval.known().map_or(dt_s, |read| dt_s.max(1e-6 * read.0 as f32));
+        let read_s = read.map_or(dt_s, |read| dt_s.max(1e-6 * read.0 as f32));
         if dx_m.abs() > self.config.max_speed_m_s * read_s + 4.0 * self.config.resolution_m {
             self.leaps += 1;
             self.leaps_m += dx_m;
@@ -368,9 +369,7 @@ impl MovedDistance {
         }
         // Noise that is as large as a slip cannot be told from one, and after a gap in time the object is elsewhere.
         let small = dx_m.abs() < self.config.limit_m;
-        if let Some(sigma_m) =
-            small.then(|| self.noise.push(dx_m, self.interval.known().is_some())).flatten()
-        {
+        if let Some(sigma_m) = small.then(|| self.noise.push(dx_m, read.is_some())).flatten() {
             // In a slip the motion hides noise, and never adds to it.
             let slips = self.state != SlipState::Quiet;
             self.allow(if slips { sigma_m.max(self.sigma_m) } else { sigma_m });

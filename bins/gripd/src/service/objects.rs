@@ -37,7 +37,7 @@ impl Objects {
         Ok(Some(Self { memory, file, due: true, failed: false }))
     }
 
-    /// Takes what happened; says what it has shown of the object.
+    /// Takes what happened; gives what it has shown of the object.
     pub(super) fn take(&mut self, item: &Item<'_>) -> Option<Remembered> {
         match item {
             // Another pipeline knows nothing of the next object.
@@ -100,7 +100,7 @@ impl Service {
         }
     }
 
-    /// Takes the name that a client gives, and tells the hot thread what the next grasp begins with.
+    /// Takes the name that a client gives, and hands the hot thread what the next grasp begins with.
     pub(super) fn serve_objects(&mut self) {
         if let Some(naming) = self.servers.clients.as_mut().and_then(|clients| clients.next_name())
         {

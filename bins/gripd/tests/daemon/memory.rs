@@ -18,7 +18,7 @@ fn remembering(folder: &std::path::Path) -> (Running, Client) {
     (running, client)
 }
 
-/// What the controller was told to expect of the object `name`, in words.
+/// What the controller expects of the object `name`, in words.
 fn expected(client: &mut Client, name: &str) -> String {
     client.object(name).unwrap();
     let mut text = None;

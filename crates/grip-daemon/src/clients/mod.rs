@@ -318,7 +318,7 @@ impl Clients {
         }
     }
 
-    /// What is known of the object in hand or next, for those who want to hear it, and for QUERY; `grasps` have shown it.
+    /// What is known of the object in hand or next, for those who subscribed to it, and for QUERY; `grasps` have shown it.
     pub fn object(&mut self, host_us: u64, text: &str, grasps: u32) {
         self.known.object(host_us, text, grasps, &mut self.roster);
     }
@@ -342,7 +342,7 @@ impl Clients {
         self.about = About { run_id: self.about.run_id, ..about };
     }
 
-    /// Tells those who want to hear it.
+    /// Sends it to those who subscribed to it.
     pub fn take(&mut self, item: &Item<'_>) {
         match *item {
             Item::Sample { host_us, index, sample, taxels } => {

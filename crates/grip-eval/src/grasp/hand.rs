@@ -76,6 +76,17 @@ impl<'a> Own<'a> {
     }
 }
 
+/// Sends the command and all that is due.
+pub fn send_all(session: &mut Session, now_us: u64, send: &mut dyn FnMut(&[u8])) {
+    let mut out = [0; MAX_WIRE];
+    let command = session.command(now_us, &mut out);
+    let mut next = command.or_else(|| session.poll_transmit(now_us, &mut out));
+    while let Some(len) = next {
+        send(out.get(..len).unwrap_or(&out));
+        next = session.poll_transmit(now_us, &mut out);
+    }
+}
+
 impl Hand for Own<'_> {
     fn serve(
         &mut self,
@@ -83,7 +94,7 @@ impl Hand for Own<'_> {
         bytes: &[u8],
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError> {
-        let (mut left, mut out) = (bytes, [0; MAX_WIRE]);
+        let mut left = bytes;
         let mut begun = false;
         while let Some(updates) = self.session.receive(now_us, &mut left)? {
             begun |= matches!(updates, Update::Began(_));
@@ -92,12 +103,7 @@ impl Hand for Own<'_> {
         if begun && self.expected_n > 0.0 {
             self.session.obey(now_us, ClientCommand::Expect(self.expected_n));
         }
-        if let Some(len) = self.session.command(now_us, &mut out) {
-            send(out.get(..len).unwrap_or(&out));
-        }
-        while let Some(len) = self.session.poll_transmit(now_us, &mut out) {
-            send(out.get(..len).unwrap_or(&out));
-        }
+        send_all(&mut self.session, now_us, send);
         Ok(())
     }
 

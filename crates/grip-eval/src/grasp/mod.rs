@@ -19,7 +19,7 @@ mod stress;
 mod total;
 pub mod trial;
 
-pub use hand::{Hand, Own};
+pub use hand::{Hand, Own, send_all};
 pub use laboratory::{CRUSH_RATIO, Fate, Friction, ORACLE_FACTORS, OracleFate, Spread};
 pub use law::Law;
 pub use line::Line;

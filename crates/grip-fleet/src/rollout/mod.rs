@@ -25,7 +25,7 @@ pub struct RolloutConfig {
     pub some: f64,
     /// When a model is worse.
     pub judge: JudgeConfig,
-    /// What is to be noticed; it says how many grasps a stage takes.
+    /// What is to be noticed; it sets how many grasps a stage takes.
     pub difference: Difference,
     /// Grasps of a stage, where that is not to be computed.
     pub grasps: Option<usize>,

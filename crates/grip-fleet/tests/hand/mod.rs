@@ -1,9 +1,8 @@
 //! An object of the grasp simulator and a model in, the grasp as gripfleet reads it from STATE and SLIP out.
 
-use grip_eval::grasp::{Hand, Line, Setup, play};
+use grip_eval::grasp::{Hand, Line, Setup, play, send_all};
 use grip_fleet::rollout::{Grasp, GraspLog};
 use grip_link::{
-    frame::MAX_WIRE,
     host::HostEvent,
     message::{DeviceState, FaultCode},
 };
@@ -51,7 +50,7 @@ impl Hand for Logged {
         bytes: &[u8],
         send: &mut dyn FnMut(&[u8]),
     ) -> Result<(), SessionError> {
-        let (mut left, mut out) = (bytes, [0; MAX_WIRE]);
+        let mut left = bytes;
         while let Some(update) = self.session.receive(now_us, &mut left)? {
             match update {
                 Update::Event(Event::Slip(slip)) => self.log.slip(&slip),
@@ -65,12 +64,7 @@ impl Hand for Logged {
             self.due_us = now_us + STATE_US;
             self.state(None, now_us);
         }
-        if let Some(len) = self.session.command(now_us, &mut out) {
-            send(out.get(..len).unwrap_or(&out));
-        }
-        while let Some(len) = self.session.poll_transmit(now_us, &mut out) {
-            send(out.get(..len).unwrap_or(&out));
-        }
+        send_all(&mut self.session, now_us, send);
         Ok(())
     }
 

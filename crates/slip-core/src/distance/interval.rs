@@ -6,7 +6,7 @@
 use crate::units::Micros;
 
 /// A reading that was shown for so many samples more ...
-const STOOD: u16 = 3;
+const STOOD: u32 = 3;
 /// ... and then moves on by more than so many of the smallest steps was not read in between.
 const STEPS_AT_ONCE: f32 = 2.5;
 /// Moves before they say something. Older ones count half from the second number on.
@@ -19,8 +19,6 @@ const LONGEST: Micros = Micros(20_000);
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Interval {
     changed: Micros,
-    /// Samples since then with the same reading.
-    stood: u16,
     /// Moves by several steps at once, and those of them by a reading that had stood.
     moves: u16,
     late: u16,
@@ -28,15 +26,13 @@ pub(super) struct Interval {
 }
 
 impl Interval {
-    /// Takes how far (m) the next reading is from the one before, with the smallest step seen (m).
+    /// Takes how far (m) the next reading is from the one before, which was shown `equal` times more, with the smallest step seen (m).
     #[inline]
-    pub(super) fn push(&mut self, t: Micros, dx_m: f32, step_m: f32) {
+    pub(super) fn push(&mut self, t: Micros, dx_m: f32, equal: u32, step_m: f32) {
         if dx_m == 0.0 {
-            self.stood = self.stood.saturating_add(1);
             return;
         }
         let before = core::mem::replace(&mut self.changed, t);
-        let stood = core::mem::take(&mut self.stood) >= STOOD;
         if dx_m.abs() <= STEPS_AT_ONCE * step_m {
             return;
         }
@@ -44,7 +40,7 @@ impl Interval {
             (self.moves, self.late) = (self.moves / 2, self.late / 2);
         }
         self.moves += 1;
-        if stood {
+        if equal >= STOOD {
             self.late += 1;
             let since = t.since(before);
             self.shortest = Some(self.shortest.map_or(since, |shortest| shortest.min(since)));
@@ -67,15 +63,16 @@ mod tests {
 
     /// What is known after a second at 10 kHz of a sensor that is read each `every` samples and shows `shown` (um) at a time (s).
     fn known(every: u64, shown: impl Fn(f64) -> f64) -> Option<Micros> {
-        let (mut interval, mut last, mut smallest) =
-            (Interval::default(), shown(0.0), f64::INFINITY);
+        let (mut interval, mut equal) = (Interval::default(), 0);
+        let (mut last, mut smallest) = (shown(0.0), f64::INFINITY);
         for i in 1..10_000_u64 {
             #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let now = shown(1e-4 * (i - i % every) as f64);
             let dx = now - last;
             last = now;
             #[expect(clippy::cast_possible_truncation, reason = "test signal")]
-            interval.push(Micros(100 * i), dx as f32, smallest as f32);
+            interval.push(Micros(100 * i), dx as f32, equal, smallest as f32);
+            equal = if dx == 0.0 { equal + 1 } else { 0 };
             smallest = if dx == 0.0 { smallest } else { smallest.min(dx.abs()) };
         }
         interval.known()

@@ -610,7 +610,7 @@ impl GripController {
         self.hold(hold_n);
     }
 
-    /// A slip that `hold_n` (N) has stopped tells what the object needs, unless it was hit or pulled. A known object that moves and needs more from the
+    /// A slip that `hold_n` (N) has stopped shows what the object needs, unless it was hit or pulled. A known object that moves and needs more from the
     /// start is hit, or is another one: its weight is unknown, and the search goes on.
     fn learn(&mut self, hold_n: f32) {
         let more = self.braking.was_more_than_weight(hold_n);

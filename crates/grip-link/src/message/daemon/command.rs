@@ -1,4 +1,4 @@
-//! COMMAND and OBJECT: a client wants the gripper to do something, and says with what.
+//! COMMAND and OBJECT: what a client wants the gripper to do, and with what.
 
 use super::Operation;
 use crate::message::FaultCode;
