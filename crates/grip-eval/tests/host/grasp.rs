@@ -247,6 +247,23 @@ fn a_line_in_batches_crushes_nothing() {
     }
 }
 
+/// The swings of a hand that shakes are felt on the pads while less and less is held, and are no slips.
+#[test]
+fn a_hand_that_shakes_hard_crushes_nothing() {
+    for hz in [4.0, 8.0, 16.0] {
+        let text = format!(
+            "name = \"swings\"\nmass_kg = 0.5\nfriction = 0.3\nfriction_ratio = 1.0\n\
+             [shake]\namplitude_m_s2 = 3.0\nfrequency_hz = {hz}\n"
+        );
+        let scene = Scene::from_toml(&text).unwrap();
+        let grasps = (60..72).map(|seed| bench(6.0).grasp(&scene, seed, &Way::default()).unwrap());
+        let grasps: Vec<GraspResult> = grasps.collect();
+        assert!(!grasps.iter().any(|grasp| grasp.dropped), "{hz} Hz: {grasps:?}");
+        let crushed = grasps.iter().filter(|grasp| grasp.crushed).count();
+        assert!(crushed <= 1, "{hz} Hz: {crushed} of 12");
+    }
+}
+
 #[test]
 fn a_stylus_that_dies_during_the_hold_never_opens_the_fingers() {
     for seed in 0..6 {

@@ -142,6 +142,8 @@ pub(super) struct Braking {
     furthest_m: f32,
     from_m: f32,
     swing_m: f32,
+    /// Whether it came back in this slip.
+    swings: bool,
     /// Whether only pads give way; looked at where it is held with what it is known to need.
     giving: Giving,
     /// Whether more than the weight had to be held.
@@ -155,6 +157,8 @@ pub(super) struct Braking {
     estimates: f32,
     /// The last estimates, oldest first (N).
     last_n: Option<[f32; GROWTH_OF]>,
+    /// Whether the object was estimated again after a pause.
+    resumed: bool,
     /// What the measured force should become (N); never falls.
     target_n: f32,
     /// What it is at least while the object slides on (N).
@@ -275,7 +279,9 @@ impl Braking {
             }
             HeldBy::Slips | HeldBy::Search => {}
         }
-        self.confirmed || (searched && !self.ebbing && self.target_n >= self.step_n)
+        // What swings on its pads has not slipped.
+        let alarmed = searched && !self.ebbing && !self.swings;
+        self.confirmed || (alarmed && self.target_n >= self.step_n)
     }
 
     /// What to hold with (N) where the slip was left before its end.
@@ -366,9 +372,12 @@ impl Braking {
             let with_margin = evidence.with_margin(config);
             let (agreed_n, growth_n) = self.learn(with_margin);
             self.unconfirmed_s = 0.0;
-            // The estimate is some milliseconds old, and a load that has grown goes on growing.
+            // The estimate is some milliseconds old, and a load that has grown goes on growing. What has stood already rises again by a load that grows by
+            // dF + n da of the need n = F / (1 - a), which is (1 - a) dn.
+            let sliding = input.sliding.filter(|_| self.resumed);
+            let share = 1.0 - sliding.map_or(0.0, |sliding| sliding.acceleration_g.clamp(0.0, 1.0));
             let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
-            agreed_n + self.reach.beyond(agreed_n, config.ahead * (growth_n - noise_n))
+            agreed_n + self.reach.beyond(agreed_n, config.ahead * (share * growth_n - noise_n))
         });
         let most_n = input
             .moved_m
@@ -478,6 +487,7 @@ impl Braking {
         } else if back_m >= BACK_M.max(noise_m) {
             self.swing_m = self.swing_m.max(back_m);
             self.from_m = moved_m;
+            self.swings = true;
             self.goes_on = false;
         }
         self.goes_on |= moved_m - self.from_m >= (config.confirm_m + self.swing_m).max(noise_m);
@@ -510,6 +520,7 @@ impl Braking {
         let mut before = self.last_n.unwrap_or([with_margin; GROWTH_OF]);
         let [.., last] = before;
         if self.unconfirmed_s > ESTIMATE_LASTS_S {
+            self.resumed |= known;
             // What has grown in a pause has not done so in the time of a few estimates.
             let step_n = (with_margin - last) * ESTIMATES_EVERY_S / self.unconfirmed_s;
             let mut past_n = with_margin;

@@ -135,6 +135,21 @@ fn what_just_slips_is_held_with_two_fifths_more_and_that_is_kept() {
     assert_eq!(grip.trials(), Trials { trials: 2, moved_m: 1e-5 });
 }
 
+/// The object swings on its pads, as in a hand that shakes: it comes back within the alarm, and nothing slides.
+#[test]
+fn a_swing_on_the_pads_does_not_end_the_search() {
+    let mut grip = held(searching());
+    wait(&mut grip, 1.0);
+    let before = grip.command_n();
+    for moved_m in [0.0, 1e-5, 2e-6, 1e-5] {
+        for _ in 0..50 {
+            grip.step(&GripInput { travel: true, ..slipping(moved_m, None) });
+        }
+    }
+    wait(&mut grip, 0.5);
+    assert!(grip.state() == GripState::Holding && grip.command_n() < before, "{grip:?}");
+}
+
 #[test]
 fn what_slips_in_a_lift_is_searched_once_more_above_most_of_the_estimate() {
     let mut grip = held(searching());
@@ -254,6 +269,31 @@ fn a_blow_is_followed_by_its_load_and_not_by_the_estimate() {
     assert_eq!(struck(falling, 80), 50.0, "it falls on: that is another object");
     let braked = Sliding { acceleration_g: -0.5, ..falling };
     assert!(struck(braked, 80) < 8.3, "the reflex and no more: {}", struck(braked, 80));
+}
+
+/// A load that swings lets the object slide again: by F / (1 - a) its estimate grows faster than the load.
+#[test]
+fn what_slides_again_after_a_pause_is_led_by_the_growth_of_its_load() {
+    let led_n = |pause: u32| {
+        let mut grip = held(GripConfig { ahead: 1.0, ..searching() });
+        let slide = |grip: &mut GripController, moved_m: f32, acceleration_g: f32| {
+            let sliding = Some(Sliding { force_n: 2.0, acceleration_g });
+            let slip = slipping(moved_m, Some(2.0 / (1.0 - acceleration_g)));
+            grip.step(&GripInput { travel: true, sliding, ..slip });
+        };
+        for step in 0..5_u8 {
+            slide(&mut grip, 1e-4 + 1e-5 * f32::from(step), 0.1);
+        }
+        for _ in 0..pause {
+            grip.step(&GripInput { travel: true, ..slipping(1.5e-4, None) });
+        }
+        for step in 0..5_u8 {
+            slide(&mut grip, 2e-4 + 1e-5 * f32::from(step), 0.1 + 0.1 * f32::from(step));
+        }
+        grip.command_n()
+    };
+    let (at_once_n, again_n) = (led_n(0), led_n(20));
+    assert!(again_n < 0.92 * at_once_n && again_n > 3.0, "{again_n} {at_once_n}");
 }
 
 #[test]
