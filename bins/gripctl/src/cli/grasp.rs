@@ -94,6 +94,10 @@ pub(crate) struct TableArgs {
     /// Grippers by sensors by laws: each --gripper (all built-in ones) with each --sensing (all), by gripd, the older laws and the oracle.
     #[arg(long, conflicts_with_all = ["sensors", "baseline", "compare", "plot", "faults", "stalls", "memory"])]
     pub(crate) matrix: bool,
+    /// Also write a row for each measurement in a slip, for `gripctl train` (.csv): scene, seed, the features, the estimate with its
+    /// deviation, and the force that was needed at that moment; adequate_force_n is 1.2 times that.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sensors", "baseline", "compare", "stress", "plot", "each", "faults", "stalls", "memory", "matrix"])]
+    pub(crate) rows: Option<PathBuf>,
     /// Only these sensors in --faults: stylus, force, travel.
     #[arg(long, value_name = "SENSOR", value_delimiter = ',', value_parser = fault_sensors, requires = "faults")]
     pub(crate) fault_sensor: Vec<Chosen<Sensor>>,

@@ -130,6 +130,37 @@ fn grippers_by_sensors_by_laws_stand_in_a_table() {
     with(&["nope"]).refused(2, &["no gripper named", "industrial"]);
 }
 
+/// What gripd measures in slips is what `gripctl train` learns from, and the model that comes of it holds the objects.
+#[test]
+fn slips_become_rows_that_a_model_is_trained_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("at_once.toml"), "name = \"at_once\"\nlift_ramp_s = 0\n").unwrap();
+    let read = |model: &str, seed: &str| {
+        let grasp = ["grasp", "at_once.toml", "--trials", "8", "--json", "--rows", "rows.csv"];
+        let totals =
+            gripctl(at, &[&grasp[..], &["--model", model, "--seed", seed]].concat()).done().json();
+        assert_eq!((&totals[0]["trials"], &totals[0]["dropped"]), (&8.into(), &0.into()));
+        std::fs::read_to_string(at.join("rows.csv")).unwrap()
+    };
+    let rows = read("default", "100");
+    let mut lines = rows.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    let place = |name: &str| names.iter().position(|column| *column == name).unwrap();
+    let (needed, adequate) = (place("needed_force_n"), place("adequate_force_n"));
+    assert!(lines.clone().count() > 50);
+    for cells in lines {
+        let value = |place: usize| cells[place].parse::<f64>().unwrap();
+        assert_eq!((cells[0], cells.len()), ("at_once", names.len()));
+        assert!((value(adequate) / value(needed) - 1.2).abs() < 1e-6);
+    }
+    let inputs = "slip_acceleration_m_s2,trial_force_n:ln";
+    let target = ["--target", "adequate_force_n:ln", "--algorithm", "scg", "--epochs", "200"];
+    let train = ["train", "rows.csv", "--inputs", inputs, "--output", "model.json"];
+    gripctl(at, &[&train[..], &target].concat()).done();
+    assert_ne!(read("model.json", "200"), "");
+}
+
 #[test]
 fn the_result_is_drawn() {
     let folder = tempfile::tempdir().unwrap();

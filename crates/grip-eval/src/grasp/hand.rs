@@ -46,6 +46,8 @@ pub struct Own<'a> {
     /// What the object is known to be held with (N); 0 where nothing is.
     expected_n: f32,
     report: &'a mut dyn FnMut(Update<'_>),
+    /// Sees the truth behind the samples, which the session does not.
+    watch: Option<&'a mut dyn FnMut(&Truth)>,
 }
 
 impl core::fmt::Debug for Own<'_> {
@@ -66,13 +68,19 @@ impl<'a> Own<'a> {
     ) -> Result<Self, SessionError> {
         let mut session = Session::new(config.clone(), estimator, SessionOptions::default())?;
         session.open(0, 1)?;
-        Ok(Self { session, expected_n: 0.0, report })
+        Ok(Self { session, expected_n: 0.0, report, watch: None })
     }
 
     /// That expects an object which is known to be held with `expected_n` (N).
     #[must_use]
     pub fn expecting(self, expected_n: f32) -> Self {
         Self { expected_n, ..self }
+    }
+
+    /// With `watch` beside it, which gets the truth before the samples that show it.
+    #[must_use]
+    pub fn watched(self, watch: &'a mut dyn FnMut(&Truth)) -> Self {
+        Self { watch: Some(watch), ..self }
     }
 }
 
@@ -105,6 +113,12 @@ impl Hand for Own<'_> {
         }
         send_all(&mut self.session, now_us, send);
         Ok(())
+    }
+
+    fn witness(&mut self, truth: &Truth) {
+        if let Some(watch) = &mut self.watch {
+            watch(truth);
+        }
     }
 
     fn command_n(&self) -> f32 {

@@ -82,9 +82,9 @@ impl Experiment<'_> {
         let mut silent = |_: Update<'_>| ();
         let own = Own::new(self.config, estimator.clone(), &mut silent).map_err(session)?;
         let ramp_s = self.scene.config().lift_ramp_s;
-        let mut hand = Marked { own, ramp_s, marks: Marks::default() };
-        let fate = self.fate(&mut hand)?;
-        Ok((fate, hand.marks))
+        let mut marks = Marks::default();
+        let fate = self.fate(&mut own.watched(&mut |truth| marks.witness(truth, ramp_s)))?;
+        Ok((fate, marks))
     }
 
     /// An oracle holds it.
@@ -161,40 +161,6 @@ impl Marks {
                 *mark = Some(now_s);
             }
         }
-    }
-}
-
-/// gripd, and the truth beside it.
-struct Marked<'a> {
-    own: Own<'a>,
-    ramp_s: f64,
-    marks: Marks,
-}
-
-impl Hand for Marked<'_> {
-    fn serve(
-        &mut self,
-        now_us: u64,
-        bytes: &[u8],
-        send: &mut dyn FnMut(&[u8]),
-    ) -> Result<(), SessionError> {
-        self.own.serve(now_us, bytes, send)
-    }
-
-    fn witness(&mut self, truth: &Truth) {
-        self.marks.witness(truth, self.ramp_s);
-    }
-
-    fn command_n(&self) -> f32 {
-        self.own.command_n()
-    }
-
-    fn slips(&self) -> u64 {
-        self.own.slips()
-    }
-
-    fn samples(&self) -> (u64, u64) {
-        self.own.samples()
     }
 }
 

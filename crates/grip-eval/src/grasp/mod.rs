@@ -13,6 +13,7 @@ mod line;
 pub mod matrix;
 pub mod memory;
 mod play;
+mod readings;
 mod sensors;
 pub mod stalls;
 mod stress;
@@ -24,6 +25,7 @@ pub use laboratory::{CRUSH_RATIO, Fate, Friction, ORACLE_FACTORS, OracleFate, Sp
 pub use law::Law;
 pub use line::Line;
 pub use play::{HOST_BUFFER, Incident, IncidentKind, Outcome, Setup, play};
+pub use readings::Reading;
 pub use sensors::SensorSet;
 pub use stress::Stress;
 pub use total::{GraspResult, Total, total};

@@ -1,14 +1,13 @@
 //! `gripctl grasp --memory`: the same objects grasped again and again, with memory and without.
 
-use super::super::{estimator, host_config};
-use super::{duration, faults::spread, progress, scene_names, ways};
+use super::{bench, faults::spread, progress, scenes, ways};
 use crate::{cli::grasp::GraspArgs, output};
 use grip_eval::grasp::{
     Bench, Way,
     memory::{GRASPS, MemoryGrasp, MemoryTotal, SWAPPED, memory_total},
 };
 use grip_session::exit::Exit;
-use grip_sim::{Scene, scene};
+use grip_sim::Scene;
 use indicatif::ParallelProgressIterator as _;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
@@ -16,12 +15,8 @@ use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 const TRIALS: u64 = 20;
 
 pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
-    let config = host_config(args.config.as_deref())?;
-    let estimator = estimator(args.model.as_deref(), &config)?;
-    let bench = Bench { config, estimator, duration: duration(args)? };
-    let names = scene_names(args)?;
-    let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
-    for scene in &scenes {
+    let bench = bench(args)?;
+    for scene in &scenes(args)? {
         for way in ways(args) {
             series(args, scene, &way, &bench)?;
         }

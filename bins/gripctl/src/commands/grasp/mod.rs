@@ -4,6 +4,7 @@ mod faults;
 mod matrix;
 mod memory;
 mod plot;
+mod rows;
 mod stalls;
 mod text;
 
@@ -39,19 +40,15 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     if args.tables.memory {
         return memory::run(args);
     }
-    let duration = duration(args)?;
+    if let Some(file) = &args.tables.rows {
+        return rows::run(args, file);
+    }
     if let Some(file) = &args.plot {
         profile_plot::check_file(file)?;
     }
-    let config = host_config(args.config.as_deref())?;
-    let estimator = estimator(args.model.as_deref(), &config)?;
-    let bench = Bench { config, estimator, duration };
+    let bench = bench(args)?;
     let ways = ways(args);
-    // A mistake in the last scene is told before the first grasp.
-    let names = scene_names(args)?;
-    let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
-    let scenes = scenes.into_iter().map(|scene| matrix::equipped(args, scene));
-    let scenes = scenes.collect::<Result<Vec<_>, _>>()?;
+    let scenes = scenes(args)?;
     let mut totals = Vec::new();
     let mut all = Vec::new();
     for scene in &scenes {
@@ -71,6 +68,21 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
         plot::chart(&totals, &all, &ways).write(file)?;
     }
     Ok(Exit::Done)
+}
+
+fn bench(args: &GraspArgs) -> anyhow::Result<Bench> {
+    let duration = duration(args)?;
+    let config = host_config(args.config.as_deref())?;
+    let estimator = estimator(args.model.as_deref(), &config)?;
+    Ok(Bench { config, estimator, duration })
+}
+
+/// All scenes with gripper and sensors: a mistake in the last one is reported before the first grasp.
+fn scenes(args: &GraspArgs) -> anyhow::Result<Vec<Scene>> {
+    let names = scene_names(args)?;
+    let scenes = names.iter().map(|name| scene::open(name)).collect::<Result<Vec<_>, _>>()?;
+    let scenes = scenes.into_iter().map(|scene| matrix::equipped(args, scene));
+    Ok(scenes.collect::<Result<Vec<_>, _>>()?)
 }
 
 fn duration(args: &GraspArgs) -> Result<Micros, WrongArgument> {

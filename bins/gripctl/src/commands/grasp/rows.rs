@@ -1,0 +1,42 @@
+//! `gripctl grasp --rows`: what gripd measured in the slips of many objects, as rows for `gripctl train`.
+
+use super::{TRIALS, bench, print_totals, progress, scenes, totals_of};
+use crate::cli::grasp::GraspArgs;
+use anyhow::Context as _;
+use grip_eval::grasp::{Reading, Way};
+use grip_session::exit::Exit;
+use indicatif::ParallelProgressIterator as _;
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+use std::{
+    fs::File,
+    io::{BufWriter, Write as _},
+    path::Path,
+};
+
+pub(super) fn run(args: &GraspArgs, file: &Path) -> anyhow::Result<Exit> {
+    let bench = bench(args)?;
+    let scenes = scenes(args)?;
+    let unwritable = || format!("--rows {}", file.display());
+    let mut rows = BufWriter::new(File::create(file).with_context(unwritable)?);
+    writeln!(rows, "scene,seed,{}", Reading::columns().join(",")).with_context(unwritable)?;
+    for scene in &scenes {
+        let name = &scene.config().name;
+        let jobs: Vec<u64> = args.seeds(TRIALS).collect();
+        let bar = progress(jobs.len(), name, "grasps");
+        let read = jobs
+            .into_par_iter()
+            .progress_with(bar)
+            .map(|seed| bench.read(scene, seed))
+            .collect::<Result<Vec<_>, _>>()?;
+        for (grasp, readings) in &read {
+            for reading in readings {
+                writeln!(rows, "{name},{},{}", grasp.seed, reading.csv())
+                    .with_context(unwritable)?;
+            }
+        }
+        let grasps: Vec<_> = read.into_iter().map(|(grasp, _)| grasp).collect();
+        print_totals(args, &totals_of(name, &[Way::default()], &grasps))?;
+    }
+    rows.flush().with_context(unwritable)?;
+    Ok(Exit::Done)
+}

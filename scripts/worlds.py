@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Leave one world out: a network learns from what gripd measured in all worlds but one, and is judged in that one.
+
+Usage: scripts/worlds.py PROGRAMS [--trials N] [--seed N]
+
+PROGRAMS is the folder of gripctl. Rows for the trainings come from seeds 30000 and following, those that judge from --seed. Beside the network
+stand the closed formula, the model that is built in, and the mean of the training. Prints the tables of docs/results/learning.md.
+"""
+
+import argparse
+import csv
+import json
+import math
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+# Loads come at once: while one still grows nobody can know what it will need.
+WORLDS = {
+    "rigid": "",
+    "soft_pads": "[pad]\nshear_n_mm = 15.0\n",
+    "rubber": "friction_power = 0.6667\n",
+    "stribeck": "friction_ratio = 1.3\n[pad]\nstribeck_mm_s = 10.0\n",
+    "viscous": "viscous_n_s_m = 60.0\n",
+    "swinging": "[shake]\namplitude_m_s2 = 1.5\nfrequency_hz = 4.0\n",
+    "slow_drive": "[drive]\nlag_ms = 30.0\n",
+    "optical_flow": "[noise]\ntravel_um = 2.0\ntravel_step_um = 5.0\n[reading]\ntravel_hz = 500.0\ntravel_delay_ms = 3.0\n",
+    "force_250_hz": "[noise]\nforce_mn = 50.0\n[reading]\nforce_hz = 250.0\n",
+}
+FEW = ["slip_acceleration_m_s2", "trial_force_n:ln"]
+MANY = FEW + ["slip_speed_m_s", "micro_displacement_m", "contact_time_s"]
+MARGIN = 1.2
+G_M_S2 = 9.81
+SIGMAS_90 = 1.645
+
+
+def gripctl(programs, *arguments):
+    done = subprocess.run([programs / "gripctl", *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"gripctl {' '.join(map(str, arguments))}: {done.stderr}")
+    return done.stdout
+
+
+def grasps(programs, world, seeds, rows, model="default"):
+    """Grasps of a world: totals, and the rows of its slips."""
+    seed, trials = seeds
+    printed = gripctl(programs, "grasp", world, "--seed", seed, "--trials", trials, "--rows", rows, "--model", model, "--json")
+    with open(rows, newline="") as file:
+        return json.loads(printed.splitlines()[-1]), list(csv.DictReader(file))
+
+
+def formula(row):
+    left = 1.0 - float(row["slip_acceleration_m_s2"]) / G_M_S2
+    return MARGIN * float(row["trial_force_n"]) / left if left > 0.0 else math.inf
+
+
+def errors(rows, estimate):
+    """Median and 95 % of |estimate / adequate - 1|, in per cent."""
+    off = sorted(abs(estimate(row) / float(row["adequate_force_n"]) - 1.0) for row in rows)
+    return f"{100 * statistics.median(off):.0f} / {100 * off[int(0.95 * len(off))]:.0f}"
+
+
+def covered(rows):
+    """Share of the rows with a stated deviation whose 90 % interval holds the truth, in per cent."""
+    stated = [row for row in rows if row["estimate_sigma_n"]]
+    near = [
+        abs(float(row["estimate_n"]) - float(row["adequate_force_n"])) <= SIGMAS_90 * float(row["estimate_sigma_n"])
+        for row in stated
+    ]
+    return f"{100 * sum(near) / len(near):.0f}" if near else "-"
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("programs", type=pathlib.Path)
+    arguments.add_argument("--trials", type=int, default=60)
+    arguments.add_argument("--seed", type=int, default=990_000)
+    args = arguments.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        judge(args, pathlib.Path(folder))
+
+
+def judge(args, folder):
+    learned = {}
+    for name, keys in WORLDS.items():
+        (folder / f"{name}.toml").write_text(f'name = "{name}"\nlift_ramp_s = 0.0\n{keys}')
+        _, learned[name] = grasps(args.programs, folder / f"{name}.toml", (30_000, args.trials), folder / "rows.csv")
+    print("| world left out | rows | mean | formula | built in | network, 2 inputs | network, 5 inputs | 90 % interval holds, built in / 5 inputs"
+          " | dropped + crushed, built in / 2 / 5 inputs |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name in WORLDS:
+        others = [row for other, rows in learned.items() if other != name for row in rows]
+        with open(folder / "others.csv", "w", newline="") as file:
+            writer = csv.DictWriter(file, others[0].keys())
+            writer.writeheader()
+            writer.writerows(others)
+        world, seeds = folder / f"{name}.toml", (args.seed, args.trials)
+        total, rows = grasps(args.programs, world, seeds, folder / "rows.csv")
+        mean = math.exp(statistics.mean(math.log(float(row["adequate_force_n"])) for row in others))
+        answered = [row for row in rows if row["estimate_n"]]
+        built_in = errors(answered, lambda row: float(row["estimate_n"]))
+        nets, fates = [], [f"{total['dropped']} + {total['crushed']}"]
+        for inputs in (FEW, MANY):
+            model = folder / "model.json"
+            gripctl(args.programs, "train", folder / "others.csv", "--inputs", ",".join(inputs), "--target", "adequate_force_n:ln",
+                    "--algorithm", "scg", "--epochs", "600", "--output", model)
+            fate, found = grasps(args.programs, world, seeds, folder / "rows.csv", model)
+            found = [row for row in found if row["estimate_n"]]
+            nets.append(errors(found, lambda row: float(row["estimate_n"])))
+            fates.append(f"{fate['dropped']} + {fate['crushed']}")
+        print(f"| {name} | {len(rows)} | {errors(rows, lambda _: mean)} | {errors(rows, formula)} | {built_in} | {nets[0]} | {nets[1]}"
+              f" | {covered(answered)} / {covered(found)} | {' / '.join(fates)} |", flush=True)
+
+
+main()
