@@ -1,10 +1,7 @@
 //! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
 
-mod trigger;
-
-pub use trigger::{Condition, Mode, TriggerLayout};
-
 use crate::files;
+use crate::form::TriggerForm;
 use crate::strip::StripId;
 use serde::{Deserialize, Serialize};
 use std::{
@@ -101,7 +98,7 @@ pub struct Layout {
     /// The plots, from top to bottom.
     pub plots: Vec<StripLayout>,
     /// The trigger, but for whether it waits.
-    pub trigger: TriggerLayout,
+    pub trigger: TriggerForm,
 }
 
 /// Least and greatest width of what stands at the right (points).
@@ -129,7 +126,7 @@ impl Default for Layout {
             window: [1360.0, 860.0],
             panel_width: PANEL_WIDTH,
             plots: StripId::ALL.map(plot).to_vec(),
-            trigger: TriggerLayout::default(),
+            trigger: TriggerForm::default(),
         }
     }
 }
