@@ -10,41 +10,19 @@ use std::{
 };
 use thiserror::Error;
 
-/// What stands at the right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Panel {
-    /// Link, latency, sensors, stages.
-    Health,
-    /// Both cursors, and what lies between.
-    Cursors,
-    /// What happened.
-    Events,
-    /// When to stop and show.
-    Trigger,
-    /// Files of what is seen.
-    Export,
-    /// Commands to the gripper.
-    Command,
-}
-
-impl Panel {
-    /// Every panel, in the order of their tabs.
-    pub const ALL: [Self; 6] =
-        [Self::Health, Self::Events, Self::Cursors, Self::Trigger, Self::Export, Self::Command];
-
-    /// What its tab says.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Health => "Health",
-            Self::Cursors => "Cursors",
-            Self::Events => "Events",
-            Self::Trigger => "Trigger",
-            Self::Export => "Export",
-            Self::Command => "Command",
-        }
+slip_msg::named! {
+    /// What stands at the right.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Panel {
+        fn name: "What its tab says.";
     }
+    Health: "Link, latency, sensors, stages.", "Health";
+    Events: "What happened.", "Events";
+    Cursors: "Both cursors, and what lies between.", "Cursors";
+    Trigger: "When to stop and show.", "Trigger";
+    Export: "Files of what is seen.", "Export";
+    Command: "Commands to the gripper.", "Command";
 }
 
 /// Colours.
