@@ -9,38 +9,21 @@ use crate::exact::{
 };
 use slip_core::esc::{Esc, LiteralSum, Real, Trial as Conditions, literal::PreciseSum, readings};
 
-/// What is checked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Path {
-    /// [`LiteralSum<f64>`]
-    SplitF64,
-    /// [`PreciseSum<f64>`]
-    SplitDouble,
-    /// [`LiteralSum<f32>`]
-    SplitF32,
-    /// [`readings::ArcCotSum`]
-    ArcCot,
-    /// [`readings::SlopePowerSum`], [`readings::LiftWorkSum`] and [`readings::ViscousWorkSum`] together.
-    Proportional,
+slip_msg::named! {
+    /// What is checked.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Path {
+        fn name: "Its name.";
+    }
+    SplitF64: "[`LiteralSum<f64>`]", "split f64";
+    SplitDouble: "[`PreciseSum<f64>`]", "split double-double";
+    SplitF32: "[`LiteralSum<f32>`]", "split f32";
+    ArcCot: "[`readings::ArcCotSum`]", "arc_cot";
+    Proportional: "[`readings::SlopePowerSum`], [`readings::LiftWorkSum`] and [`readings::ViscousWorkSum`] together.",
+        "slope_power, lift_work, viscous_work";
 }
 
 impl Path {
-    /// Every path.
-    pub const ALL: [Self; 5] =
-        [Self::SplitF64, Self::SplitDouble, Self::SplitF32, Self::ArcCot, Self::Proportional];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SplitF64 => "split f64",
-            Self::SplitDouble => "split double-double",
-            Self::SplitF32 => "split f32",
-            Self::ArcCot => "arc_cot",
-            Self::Proportional => "slope_power, lift_work, viscous_work",
-        }
-    }
-
     /// The numbers it takes.
     #[must_use]
     pub fn width(self) -> Width {

@@ -27,37 +27,18 @@ const ROBOT_NOISE_M: f64 = 1e-7;
 const SLIP_S: f64 = 0.3;
 const PAUSE_S: f64 = 1.0;
 
-/// A law of the noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Law {
-    /// White and Gaussian.
-    Gaussian,
-    /// White, of Student's distribution with 3 degrees of freedom: energies are squares of it.
-    StudentT3,
-    /// Gaussian with spells of 5 ms, 2 % of the time, that have 20 times the energy.
-    Bursts,
-    /// Gaussian, and mains hum with its third harmonic that comes for 2 s and goes for 4 s on average.
-    Hum,
-    /// Gaussian, on a robot that moves half of the time, with a motion reference and a tap in 5 s; another robot with each seed.
-    Robot,
-}
-
-impl Law {
-    /// Every law.
-    pub const ALL: [Self; 5] =
-        [Self::Gaussian, Self::StudentT3, Self::Bursts, Self::Hum, Self::Robot];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Gaussian => "Gaussian",
-            Self::StudentT3 => "squared t3",
-            Self::Bursts => "2 % bursts x 20",
-            Self::Hum => "hum that comes and goes",
-            Self::Robot => "robot that moves by turns",
-        }
+slip_msg::named! {
+    /// A law of the noise.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Law {
+        fn name: "Its name.";
     }
+    Gaussian: "White and Gaussian.", "Gaussian";
+    StudentT3: "White, of Student's distribution with 3 degrees of freedom: energies are squares of it.", "squared t3";
+    Bursts: "Gaussian with spells of 5 ms, 2 % of the time, that have 20 times the energy.", "2 % bursts x 20";
+    Hum: "Gaussian, and mains hum with its third harmonic that comes for 2 s and goes for 4 s on average.", "hum that comes and goes";
+    Robot: "Gaussian, on a robot that moves half of the time, with a motion reference and a tap in 5 s; another robot with each seed.",
+        "robot that moves by turns";
 }
 
 /// A signal of one law, with or without a slip.

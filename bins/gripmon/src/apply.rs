@@ -2,7 +2,8 @@
 
 use crate::action::{Action, Cursor, Order};
 use crate::engine::Engine;
-use crate::layout::{Look, TriggerLayout};
+use crate::form::TriggerForm;
+use crate::layout::Look;
 use crate::state::ViewState;
 use crate::time::TimeWindow;
 use grip_link::message::FaultCode;
@@ -185,7 +186,7 @@ fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) {
         Action::ToggleTrigger => state.trigger.armed = !state.trigger.armed,
         Action::SetTrigger(form) => {
             state.trigger = form;
-            state.layout.trigger = TriggerLayout::of(&form);
+            state.layout.trigger = TriggerForm { armed: false, ..form };
         }
         _ => return,
     }

@@ -1,10 +1,7 @@
 //! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
 
-mod trigger;
-
-pub use trigger::{Condition, Mode, TriggerLayout};
-
 use crate::files;
+use crate::form::TriggerForm;
 use crate::strip::StripId;
 use serde::{Deserialize, Serialize};
 use std::{
@@ -13,41 +10,19 @@ use std::{
 };
 use thiserror::Error;
 
-/// What stands at the right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Panel {
-    /// Link, latency, sensors, stages.
-    Health,
-    /// Both cursors, and what lies between.
-    Cursors,
-    /// What happened.
-    Events,
-    /// When to stop and show.
-    Trigger,
-    /// Files of what is seen.
-    Export,
-    /// Commands to the gripper.
-    Command,
-}
-
-impl Panel {
-    /// Every panel, in the order of their tabs.
-    pub const ALL: [Self; 6] =
-        [Self::Health, Self::Events, Self::Cursors, Self::Trigger, Self::Export, Self::Command];
-
-    /// What its tab says.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Health => "Health",
-            Self::Cursors => "Cursors",
-            Self::Events => "Events",
-            Self::Trigger => "Trigger",
-            Self::Export => "Export",
-            Self::Command => "Command",
-        }
+slip_msg::named! {
+    /// What stands at the right.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Panel {
+        fn name: "What its tab says.";
     }
+    Health: "Link, latency, sensors, stages.", "Health";
+    Events: "What happened.", "Events";
+    Cursors: "Both cursors, and what lies between.", "Cursors";
+    Trigger: "When to stop and show.", "Trigger";
+    Export: "Files of what is seen.", "Export";
+    Command: "Commands to the gripper.", "Command";
 }
 
 /// Colours.
@@ -101,7 +76,7 @@ pub struct Layout {
     /// The plots, from top to bottom.
     pub plots: Vec<StripLayout>,
     /// The trigger, but for whether it waits.
-    pub trigger: TriggerLayout,
+    pub trigger: TriggerForm,
 }
 
 /// Least and greatest width of what stands at the right (points).
@@ -129,7 +104,7 @@ impl Default for Layout {
             window: [1360.0, 860.0],
             panel_width: PANEL_WIDTH,
             plots: StripId::ALL.map(plot).to_vec(),
-            trigger: TriggerLayout::default(),
+            trigger: TriggerForm::default(),
         }
     }
 }

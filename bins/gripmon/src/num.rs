@@ -21,6 +21,13 @@ pub const fn counter(n: u64) -> f64 {
     n as f64
 }
 
+/// A number of microseconds, before or after, as a number.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53")]
+pub const fn signed(n: i64) -> f64 {
+    n as f64
+}
+
 /// `x` rounded down to a whole number of things: 0 for NaN and below, the largest one above.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]

@@ -91,7 +91,7 @@ impl ViewState {
     pub fn new(layout: Layout) -> Self {
         Self {
             window: TimeWindow::new(layout.seconds),
-            trigger: layout.trigger.form(),
+            trigger: layout.trigger,
             layout,
             cursors: [None; 2],
             hover_s: None,

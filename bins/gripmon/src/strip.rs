@@ -5,81 +5,29 @@ use crate::plot::{Kind, Style};
 use grip_scope::{Channel, Group, Model};
 use serde::{Deserialize, Serialize};
 
-/// One plot of the stack.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StripId {
-    /// The stylus, with peaks and valleys where single samples are seen.
-    Stylus,
-    /// How strong each frequency of the stylus is.
-    Spectrogram,
-    /// Energies of the detector's bands against their thresholds.
-    Bands,
-    /// The slip statistic.
-    Statistic,
-    /// Forces.
-    Force,
-    /// E_sc.
-    Esc,
-    /// Moved distance.
-    Travel,
-    /// Slip speed.
-    Speed,
-    /// Motion reference.
-    Reference,
-    /// Pressure distribution.
-    Pressure,
+slip_msg::named! {
+    /// One plot of the stack.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum StripId {
+        fn title: "What stands over it.";
+        fn nothing: "A sentence for its place while the model has nothing for it.";
+    }
+    Stylus: "The stylus, with peaks and valleys where single samples are seen.", "Stylus", "No stylus samples yet.";
+    Spectrogram: "How strong each frequency of the stylus is.",
+        "Spectrogram", "A spectrum needs some hundred stylus samples without a gap.";
+    Bands: "Energies of the detector's bands against their thresholds.",
+        "Band energy / floor", "Band energies begin once the noise floor is learned (0.2 s at rest).";
+    Statistic: "The slip statistic.", "Slip statistic", "No slip statistic yet.";
+    Force: "Forces.", "Force", "This source has no forces.";
+    Esc: "E_sc.", "E_sc", "E_sc is known while an object slips.";
+    Speed: "Slip speed.", "Slip speed", "Slip speed is known while an object slips.";
+    Travel: "Moved distance.", "Travel", "This source measures no travel.";
+    Reference: "Motion reference.", "Motion reference", "This source has no motion reference.";
+    Pressure: "Pressure distribution.", "Pressure", "This source measures no pressure.";
 }
 
 impl StripId {
-    /// Every plot, from top to bottom.
-    pub const ALL: [Self; 10] = [
-        Self::Stylus,
-        Self::Spectrogram,
-        Self::Bands,
-        Self::Statistic,
-        Self::Force,
-        Self::Esc,
-        Self::Speed,
-        Self::Travel,
-        Self::Reference,
-        Self::Pressure,
-    ];
-
-    /// What stands over it.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Stylus => "Stylus",
-            Self::Spectrogram => "Spectrogram",
-            Self::Bands => "Band energy / floor",
-            Self::Statistic => "Slip statistic",
-            Self::Force => "Force",
-            Self::Esc => "E_sc",
-            Self::Speed => "Slip speed",
-            Self::Travel => "Travel",
-            Self::Reference => "Motion reference",
-            Self::Pressure => "Pressure",
-        }
-    }
-
-    /// A sentence for its place while the model has nothing for it.
-    #[must_use]
-    pub const fn nothing(self) -> &'static str {
-        match self {
-            Self::Stylus => "No stylus samples yet.",
-            Self::Spectrogram => "A spectrum needs some hundred stylus samples without a gap.",
-            Self::Bands => "Band energies begin once the noise floor is learned (0.2 s at rest).",
-            Self::Statistic => "No slip statistic yet.",
-            Self::Force => "This source has no forces.",
-            Self::Esc => "E_sc is known while an object slips.",
-            Self::Speed => "Slip speed is known while an object slips.",
-            Self::Travel => "This source measures no travel.",
-            Self::Reference => "This source has no motion reference.",
-            Self::Pressure => "This source measures no pressure.",
-        }
-    }
-
     /// Whether it shows nothing but samples, or what is derived of them.
     #[must_use]
     pub const fn needs_samples(self) -> bool {

@@ -44,7 +44,7 @@ pub struct Grant {
 }
 
 /// What the sockets tell.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ClientCounts {
     /// Clients connected now.
     pub connected: u64,

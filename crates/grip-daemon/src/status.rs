@@ -1,7 +1,8 @@
 //! The board in, what `gripctl status` and people with `curl` read out: one JSON object. Names and units are a contract.
 
 use crate::{
-    board::{Board, Grant},
+    board::{Board, ClientCounts, Grant, RecordingState},
+    counters::HotCounters,
     latency::Latency,
     metrics::healths,
 };
@@ -10,99 +11,128 @@ use serde::Serialize;
 use slip_core::{PipelineState, grip::GripState, units::Micros};
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
-/// Everything that is known of the daemon.
-#[derive(Clone, Debug, Serialize)]
-pub struct Status<'a> {
-    /// Version of gripd.
-    pub version: &'a str,
-    /// Time since the start (s).
-    pub uptime_s: f64,
-    /// Configuration files in force, the strongest first.
-    pub config_files: Vec<Cow<'a, str>>,
-    /// Whether no force command is ever sent.
-    pub dry_run: bool,
+/// An object of JSON, as a table: a row gives a field, its type and where it comes from.
+#[macro_export]
+macro_rules! report {
+    (
+        $(#[$about:meta])* $vis:vis struct $name:ident $(<$life:lifetime>)? of ($($from:ident: $source:ty),+) {
+            $($(#[$meta:meta])* $field:ident: $type:ty = $value:expr;)+
+        }
+    ) => {
+        $(#[$about])*
+        $vis struct $name $(<$life>)? {
+            $($(#[$meta])* $vis $field: $type,)+
+        }
+
+        impl $(<$life>)? $name $(<$life>)? {
+            /// What is known.
+            #[must_use]
+            $vis fn of($($from: $source),+) -> Self {
+                Self { $($field: $value,)+ }
+            }
+        }
+    };
+}
+
+report! {
+    /// Everything that `board` knows of the daemon at host time `now_us` (us).
+    #[derive(Clone, Debug, Serialize)]
+    pub struct Status<'a> of (board: &'a Board, now_us: u64) {
+        /// Version of gripd.
+        version: &'a str = &board.about.version;
+        /// Time since the start (s).
+        uptime_s: f64 = seconds(now_us);
+        /// Configuration files in force, the strongest first.
+        config_files: Vec<Cow<'a, str>> = board.about.config_files.iter().map(|file| file.to_string_lossy()).collect();
+        /// Whether no force command is ever sent.
+        dry_run: bool = board.about.dry_run;
+        /// The link and the gripper.
+        link: Link<'a> = Link::of(board);
+        /// Samples and what was lost, by cause.
+        samples: Samples = Samples::of(board);
+        /// Frames that were not used, by cause; only causes that occurred.
+        bad_frames: BTreeMap<&'static str, u32> = board.counters().bad_frames().into_iter().filter(|(_, count)| *count > 0).collect();
+        /// From the last byte of a frame to its command written (us).
+        latency_us: Option<LatencyUs> = LatencyUs::of(&board.counters().latency);
+        /// Age of the newest usable row at each command (us).
+        evidence_age_us: Option<LatencyUs> = LatencyUs::of(&board.counters().evidence_age);
+        /// Commands at which it was too old to raise the force.
+        late_commands: u64 = board.counters().late_commands;
+        /// The pipeline after the last frame; absent before there is one.
+        pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(Micros(now_us).since(state.host), state));
+        /// What is known of the object in hand or next; absent where nothing is remembered.
+        object: Option<&'a str> = board.object.as_deref();
+        /// Slips since the start.
+        slips: u64 = board.counters().slips;
+        /// Force commands written.
+        commands: u64 = board.counters().commands;
+        /// The last events, the oldest first.
+        events: Vec<At> = board.events().map(|(at, line)| At { host_s: seconds(*at), line: *line }).collect();
+        /// Clients.
+        clients: Clients = Clients { counts: board.clients, commands: board.client_commands() };
+        /// The recording.
+        recording: Recording<'a> = Recording::of(&board.recording);
+        /// What was asked of the system for real time.
+        realtime: Vec<Granted<'a>> = board.about.grants.iter().map(Granted::of).collect();
+        /// Items that did not fit into a ring, by ring.
+        ring_dropped: BTreeMap<&'static str, u64> = dropped(board.counters()).into();
+    }
+}
+
+report! {
     /// The link and the gripper.
-    pub link: Link<'a>,
-    /// Samples and what was lost, by cause.
-    pub samples: Samples,
-    /// Frames that were not used, by cause; only causes that occurred.
-    pub bad_frames: BTreeMap<&'static str, u32>,
-    /// From the last byte of a frame to its command written (us).
-    pub latency_us: Option<LatencyUs>,
-    /// Age of the newest usable row at each command (us).
-    pub evidence_age_us: Option<LatencyUs>,
-    /// Commands at which it was too old to raise the force.
-    pub late_commands: u64,
-    /// The pipeline after the last frame; absent before there is one.
-    pub pipeline: Option<Pipeline>,
-    /// What is known of the object in hand or next; absent where nothing is remembered.
-    pub object: Option<&'a str>,
-    /// Slips since the start.
-    pub slips: u64,
-    /// Force commands written.
-    pub commands: u64,
-    /// The last events, the oldest first.
-    pub events: Vec<At>,
-    /// Clients.
-    pub clients: Clients,
-    /// The recording.
-    pub recording: Recording<'a>,
-    /// What was asked of the system for real time.
-    pub realtime: Vec<Granted<'a>>,
-    /// Items that did not fit into a ring, by ring.
-    pub ring_dropped: BTreeMap<&'static str, u64>,
+    #[derive(Clone, Debug, Serialize)]
+    pub struct Link<'a> of (board: &'a Board) {
+        /// The port as it was asked for.
+        port: &'a str = &board.about.port;
+        /// Whether a line is open.
+        port_open: bool = board.link().port_open;
+        /// `closed`, `open`, `hello`, `config`, `stream` or `degraded`.
+        state: &'static str = board.link().state.name();
+        /// Identity of the gripper, 32 hexadecimal digits.
+        uid: Option<String> = board.link().gripper.map(|(uid, _)| Uid(uid).to_string());
+        /// Its number of starts.
+        boot_id: Option<u32> = board.link().gripper.map(|(_, boot_id)| boot_id);
+        /// Version of its firmware.
+        firmware: Option<String> = board.link().firmware.map(|firmware| firmware.to_string());
+        /// Its state as it tells it.
+        gripper_state: Option<&'static str> = board.link().device.map(|device| device.state.name());
+        /// Its latched fault, 0 for none.
+        gripper_fault: Option<u16> = board.link().device.map(|device| device.fault.0);
+        /// State of the gripper's clock: `good`, `stopped`, `back`, `forward`, `fast` or `slow`.
+        clock: &'static str = board.counters().clock_health.name();
+        /// Faults of that clock.
+        clock_faults: u64 = board.counters().clock_faults;
+        /// Whether no usable row has come for more than 50 ms while samples should flow.
+        blind: bool = board.counters().blind;
+        /// Why the link closed last.
+        closed: Option<String> = board.link().closed.map(|(_, reason)| explain(&reason));
+        /// Times it closed by error.
+        failures: u64 = board.link().failures;
+        /// Lines opened after the first.
+        reconnects: u64 = board.counters().reconnects;
+        /// Times the gripper has restarted.
+        reboots: u64 = board.link().reboots;
+    }
 }
 
-/// The link and the gripper.
-#[derive(Clone, Debug, Serialize)]
-pub struct Link<'a> {
-    /// The port as it was asked for.
-    pub port: &'a str,
-    /// Whether a line is open.
-    pub port_open: bool,
-    /// `closed`, `open`, `hello`, `config`, `stream` or `degraded`.
-    pub state: &'static str,
-    /// Identity of the gripper, 32 hexadecimal digits.
-    pub uid: Option<String>,
-    /// Its number of starts.
-    pub boot_id: Option<u32>,
-    /// Version of its firmware.
-    pub firmware: Option<String>,
-    /// Its state as it tells it.
-    pub gripper_state: Option<&'static str>,
-    /// Its latched fault, 0 for none.
-    pub gripper_fault: Option<u16>,
-    /// State of the gripper's clock: `good`, `stopped`, `back`, `forward`, `fast` or `slow`.
-    pub clock: &'static str,
-    /// Faults of that clock.
-    pub clock_faults: u64,
-    /// Whether no usable row has come for more than 50 ms while samples should flow.
-    pub blind: bool,
-    /// Why the link closed last.
-    pub closed: Option<String>,
-    /// Times it closed by error.
-    pub failures: u64,
-    /// Lines opened after the first.
-    pub reconnects: u64,
-    /// Times the gripper has restarted.
-    pub reboots: u64,
-}
-
-/// Samples.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Samples {
-    /// Through the pipeline, since the start.
-    pub handled: u64,
-    /// Of the last second (Hz).
-    pub rate_hz: Option<f64>,
-    /// Lost on the line.
-    pub lost_on_line: u64,
-    /// Dropped by the gripper.
-    pub dropped_by_gripper: u64,
-    /// Readings that could not be used.
-    pub unusable_readings: u64,
-    /// Times samples were late or missing.
-    pub degraded: u64,
+report! {
+    /// Samples.
+    #[derive(Clone, Copy, Debug, Serialize)]
+    pub struct Samples of (board: &Board) {
+        /// Through the pipeline, since the start.
+        handled: u64 = board.counters().samples;
+        /// Of the last second (Hz).
+        rate_hz: Option<f64> = board.rate_hz();
+        /// Lost on the line.
+        lost_on_line: u64 = board.counters().loss.lost.saturating_sub(board.counters().loss.dropped_by_mcu);
+        /// Dropped by the gripper.
+        dropped_by_gripper: u64 = board.counters().loss.dropped_by_mcu;
+        /// Readings that could not be used.
+        unusable_readings: u64 = board.counters().health.unusable();
+        /// Times samples were late or missing.
+        degraded: u64 = board.counters().degraded;
+    }
 }
 
 /// Quantiles (us), to an eighth.
@@ -118,31 +148,33 @@ pub struct LatencyUs {
     pub max: f64,
 }
 
-/// The pipeline after the last frame.
-#[derive(Clone, Debug, Serialize)]
-pub struct Pipeline {
-    /// Age of what follows (s).
-    pub age_s: f64,
-    /// Device time (s).
-    pub t_s: f64,
-    /// Sample rate in force (Hz).
-    pub rate_hz: u32,
-    /// `idle`, `moving`, `holding` or `slipping`.
-    pub scene: &'static str,
-    /// What the force controller does; absent where the pipeline only observes.
-    pub grip: Option<&'static str>,
-    /// Slip statistic over its threshold.
-    pub statistic: Option<f32>,
-    /// Commanded force (N).
-    pub command_n: Option<f32>,
-    /// Measured normal force (N).
-    pub applied_n: Option<f32>,
-    /// The last estimate (N).
-    pub estimate_n: Option<f32>,
-    /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
-    pub late_ms: Option<f32>,
-    /// Health of each sensor by name.
-    pub health: BTreeMap<&'static str, &'static str>,
+report! {
+    /// The pipeline after the last frame.
+    #[derive(Clone, Debug, Serialize)]
+    pub struct Pipeline of (age: Micros, state: &PipelineState) {
+        /// Age of what follows (s).
+        age_s: f64 = age.as_seconds();
+        /// Device time (s).
+        t_s: f64 = state.t.as_seconds();
+        /// Sample rate in force (Hz).
+        rate_hz: u32 = state.rate_hz;
+        /// `idle`, `moving`, `holding` or `slipping`.
+        scene: &'static str = state.scene.name();
+        /// What the force controller does; absent where the pipeline only observes.
+        grip: Option<&'static str> = (state.grip != GripState::Observing).then(|| state.grip.name());
+        /// Slip statistic over its threshold.
+        statistic: Option<f32> = state.statistic;
+        /// Commanded force (N).
+        command_n: Option<f32> = state.command_n;
+        /// Measured normal force (N).
+        applied_n: Option<f32> = state.applied_n;
+        /// The last estimate (N).
+        estimate_n: Option<f32> = state.estimate_n;
+        /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
+        late_ms: Option<f32> = state.late_ms;
+        /// Health of each sensor by name.
+        health: BTreeMap<&'static str, &'static str> = healths(state).into();
+    }
 }
 
 /// An event and when it was heard.
@@ -158,90 +190,42 @@ pub struct At {
 /// Clients.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Clients {
-    /// Connected now.
-    pub connected: u64,
-    /// Since the start.
-    pub accepted: u64,
-    /// Turned away because there were too many.
-    pub refused: u64,
-    /// Messages that slow clients did not get.
-    pub dropped: u64,
+    /// What the sockets tell.
+    #[serde(flatten)]
+    pub counts: ClientCounts,
     /// Commands carried out.
     pub commands: u64,
-    /// Commands not allowed or not understood.
-    pub bad_commands: u64,
 }
 
-/// The recording.
-#[derive(Clone, Debug, Serialize)]
-pub struct Recording<'a> {
-    /// The file that is written.
-    pub file: Option<Cow<'a, str>>,
-    /// Bytes written since the start.
-    pub bytes: u64,
-    /// Items not recorded.
-    pub dropped: u64,
-    /// Why it stopped, where it did.
-    pub failure: Option<&'a str>,
-}
-
-/// Something that was asked of the system.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Granted<'a> {
-    /// What.
-    pub what: &'a str,
-    /// Whether it was granted.
-    pub granted: bool,
-    /// Why not.
-    pub reason: Option<&'a str>,
-}
-
-impl<'a> Status<'a> {
-    /// What `board` knows at host time `now_us` (us).
-    #[must_use]
-    pub fn of(board: &'a Board, now_us: u64) -> Self {
-        let hot = board.counters();
-        let about = &board.about;
-        let bad = hot.bad_frames().into_iter().filter(|(_, count)| *count > 0).collect();
-        let events = board.events().map(|(at, line)| At { host_s: seconds(*at), line: *line });
-        Self {
-            version: &about.version,
-            uptime_s: seconds(now_us),
-            config_files: about.config_files.iter().map(|file| file.to_string_lossy()).collect(),
-            dry_run: about.dry_run,
-            link: Link::of(board),
-            samples: Samples {
-                handled: hot.samples,
-                rate_hz: board.rate_hz(),
-                lost_on_line: hot.loss.lost.saturating_sub(hot.loss.dropped_by_mcu),
-                dropped_by_gripper: hot.loss.dropped_by_mcu,
-                unusable_readings: hot.health.unusable(),
-                degraded: hot.degraded,
-            },
-            bad_frames: bad,
-            latency_us: LatencyUs::of(&hot.latency),
-            evidence_age_us: LatencyUs::of(&hot.evidence_age),
-            late_commands: hot.late_commands,
-            pipeline: board
-                .state()
-                .map(|state| Pipeline::of(Micros(now_us).since(state.host), state)),
-            object: board.object.as_deref(),
-            slips: hot.slips,
-            commands: hot.commands,
-            events: events.collect(),
-            clients: Clients::of(board),
-            recording: Recording {
-                file: board.recording.file.as_deref().map(Path::to_string_lossy),
-                bytes: board.recording.bytes,
-                dropped: board.recording.dropped,
-                failure: board.recording.failure.as_deref(),
-            },
-            realtime: about.grants.iter().map(Granted::of).collect(),
-            ring_dropped: [("service", hot.service_dropped), ("recorder", hot.recorder_dropped)]
-                .into(),
-        }
+report! {
+    /// The recording.
+    #[derive(Clone, Debug, Serialize)]
+    pub struct Recording<'a> of (recording: &'a RecordingState) {
+        /// The file that is written.
+        file: Option<Cow<'a, str>> = recording.file.as_deref().map(Path::to_string_lossy);
+        /// Bytes written since the start.
+        bytes: u64 = recording.bytes;
+        /// Items not recorded.
+        dropped: u64 = recording.dropped;
+        /// Why it stopped, where it did.
+        failure: Option<&'a str> = recording.failure.as_deref();
     }
+}
 
+report! {
+    /// Something that was asked of the system.
+    #[derive(Clone, Copy, Debug, Serialize)]
+    pub struct Granted<'a> of (grant: &'a Grant) {
+        /// What.
+        what: &'a str = &grant.what;
+        /// Whether it was granted.
+        granted: bool = grant.refused.is_none();
+        /// Why not.
+        reason: Option<&'a str> = grant.refused.as_deref();
+    }
+}
+
+impl Status<'_> {
     /// On one line.
     ///
     /// # Errors
@@ -259,29 +243,6 @@ impl<'a> Status<'a> {
     }
 }
 
-impl<'a> Link<'a> {
-    fn of(board: &'a Board) -> Self {
-        let link = board.link();
-        Self {
-            port: &board.about.port,
-            port_open: link.port_open,
-            state: link.state.name(),
-            uid: link.gripper.map(|(uid, _)| Uid(uid).to_string()),
-            boot_id: link.gripper.map(|(_, boot_id)| boot_id),
-            firmware: link.firmware.map(|firmware| firmware.to_string()),
-            gripper_state: link.device.map(|device| device.state.name()),
-            gripper_fault: link.device.map(|device| device.fault.0),
-            clock: board.counters().clock_health.name(),
-            clock_faults: board.counters().clock_faults,
-            blind: board.counters().blind,
-            closed: link.closed.map(|(_, reason)| explain(&reason)),
-            failures: link.failures,
-            reconnects: board.counters().reconnects,
-            reboots: link.reboots,
-        }
-    }
-}
-
 impl LatencyUs {
     fn of(latency: &Latency) -> Option<Self> {
         let us = |q| latency.quantile_ns(q).map(|ns| 1e6 * seconds_of_ns(ns));
@@ -294,45 +255,8 @@ impl LatencyUs {
     }
 }
 
-impl Pipeline {
-    fn of(age: Micros, state: &PipelineState) -> Self {
-        Self {
-            age_s: age.as_seconds(),
-            t_s: state.t.as_seconds(),
-            rate_hz: state.rate_hz,
-            scene: state.scene.name(),
-            grip: Some(state.grip)
-                .filter(|grip| *grip != GripState::Observing)
-                .map(GripState::name),
-            statistic: state.statistic,
-            command_n: state.command_n,
-            applied_n: state.applied_n,
-            estimate_n: state.estimate_n,
-            late_ms: state.late_ms,
-            health: healths(state).into(),
-        }
-    }
-}
-
-impl Clients {
-    fn of(board: &Board) -> Self {
-        let clients = &board.clients;
-        Self {
-            connected: clients.connected,
-            accepted: clients.accepted,
-            refused: clients.refused,
-            dropped: clients.dropped,
-            commands: board.client_commands(),
-            bad_commands: clients.bad_commands,
-        }
-    }
-}
-
-impl<'a> Granted<'a> {
-    fn of(grant: &'a Grant) -> Self {
-        let reason = grant.refused.as_deref();
-        Self { what: &grant.what, granted: reason.is_none(), reason }
-    }
+fn dropped(hot: &HotCounters) -> [(&'static str, u64); 2] {
+    [("service", hot.service_dropped), ("recorder", hot.recorder_dropped)]
 }
 
 #[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]

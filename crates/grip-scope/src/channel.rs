@@ -131,107 +131,72 @@ impl Channel {
         })
     }
 
+    /// Name, name in a CSV file, unit and plot.
+    const fn row(self) -> (&'static str, &'static str, &'static str, Group) {
+        match self {
+            Self::Stylus => ("stylus", "stylus", "m", Group::Stylus),
+            Self::SecondStylus => ("second stylus", "stylus2", "m", Group::Stylus),
+            Self::NormalForce => ("normal force", "force_n", "N", Group::Force),
+            Self::TangentialForce => ("tangential force", "tangential_n", "N", Group::Force),
+            Self::Travel => ("travel", "travel_m", "m", Group::Motion),
+            Self::Velocity => ("velocity", "velocity_m_s", "m/s", Group::Motion),
+            Self::Reference => ("reference", "reference", "", Group::Reference),
+            Self::Pressure => ("pressure", "pressure", "", Group::Pressure),
+            Self::Motion => ("commanded motion", "motion", "", Group::Reference),
+            Self::Statistic => ("statistic", "statistic", "", Group::Statistic),
+            Self::OwnStatistic => ("own statistic", "own_statistic", "", Group::Statistic),
+            Self::Command => ("commanded", "command_n", "N", Group::Force),
+            Self::Applied => ("applied", "applied_n", "N", Group::Force),
+            Self::Estimate => ("estimate", "estimate_n", "N", Group::Force),
+            Self::OwnEstimate => ("own estimate", "own_estimate_n", "N", Group::Force),
+            Self::EstimateLow => ("estimate, low", "estimate_low_n", "N", Group::Force),
+            Self::EstimateHigh => ("estimate, high", "estimate_high_n", "N", Group::Force),
+            Self::ForceLimit => ("limit", "limit_n", "N", Group::Force),
+            Self::Esc => ("E_sc", "esc", "W", Group::Esc),
+            Self::OwnEsc => ("own E_sc", "own_esc", "W", Group::Esc),
+            Self::EscLow => ("E_sc, lower bound", "esc_low", "W", Group::Esc),
+            Self::EscHigh => ("E_sc, upper bound", "esc_high", "W", Group::Esc),
+            Self::EscFlags => ("E_sc, flags", "esc_flags", "", Group::Esc),
+            Self::SlipSpeed => ("slip speed", "slip_speed_m_s", "m/s", Group::Motion),
+            Self::SlipSpeedSigma => {
+                ("slip speed, deviation", "slip_speed_sigma_m_s", "m/s", Group::Motion)
+            }
+            Self::BandEnergy(_) => ("band", "band_{}_energy", "", Group::Bands),
+            Self::BandThreshold(_) => ("threshold", "band_{}_threshold", "", Group::Bands),
+        }
+    }
+
     /// What a legend says.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Stylus => "stylus",
-            Self::SecondStylus => "second stylus",
-            Self::NormalForce => "normal force",
-            Self::TangentialForce => "tangential force",
-            Self::Travel => "travel",
-            Self::Velocity => "velocity",
-            Self::Reference => "reference",
-            Self::Pressure => "pressure",
-            Self::Motion => "commanded motion",
-            Self::Statistic => "statistic",
-            Self::OwnStatistic => "own statistic",
-            Self::BandEnergy(band) => band_name(band),
-            Self::BandThreshold(_) => "threshold",
-            Self::Command => "commanded",
-            Self::Applied => "applied",
-            Self::Estimate => "estimate",
-            Self::OwnEstimate => "own estimate",
-            Self::EstimateLow => "estimate, low",
-            Self::EstimateHigh => "estimate, high",
-            Self::ForceLimit => "limit",
-            Self::Esc => "E_sc",
-            Self::OwnEsc => "own E_sc",
-            Self::EscLow => "E_sc, lower bound",
-            Self::EscHigh => "E_sc, upper bound",
-            Self::EscFlags => "E_sc, flags",
-            Self::SlipSpeed => "slip speed",
-            Self::SlipSpeedSigma => "slip speed, deviation",
-        }
+        let band = match self {
+            Self::BandEnergy(band) => BAND_NAMES.get(usize::from(band)).copied(),
+            _ => None,
+        };
+        band.unwrap_or(self.row().0)
     }
 
     /// Its name in a CSV file: lower case, with the unit where it has one.
     #[must_use]
     pub fn column(self) -> String {
         match self {
-            Self::Stylus => "stylus".to_owned(),
-            Self::SecondStylus => "stylus2".to_owned(),
-            Self::NormalForce => "force_n".to_owned(),
-            Self::TangentialForce => "tangential_n".to_owned(),
-            Self::Travel => "travel_m".to_owned(),
-            Self::Velocity => "velocity_m_s".to_owned(),
-            Self::Reference => "reference".to_owned(),
-            Self::Pressure => "pressure".to_owned(),
-            Self::Motion => "motion".to_owned(),
-            Self::Statistic => "statistic".to_owned(),
-            Self::OwnStatistic => "own_statistic".to_owned(),
-            Self::BandEnergy(band) => format!("band_{band}_energy"),
-            Self::BandThreshold(band) => format!("band_{band}_threshold"),
-            Self::Command => "command_n".to_owned(),
-            Self::Applied => "applied_n".to_owned(),
-            Self::Estimate => "estimate_n".to_owned(),
-            Self::OwnEstimate => "own_estimate_n".to_owned(),
-            Self::EstimateLow => "estimate_low_n".to_owned(),
-            Self::EstimateHigh => "estimate_high_n".to_owned(),
-            Self::ForceLimit => "limit_n".to_owned(),
-            Self::Esc => "esc".to_owned(),
-            Self::OwnEsc => "own_esc".to_owned(),
-            Self::EscLow => "esc_low".to_owned(),
-            Self::EscHigh => "esc_high".to_owned(),
-            Self::EscFlags => "esc_flags".to_owned(),
-            Self::SlipSpeed => "slip_speed_m_s".to_owned(),
-            Self::SlipSpeedSigma => "slip_speed_sigma_m_s".to_owned(),
+            Self::BandEnergy(band) | Self::BandThreshold(band) => {
+                self.row().1.replace("{}", &band.to_string())
+            }
+            _ => self.row().1.to_owned(),
         }
     }
 
     /// Its unit; empty where it has none, or one of its own.
     #[must_use]
     pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Stylus | Self::SecondStylus | Self::Travel => "m",
-            Self::NormalForce
-            | Self::TangentialForce
-            | Self::Command
-            | Self::Applied
-            | Self::Estimate
-            | Self::OwnEstimate
-            | Self::EstimateLow
-            | Self::EstimateHigh
-            | Self::ForceLimit => "N",
-            Self::Velocity | Self::SlipSpeed | Self::SlipSpeedSigma => "m/s",
-            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh => "W",
-            _ => "",
-        }
+        self.row().2
     }
 
     /// The plot it belongs in.
     #[must_use]
     pub const fn group(self) -> Group {
-        match self {
-            Self::Stylus | Self::SecondStylus => Group::Stylus,
-            Self::Travel | Self::Velocity | Self::SlipSpeed | Self::SlipSpeedSigma => Group::Motion,
-            Self::Reference | Self::Motion => Group::Reference,
-            Self::Pressure => Group::Pressure,
-            Self::Statistic | Self::OwnStatistic => Group::Statistic,
-            Self::BandEnergy(_) | Self::BandThreshold(_) => Group::Bands,
-            Self::Esc | Self::OwnEsc | Self::EscLow | Self::EscHigh | Self::EscFlags => Group::Esc,
-            _ => Group::Force,
-        }
+        self.row().3
     }
 
     /// Whether it stands in rows of samples, at the sample rate.
@@ -239,10 +204,6 @@ impl Channel {
     pub fn is_row(self) -> bool {
         Self::ROWS.contains(&self)
     }
-}
-
-fn band_name(band: u8) -> &'static str {
-    BAND_NAMES.get(usize::from(band)).copied().unwrap_or("band")
 }
 
 #[cfg(test)]

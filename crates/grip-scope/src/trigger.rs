@@ -29,7 +29,8 @@ pub enum TriggerSource {
 }
 
 /// How often it shows what it found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum TriggerMode {
     /// Once, until it is armed again.
     Single,

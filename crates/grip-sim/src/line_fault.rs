@@ -11,59 +11,24 @@ const PACKET: usize = 64;
 /// Longest stretch of garbage (bytes).
 const MOST_GARBAGE: usize = 300;
 
-/// What a line does to bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum LineFault {
-    /// One bit of one byte is inverted.
-    BitFlip,
-    /// One byte becomes another one.
-    ByteReplaced,
-    /// 1 to 8 bytes in a row are missing.
-    Deleted,
-    /// 1 to 8 random bytes appear.
-    Inserted,
-    /// 2 to 32 bytes in a row become random ones.
-    Burst,
-    /// 64 bytes in a row are missing.
-    PacketLost,
-    /// 64 bytes in a row come twice.
-    PacketDoubled,
-    /// Two neighbouring blocks of 1 to 64 bytes change places.
-    Swapped,
-    /// The line stands still, then delivers 0 to 300 random bytes before it goes on.
-    StallAndGarbage,
+slip_msg::named! {
+    /// What a line does to bytes.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum LineFault {
+        fn name: "A few words for tables.";
+    }
+    BitFlip: "One bit of one byte is inverted.", "bit flipped";
+    ByteReplaced: "One byte becomes another one.", "byte replaced";
+    Deleted: "1 to 8 bytes in a row are missing.", "1-8 bytes deleted";
+    Inserted: "1 to 8 random bytes appear.", "1-8 bytes inserted";
+    Burst: "2 to 32 bytes in a row become random ones.", "burst of 2-32 bytes";
+    PacketLost: "64 bytes in a row are missing.", "64 bytes lost";
+    PacketDoubled: "64 bytes in a row come twice.", "64 bytes doubled";
+    Swapped: "Two neighbouring blocks of 1 to 64 bytes change places.", "blocks swapped";
+    StallAndGarbage: "The line stands still, then delivers 0 to 300 random bytes before it goes on.", "stall, garbage";
 }
 
 impl LineFault {
-    /// Every kind.
-    pub const ALL: [Self; 9] = [
-        Self::BitFlip,
-        Self::ByteReplaced,
-        Self::Deleted,
-        Self::Inserted,
-        Self::Burst,
-        Self::PacketLost,
-        Self::PacketDoubled,
-        Self::Swapped,
-        Self::StallAndGarbage,
-    ];
-
-    /// A few words for tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::BitFlip => "bit flipped",
-            Self::ByteReplaced => "byte replaced",
-            Self::Deleted => "1-8 bytes deleted",
-            Self::Inserted => "1-8 bytes inserted",
-            Self::Burst => "burst of 2-32 bytes",
-            Self::PacketLost => "64 bytes lost",
-            Self::PacketDoubled => "64 bytes doubled",
-            Self::Swapped => "blocks swapped",
-            Self::StallAndGarbage => "stall, garbage",
-        }
-    }
-
     /// Puts one fault of this kind at a random place of `old`. Nothing happens to no bytes.
     #[must_use]
     pub fn inject(self, old: &[u8], rng: &mut impl Rng) -> Faulty {

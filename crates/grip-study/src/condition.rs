@@ -26,50 +26,19 @@ pub struct Features {
     pub target: &'static str,
 }
 
-/// Which question a condition belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Group {
-    /// Noise of the slip speed, trial force fixed.
-    SpeedNoise,
-    /// The trial force varies.
-    VariedForce,
-    /// Other readings of E_sc.
-    Readings,
-    /// Other features.
-    Features,
-    /// Ten times the rows.
-    MoreData,
-    /// The rows of the shipped estimator.
-    Shipped,
-    /// Targets as the study says it made them.
-    Equation,
-}
-
-impl Group {
-    /// All groups, in the order of the report.
-    pub const ALL: [Self; 7] = [
-        Self::SpeedNoise,
-        Self::VariedForce,
-        Self::Readings,
-        Self::Features,
-        Self::MoreData,
-        Self::Shipped,
-        Self::Equation,
-    ];
-
-    /// As a heading.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::SpeedNoise => "Fixed trial force: noise of the slip speed",
-            Self::VariedForce => "The trial force varies",
-            Self::Readings => "Other readings of E_sc",
-            Self::Features => "Other features",
-            Self::MoreData => "Ten times the rows",
-            Self::Shipped => "Any stretch of a slip, as the shipped estimator sees it",
-            Self::Equation => "Targets by inverting Eq. 1 for the force",
-        }
+slip_msg::named! {
+    /// Which question a condition belongs to.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Group {
+        fn title: "As a heading.";
     }
+    SpeedNoise: "Noise of the slip speed, trial force fixed.", "Fixed trial force: noise of the slip speed";
+    VariedForce: "The trial force varies.", "The trial force varies";
+    Readings: "Other readings of E_sc.", "Other readings of E_sc";
+    Features: "Other features.", "Other features";
+    MoreData: "Ten times the rows.", "Ten times the rows";
+    Shipped: "The rows of the shipped estimator.", "Any stretch of a slip, as the shipped estimator sees it";
+    Equation: "Targets as the study says it made them.", "Targets by inverting Eq. 1 for the force";
 }
 
 /// One setting of the experiment.

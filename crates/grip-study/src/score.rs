@@ -8,65 +8,23 @@ use serde::Serialize;
 /// Adequate over needed force in every condition of the study.
 pub const SAFETY: f64 = 1.2;
 
-/// When an answer (N) counts as correct.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Tolerance {
-    /// Within 5 % of the adequate force.
-    Relative5,
-    /// Within 10 % of the adequate force: the figure that is meant where none is named.
-    Relative10,
-    /// Within 20 % of the adequate force.
-    Relative20,
-    /// Within 5 % of the range of the adequate forces that are scored.
-    Range5,
-    /// Within half a newton.
-    HalfNewton,
-    /// Within one newton.
-    OneNewton,
-    /// Holds without excess: 1.0 to 1.4 times the needed force.
-    Holds,
+slip_msg::named! {
+    /// When an answer (N) counts as correct.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Tolerance {
+        fn title: "As it stands over a column.";
+        fn key: "Its name in JSON.";
+    }
+    Relative5: "Within 5 % of the adequate force.", "± 5 %", "within_5pct";
+    Relative10: "Within 10 % of the adequate force: the figure that is meant where none is named.", "± 10 %", "within_10pct";
+    Relative20: "Within 20 % of the adequate force.", "± 20 %", "within_20pct";
+    Range5: "Within 5 % of the range of the adequate forces that are scored.", "± 5 % of range", "within_5pct_of_range";
+    HalfNewton: "Within half a newton.", "± 0.5 N", "within_0_5_n";
+    OneNewton: "Within one newton.", "± 1 N", "within_1_n";
+    Holds: "Holds without excess: 1.0 to 1.4 times the needed force.", "1.0–1.4 × needed", "holds_1_0_to_1_4";
 }
 
 impl Tolerance {
-    /// Every definition, in the order of [`Score::correct`].
-    pub const ALL: [Self; 7] = [
-        Self::Relative5,
-        Self::Relative10,
-        Self::Relative20,
-        Self::Range5,
-        Self::HalfNewton,
-        Self::OneNewton,
-        Self::Holds,
-    ];
-
-    /// As it stands over a column.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Relative5 => "± 5 %",
-            Self::Relative10 => "± 10 %",
-            Self::Relative20 => "± 20 %",
-            Self::Range5 => "± 5 % of range",
-            Self::HalfNewton => "± 0.5 N",
-            Self::OneNewton => "± 1 N",
-            Self::Holds => "1.0–1.4 × needed",
-        }
-    }
-
-    /// Its name in JSON.
-    #[must_use]
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Relative5 => "within_5pct",
-            Self::Relative10 => "within_10pct",
-            Self::Relative20 => "within_20pct",
-            Self::Range5 => "within_5pct_of_range",
-            Self::HalfNewton => "within_0_5_n",
-            Self::OneNewton => "within_1_n",
-            Self::Holds => "holds_1_0_to_1_4",
-        }
-    }
-
     /// Whether `answer` counts for the adequate force `target` (both N), where the scored forces span `range` (N).
     /// An answer that is not a number never does.
     #[must_use]

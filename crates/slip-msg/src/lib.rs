@@ -11,6 +11,7 @@ mod command;
 mod fault;
 mod health;
 mod message;
+mod named;
 mod slip;
 mod state;
 mod table;

@@ -1,12 +1,12 @@
 //! `gripctl search`: the network that a genetic algorithm finds for rows of data.
 
-use super::{clock, columns::Columns};
+use super::{clock, columns::Columns, train_beyond::explain};
 use crate::{cli::learn::SearchArgs, output};
 use anyhow::Context as _;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
-    Candidate, Comparison, LearnersConfig, OutlookError, Search, SearchConfig, Sets, compare,
-    learners::count, search::Generation,
+    Candidate, Comparison, LearnersConfig, Search, SearchConfig, Sets, compare, learners::count,
+    search::Generation,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{DataSet, Fit, split::Split};
@@ -115,16 +115,6 @@ fn config(args: &SearchArgs) -> SearchConfig {
     config.fit.repeats = args.repeats;
     config.fit.run.epochs = args.epochs;
     config
-}
-
-/// Settings out of range are wrong arguments.
-fn explain(error: OutlookError) -> anyhow::Error {
-    match error {
-        OutlookError::Setting(error) => WrongArgument(error.to_string()).into(),
-        OutlookError::Fit(error) => WrongArgument(error.to_string()).into(),
-        error @ OutlookError::Count { .. } => WrongArgument(error.to_string()).into(),
-        other => other.into(),
-    }
 }
 
 /// Drawn on a terminal only.

@@ -96,7 +96,7 @@ fn svr_config(args: &TrainArgs, data: &DataSet) -> anyhow::Result<SvrConfig> {
 }
 
 /// Settings out of range are wrong arguments.
-fn explain(error: OutlookError) -> anyhow::Error {
+pub(super) fn explain(error: OutlookError) -> anyhow::Error {
     match error {
         OutlookError::Setting(error) => WrongArgument(error.to_string()).into(),
         OutlookError::Fit(error) => WrongArgument(error.to_string()).into(),

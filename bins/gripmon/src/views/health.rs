@@ -6,9 +6,9 @@ use crate::format;
 use crate::num;
 use crate::palette::{self, Tone};
 use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
-use grip_link::message::daemon::{RealTime, SensorHealth};
+use grip_link::message::daemon::{Appended, Health, RealTime, SensorHealth};
 use grip_scope::Channel;
-use grip_scope::feed::{HealthPoint, LatencyFigures, ObserverSettings};
+use grip_scope::feed::ObserverSettings;
 
 /// Height of the histogram (points).
 const HIGH: f32 = 74.0;
@@ -110,7 +110,7 @@ fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
     }
 }
 
-fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
+fn figures(ui: &mut Ui, point: &Health, seen: &Seen<'_>) {
     heading(ui, "Link");
     let rate =
         point.rate_hz.map_or(format::NOTHING.to_owned(), |hz| format::with_unit(hz.into(), "Hz"));
@@ -121,12 +121,16 @@ fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
     let other =
         [point.bad.too_long, point.bad.cobs, point.bad.length, point.bad.useless, point.bad.gap];
     counted(ui, "other bad frames", other.iter().map(|n| u64::from(*n)).sum(), seen);
-    counted(ui, "dropped inside", point.dropped.iter().sum(), seen);
+    let dropped = point.dropped;
+    let inside = dropped.service + dropped.recorder + u64::from(dropped.clients);
+    counted(ui, "dropped inside", inside, seen);
     row(ui, "lines opened", format::count(u64::from(point.reconnects) + 1));
     row(ui, "commands", format::count(point.commands));
     let seconds = |us: f64| format::with_unit(us * 1e-6, "s");
-    let clock = point.clock_us.map_or(format::NOTHING.to_owned(), |(offset_us, half_us)| {
-        format!("{} +- {}", seconds(offset_us), seconds(half_us))
+    let clock = point.appended.and_then(|appended| appended.clock);
+    let clock = clock.map_or(format::NOTHING.to_owned(), |clock| {
+        let offset_us = num::signed(clock.offset_us);
+        format!("{} +- {}", seconds(offset_us), seconds(clock.half_us.into()))
     });
     row(ui, "clock offset", clock);
     row(
@@ -138,7 +142,7 @@ fn figures(ui: &mut Ui, point: &HealthPoint, seen: &Seen<'_>) {
             format::with_unit(num::counter(point.recorded_bytes), "B")
         ),
     );
-    latency(ui, &point.latency, seen);
+    latency(ui, point, seen);
     heading(ui, "Work");
     for (name, samples) in
         ["bands", "gate", "other methods", "observation"].into_iter().zip(point.stages)
@@ -159,13 +163,13 @@ fn counted(ui: &mut Ui, name: &str, count: u64, seen: &Seen<'_>) {
     row_in(ui, name, if count == 0 { text } else { text.color(seen.palette.tone(Tone::Orange)) });
 }
 
-fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
+fn latency(ui: &mut Ui, health: &Health, seen: &Seen<'_>) {
     heading(ui, "Latency, last byte to command");
     let figures = [
-        ("p50", latency.p50_us),
-        ("p99", latency.p99_us),
-        ("p99.9", latency.p999_us),
-        ("max", latency.max_us),
+        ("p50", health.latency.p50_us),
+        ("p99", health.latency.p99_us),
+        ("p99.9", health.appended.and_then(|appended| appended.p999_us)),
+        ("max", health.latency.max_us),
     ];
     ui.horizontal(|ui| {
         for (name, value) in figures {
@@ -178,17 +182,17 @@ fn latency(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
             });
         }
     });
-    if latency.histogram.is_empty() {
-        sentence(ui, "This gripd is older than gripmon and tells quantiles only.");
-    } else if latency.histogram.iter().all(|(_, count)| *count == 0) {
-        sentence(ui, "No command was sent yet.");
-    } else {
-        histogram(ui, latency, seen);
+    match health.appended.map(|appended| appended.histogram) {
+        None => sentence(ui, "This gripd is older than gripmon and tells quantiles only."),
+        Some(counts) if counts.iter().all(|count| *count == 0) => {
+            sentence(ui, "No command was sent yet.");
+        }
+        Some(counts) => histogram(ui, &counts, seen),
     }
 }
 
 /// Bars by their logarithm, so that one slow command in a million is seen.
-fn histogram(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
+fn histogram(ui: &mut Ui, counts: &[u64], seen: &Seen<'_>) {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width() - 8.0, HIGH), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
@@ -201,39 +205,41 @@ fn histogram(ui: &mut Ui, latency: &LatencyFigures, seen: &Seen<'_>) {
         Stroke::new(1.0, seen.palette.edge),
         eframe::egui::StrokeKind::Inside,
     );
-    let (first, last) = filled(&latency.histogram);
-    let Some(bars) = latency.histogram.get(first..last) else { return };
-    let most = bars.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1);
+    let (first, last) = filled(counts);
+    let Some(bars) = counts.get(first..last) else { return };
+    let most = bars.iter().copied().max().unwrap_or(1).max(1);
     let wide = plot.width() / num::narrow(num::count(bars.len().max(1)));
     let log = |count: u64| (1.0 + num::counter(count)).log10() / (1.0 + num::counter(most)).log10();
-    for (i, (_, count)) in bars.iter().enumerate() {
+    for (i, count) in bars.iter().enumerate() {
         let left = plot.left() + wide * num::narrow(num::count(i));
         let top = plot.bottom() - num::narrow(log(*count)) * (plot.height() - 4.0);
         let bar = Rect::from_min_max(pos2(left + 0.5, top), pos2(left + wide - 0.5, plot.bottom()));
         painter.rect_filled(bar, 0, seen.palette.tone(Tone::Blue));
     }
-    let label = |x: f32, align: Align2, bound: Option<&(f32, u64)>| {
-        let text = bound.map_or(String::new(), |(us, _)| bound_text(*us));
+    let label = |x: f32, align: Align2, bucket: usize| {
+        let text = bound_text(first + bucket);
         painter.text(pos2(x, rect.bottom()), align, text, palette::axis_font(), seen.palette.weak);
     };
-    label(plot.left(), Align2::LEFT_BOTTOM, bars.first());
-    label(plot.center().x, Align2::CENTER_BOTTOM, bars.get(bars.len() / 2));
-    label(plot.right(), Align2::RIGHT_BOTTOM, bars.last());
+    label(plot.left(), Align2::LEFT_BOTTOM, 0);
+    label(plot.center().x, Align2::CENTER_BOTTOM, bars.len() / 2);
+    label(plot.right(), Align2::RIGHT_BOTTOM, bars.len().saturating_sub(1));
     response.on_hover_text(
         "Commands by latency; heights are logarithmic, so that single slow ones are seen.",
     );
 }
 
-fn bound_text(us: f32) -> String {
-    if us.is_finite() { format::with_unit(f64::from(us) * 1e-6, "s") } else { "more".to_owned() }
+/// The upper bound of a bucket.
+fn bound_text(bucket: usize) -> String {
+    let upper_ns = Appended::upper_ns(bucket);
+    upper_ns.map_or("more".to_owned(), |ns| format::with_unit(num::counter(ns) * 1e-9, "s"))
 }
 
 /// From the first to behind the last bucket that holds anything, with one more at each side.
-fn filled(histogram: &[(f32, u64)]) -> (usize, usize) {
-    let holds = |(_, count): &(f32, u64)| *count > 0;
-    let first = histogram.iter().position(holds).unwrap_or(0);
-    let last = histogram.iter().rposition(holds).map_or(histogram.len(), |last| last + 1);
-    (first.saturating_sub(1), (last + 1).min(histogram.len()))
+fn filled(counts: &[u64]) -> (usize, usize) {
+    let holds = |count: &u64| *count > 0;
+    let first = counts.iter().position(holds).unwrap_or(0);
+    let last = counts.iter().rposition(holds).map_or(counts.len(), |last| last + 1);
+    (first.saturating_sub(1), (last + 1).min(counts.len()))
 }
 
 fn scope(ui: &mut Ui, seen: &Seen<'_>) {
@@ -278,10 +284,8 @@ mod tests {
 
     #[test]
     fn empty_ends_of_a_histogram_are_left_out() {
-        let bars =
-            |counts: &[u64]| -> Vec<(f32, u64)> { counts.iter().map(|n| (1.0, *n)).collect() };
-        assert_eq!(filled(&bars(&[0, 0, 0, 5, 1, 0, 0])), (2, 6));
-        assert_eq!(filled(&bars(&[1])), (0, 1));
-        assert_eq!(filled(&bars(&[0, 0])), (0, 2));
+        assert_eq!(filled(&[0, 0, 0, 5, 1, 0, 0]), (2, 6));
+        assert_eq!(filled(&[1]), (0, 1));
+        assert_eq!(filled(&[0, 0]), (0, 2));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Seen, heading, readout, row, sentence};
 use crate::action::Action;
-use crate::form::{TriggerForm, TriggerKind};
+use crate::form::{Condition, TriggerForm};
 use crate::format::{self, Typed};
 use eframe::egui::{ComboBox, DragValue, Ui};
 use grip_scope::trigger::TriggerMode;
@@ -23,16 +23,16 @@ const EVENTS: [EventKind; 7] = [
 const CHOICES: f32 = 320.0;
 
 /// What a channel can be waited for.
-const OF_A_CHANNEL: [TriggerKind; 4] =
-    [TriggerKind::Rising, TriggerKind::Falling, TriggerKind::Above, TriggerKind::Below];
+const OF_A_CHANNEL: [Condition; 4] =
+    [Condition::RisingEdge, Condition::FallingEdge, Condition::Above, Condition::Below];
 
-const fn name(kind: TriggerKind) -> &'static str {
-    match kind {
-        TriggerKind::Rising => "rising edge",
-        TriggerKind::Falling => "falling edge",
-        TriggerKind::Above => "above the level",
-        TriggerKind::Below => "below the level",
-        TriggerKind::Event(kind) => kind.name(),
+const fn name(condition: Condition, event: EventKind) -> &'static str {
+    match condition {
+        Condition::RisingEdge => "rising edge",
+        Condition::FallingEdge => "falling edge",
+        Condition::Above => "above the level",
+        Condition::Below => "below the level",
+        Condition::Event => event.name(),
     }
 }
 
@@ -48,7 +48,7 @@ pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         actions.push(Action::ToggleTrigger);
     }
     kind(ui, &mut form);
-    if !matches!(form.kind, TriggerKind::Event(_)) {
+    if form.condition != Condition::Event {
         level(ui, &mut form, seen);
     }
     mode(ui, &mut form);
@@ -79,11 +79,14 @@ fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> eframe::egui::
 
 fn kind(ui: &mut Ui, form: &mut TriggerForm) {
     heading(ui, "Waits for");
-    let text = name(form.kind);
+    let mut chosen = (form.condition, form.event);
+    let of_a_channel = OF_A_CHANNEL.map(|condition| (condition, form.event));
+    let events = EVENTS.map(|event| (Condition::Event, event));
+    let text = name(form.condition, form.event);
     labelled(ui, "Condition", |ui| {
         let choose = |ui: &mut Ui| {
-            for kind in OF_A_CHANNEL.into_iter().chain(EVENTS.map(TriggerKind::Event)) {
-                ui.selectable_value(&mut form.kind, kind, name(kind));
+            for (condition, event) in of_a_channel.into_iter().chain(events) {
+                ui.selectable_value(&mut chosen, (condition, event), name(condition, event));
             }
         };
         ComboBox::from_id_salt("condition")
@@ -93,6 +96,7 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
             .show_ui(ui, choose)
             .response
     });
+    (form.condition, form.event) = chosen;
 }
 
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
@@ -181,7 +185,7 @@ fn window(ui: &mut Ui, form: &mut TriggerForm) {
     heading(ui, "Shows");
     let seconds =
         |value| DragValue::new(value).speed(0.01).range(0.001..=600.0).suffix(" s").max_decimals(3);
-    labelled(ui, "Before it", |ui| ui.add(seconds(&mut form.pre_s)));
+    labelled(ui, "Before it", |ui| ui.add(seconds(&mut form.before_s)));
     labelled(ui, "In all", |ui| ui.add(seconds(&mut form.window_s)));
-    form.window_s = form.window_s.max(form.pre_s);
+    form.window_s = form.window_s.max(form.before_s);
 }

@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable as _;
 use grip_scope::feed::{EventKind, EventMark, Feed};
 use grip_scope::trigger::TriggerMode;
 use gripmon::Scope;
-use gripmon::form::TriggerKind;
+use gripmon::form::Condition;
 use gripmon::layout::{Look, Panel};
 use gripmon::time::Following;
 
@@ -127,7 +127,8 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
     click(&mut harness, "Single");
     assert_eq!(harness.state().state.trigger.mode, TriggerMode::Single);
-    assert_eq!(harness.state().state.trigger.kind, TriggerKind::Event(EventKind::Gross));
+    let form = harness.state().state.trigger;
+    assert_eq!((form.condition, form.event), (Condition::Event, EventKind::Gross));
     click(&mut harness, "Arm");
     harness.get_by_label("armed, waiting");
     {

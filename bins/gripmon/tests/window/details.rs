@@ -8,7 +8,7 @@ use grip_scope::feed::{
     DerivedBlock, EscPoint, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock,
 };
 use grip_scope::{Channel, EventKind, Model, Span};
-use gripmon::form::TriggerKind;
+use gripmon::form::Condition;
 use gripmon::layout::Panel;
 use gripmon::strip::StripId;
 
@@ -72,7 +72,7 @@ fn a_pointer_over_the_events_is_over_them_in_every_frame() {
 #[test]
 fn a_level_that_is_typed_means_the_same_whatever_it_was_before() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
-    harness.state_mut().state.trigger.kind = TriggerKind::Rising;
+    harness.state_mut().state.trigger.condition = Condition::RisingEdge;
     for (channel, unit, factor) in [
         (Channel::Stylus, "\u{b5}m", 1e-6),
         (Channel::NormalForce, "N", 1.0),
@@ -96,7 +96,7 @@ fn a_level_that_is_typed_means_the_same_whatever_it_was_before() {
 #[test]
 fn a_level_may_be_typed_with_its_unit() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
-    harness.state_mut().state.trigger.kind = TriggerKind::Above;
+    harness.state_mut().state.trigger.condition = Condition::Above;
     harness.state_mut().state.trigger.channel = Channel::Stylus;
     harness.run();
     control(&harness, "Level").click();

@@ -1,13 +1,12 @@
 //! Made-up runs of a gripper, filled into a model by hand.
 
 use grip_link::message::daemon::{
-    BadFrames, GripState, Gripper, LinkState, Method, Reading, RealTime, Recording, Scene,
-    SensorHealth,
+    Appended, BadFrames, ClockOffset, GripState, Gripper, Health, Latency, LinkState, Method,
+    Reading, RealTime, Scene, SensorHealth,
 };
 use grip_scope::feed::{
-    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, HealthPoint,
-    LatencyFigures, Level, NoticeLine, RowBlock, SpectrumColumn, StudyCurve, StudyCurves,
-    StudyPlot, TaxelBlock, Turn,
+    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, Level,
+    NoticeLine, RowBlock, SpectrumColumn, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -170,37 +169,26 @@ fn events(model: &mut Model) {
     model.take(mark(1.6, EventKind::Recovered, "the pressure array is good", None));
 }
 
-pub(crate) fn health() -> HealthPoint {
-    HealthPoint {
-        host_s: 10.0,
+pub(crate) fn health() -> Health {
+    let mut histogram = [0; Appended::BUCKETS];
+    for (bucket, count) in [(7, 500), (8, 3000), (9, 200), (12, 3), (23, 1)] {
+        histogram[bucket] = count;
+    }
+    let clock = Some(ClockOffset { offset_us: 1234, half_us: 40.0 });
+    Health {
+        host_us: 10_000_000,
         rate_hz: Some(9_999.0),
         samples: 20_000,
         lost: 3,
         bad: BadFrames { crc: 2, ..BadFrames::default() },
-        dropped: [0; 3],
         clients: 1,
         link: LinkState::Stream,
-        recording: Recording::Off,
-        recorded_bytes: 0,
-        latency: LatencyFigures {
-            p50_us: Some(21.0),
-            p99_us: Some(60.0),
-            p999_us: Some(400.0),
-            max_us: Some(2000.0),
-            histogram: vec![
-                (10.0, 0),
-                (20.0, 500),
-                (50.0, 3000),
-                (100.0, 200),
-                (1000.0, 3),
-                (f32::INFINITY, 1),
-            ],
-        },
+        latency: Latency { p50_us: Some(21.0), p99_us: Some(60.0), max_us: Some(2000.0) },
         stages: [20_000, 100, 5_000, 2_000],
         slips: 1,
-        reconnects: 0,
         commands: 120,
-        clock_us: Some((1234.0, 40.0)),
+        appended: Some(Appended { p999_us: Some(400.0), clock, histogram }),
+        ..Health::default()
     }
 }
 

@@ -1,10 +1,8 @@
 //! Made-up grippers of a network, filled into a roster by hand.
 
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
-use grip_link::message::daemon::{
-    GripState, Health, LinkState, PipelineState, Reading, Scene, SensorHealth,
-};
-use grip_link::message::{DeviceState, FaultCode, Kind};
+use grip_link::message::daemon::{GripState, Health, LinkState, PipelineState, Scene};
+use grip_link::message::{DeviceState, Kind};
 use grip_scope::fleet::{FleetFeed, Member, Message, Received, Roster, Uid};
 use slip_core::units::Micros;
 
@@ -29,23 +27,14 @@ fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
 pub(crate) fn state(applied_n: f32) -> PipelineState {
     PipelineState {
         t: Micros(1_000_000),
-        host: Micros(0),
         scene: Scene::Holding,
         grip: GripState::Holding,
-        sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
-        notes: 0,
-        fault: FaultCode(0),
-        esc_kind: Reading::None,
-        esc: None,
-        esc_flags: 0,
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(applied_n),
-        estimate_n: None,
         rate_hz: 1000,
-        lost: 0,
-        late_ms: None,
+        ..PipelineState::UNKNOWN
     }
 }
 

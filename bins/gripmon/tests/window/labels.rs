@@ -9,7 +9,7 @@ use grip_scope::feed::Feed;
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
 use gripmon::Scope;
-use gripmon::form::TriggerKind;
+use gripmon::form::Condition;
 use gripmon::layout::{Look, Panel};
 use gripmon::plot::{Kind, Scale};
 use gripmon::strip::StripId;
@@ -167,10 +167,15 @@ fn panels() -> Vec<Case> {
     ]
 }
 
+fn waits_for(scope: &Scope, event: EventKind) -> bool {
+    let form = scope.state.trigger;
+    (form.condition, form.event) == (Condition::Event, event)
+}
+
 fn trigger() -> Vec<Case> {
     use Use::{Choose, Click, Set};
     let at = Panel::Trigger;
-    let rising = |s: &mut Scope| s.state.trigger.kind = TriggerKind::Rising;
+    let rising = |s: &mut Scope| s.state.trigger.condition = Condition::RisingEdge;
     let mut cases = vec![
         case(at, "Arm", nothing, Click, |s| s.state.trigger.armed),
         case(at, "Disarm", |s| s.state.trigger.armed = true, Click, |s| !s.state.trigger.armed),
@@ -189,20 +194,20 @@ fn trigger() -> Vec<Case> {
             Click,
             |s| s.state.trigger.mode == TriggerMode::Normal,
         ),
-        case(at, "Before it", nothing, Set(0.25), |s| near(s.state.trigger.pre_s, 0.25)),
+        case(at, "Before it", nothing, Set(0.25), |s| near(s.state.trigger.before_s, 0.25)),
         case(at, "In all", nothing, Set(2.0), |s| near(s.state.trigger.window_s, 2.0)),
     ];
     let conditions: [(&'static str, Done); 10] = [
-        ("rising edge", |s| s.state.trigger.kind == TriggerKind::Rising),
-        ("falling edge", |s| s.state.trigger.kind == TriggerKind::Falling),
-        ("above the level", |s| s.state.trigger.kind == TriggerKind::Above),
-        ("below the level", |s| s.state.trigger.kind == TriggerKind::Below),
-        ("incipient slip", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Incipient)),
-        ("slip ended", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Ended)),
-        ("reflex", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Reflex)),
-        ("gap", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Gap)),
-        ("fault", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Fault)),
-        ("marker", |s| s.state.trigger.kind == TriggerKind::Event(EventKind::Marker)),
+        ("rising edge", |s| s.state.trigger.condition == Condition::RisingEdge),
+        ("falling edge", |s| s.state.trigger.condition == Condition::FallingEdge),
+        ("above the level", |s| s.state.trigger.condition == Condition::Above),
+        ("below the level", |s| s.state.trigger.condition == Condition::Below),
+        ("incipient slip", |s| waits_for(s, EventKind::Incipient)),
+        ("slip ended", |s| waits_for(s, EventKind::Ended)),
+        ("reflex", |s| waits_for(s, EventKind::Reflex)),
+        ("gap", |s| waits_for(s, EventKind::Gap)),
+        ("fault", |s| waits_for(s, EventKind::Fault)),
+        ("marker", |s| waits_for(s, EventKind::Marker)),
     ];
     let conditions = conditions.into_iter();
     cases.extend(conditions.map(|(name, done)| case(at, "Condition", nothing, Choose(name), done)));
@@ -394,7 +399,7 @@ fn no_control_is_without_a_label_or_missing_in_the_table() {
         |s| {
             s.state.command.armed = true;
             s.state.command.asks_release = true;
-            s.state.trigger.kind = TriggerKind::Above;
+            s.state.trigger.condition = Condition::Above;
             s.state.report("x");
             s.state.values = vec![(StripId::Force, Scale::new(Kind::Linear, 0.0, 1.0))];
         },

@@ -4,6 +4,7 @@ use super::{fixture, window};
 use eframe::egui::{Rect, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
+use grip_link::message::daemon::{Appended, Health};
 use grip_scope::feed::Feed;
 use grip_scope::{Model, SourceStatus, Span};
 use gripmon::Scope;
@@ -84,13 +85,11 @@ fn the_health_panel_reports_rates_losses_clocks_latency_stages_and_sensors() {
     }
     harness.get_by_label("Latency histogram");
     // An older daemon tells quantiles only, a young one has sent nothing yet.
-    for (histogram, stated) in [
-        (Vec::new(), "This gripd is older than gripmon and tells quantiles only."),
-        (vec![(10.0, 0), (f32::INFINITY, 0)], "No command was sent yet."),
+    for (appended, stated) in [
+        (None, "This gripd is older than gripmon and tells quantiles only."),
+        (Some(Appended::default()), "No command was sent yet."),
     ] {
-        let mut health = fixture::health();
-        health.latency.histogram = histogram;
-        health.clock_us = None;
+        let health = Health { appended, ..fixture::health() };
         harness.state().shared.engine().model.take(Feed::Health(Box::new(health)));
         harness.run();
         harness.get_by_label(stated);

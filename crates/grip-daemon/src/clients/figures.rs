@@ -1,7 +1,9 @@
 //! The board of the daemon in, HEALTH for its clients out.
 
 use crate::Board;
-use grip_link::message::daemon::{Appended, BadFrames, Dropped, Health, Latency, Recording};
+use grip_link::message::daemon::{
+    Appended, BadFrames, ClockOffset, Dropped, Health, Latency, Recording,
+};
 
 /// Figures of the daemon at host time `now_us` (us), for [`Clients::health`](super::Clients::health).
 #[must_use]
@@ -10,7 +12,7 @@ pub fn health(board: &Board, now_us: u64) -> Health {
     let (frames, stages) = (&hot.frames, &hot.stages);
     let useless = [frames.version, frames.stale, frames.duplicate, frames.unknown, hot.malformed];
     let recording = &board.recording;
-    let us = |q| hot.latency.quantile_ns(q).map(micros);
+    let (latency, appended) = latency(&hot.latency, hot.clock);
     Health {
         host_us: now_us,
         rate_hz: board.rate_hz().map(single),
@@ -36,22 +38,25 @@ pub fn health(board: &Board, now_us: u64) -> Health {
             (None, Some(_)) => Recording::Running,
             (None, None) => Recording::Off,
         },
-        latency: Latency {
-            p50_us: us(0.5),
-            p99_us: us(0.99),
-            max_us: (hot.latency.count() > 0).then(|| micros(hot.latency.max_ns())),
-        },
+        latency,
         recorded_bytes: recording.bytes,
         stages: [stages.bands, stages.gate, stages.methods, stages.observation],
         slips: u32::try_from(hot.slips).unwrap_or(u32::MAX),
         reconnects: u32::try_from(hot.reconnects).unwrap_or(u32::MAX),
         commands: hot.commands,
-        appended: Some(Appended {
-            p999_us: us(0.999),
-            clock: hot.clock,
-            histogram: hot.latency.doublings(),
-        }),
+        appended: Some(appended),
     }
+}
+
+/// Latency and clock as HEALTH has them.
+#[must_use]
+pub fn latency(latency: &crate::Latency, clock: Option<ClockOffset>) -> (Latency, Appended) {
+    let us = |q| latency.quantile_ns(q).map(micros);
+    let max_us = (latency.count() > 0).then(|| micros(latency.max_ns()));
+    (
+        Latency { p50_us: us(0.5), p99_us: us(0.99), max_us },
+        Appended { p999_us: us(0.999), clock, histogram: latency.doublings() },
+    )
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]

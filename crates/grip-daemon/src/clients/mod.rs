@@ -12,7 +12,7 @@ mod outbox;
 mod roster;
 mod session;
 
-pub use figures::health;
+pub use figures::{health, latency};
 pub use grip_session::config::Listen;
 pub use listen::{ListenError, REMOTE_WARNING, Stream};
 pub use outbox::Class;

@@ -1,10 +1,47 @@
 //! `name=value` lists in, messages out, and back.
 
 use crate::targets::words::{hex, unhex};
-use core::fmt::Debug;
-use core::str::FromStr;
-use grip_link::message::{Channel, ChannelKind, Ident, MAX_CHANNELS, Unit};
+use grip_link::message::{
+    Channel, ChannelKind, Clamped, DeviceState, EventKind, FaultCode, ForceClamp, Ident, Kind,
+    LogLevel, LossAction, MAX_CHANNELS, NackReason, ResetReason, SampleFormat, StatusFlags, Unit,
+};
 use std::collections::HashMap;
+
+/// What a list writes as a number.
+pub(crate) trait Number {
+    fn read(text: &str) -> Self;
+}
+
+macro_rules! numbers {
+    ($($type:ty: |$number:ident| $value:expr;)+) => { $(
+        impl Number for $type {
+            fn read(text: &str) -> Self {
+                let $number = text.parse().unwrap();
+                $value
+            }
+        }
+    )+ };
+}
+
+numbers! {
+    u8: |n| n;
+    u16: |n| n;
+    u32: |n| n;
+    u64: |n| n;
+    i32: |n| n;
+    Kind: |n| Self(n);
+    FaultCode: |n| Self(n);
+    Clamped: |n| Self(n);
+    ForceClamp: |n| Self(n);
+    StatusFlags: |n| Self(n);
+    DeviceState: |n| Self::from_code(n);
+    EventKind: |n| Self::from_code(n);
+    LogLevel: |n| Self::from_code(n);
+    NackReason: |n| Self::from_code(n);
+    ResetReason: |n| Self::from_code(n);
+    LossAction: |n| Self::from_code(n).unwrap();
+    SampleFormat: |n| Self::from_code(n).unwrap();
+}
 
 /// A list being read; every name must be used exactly once.
 pub(crate) struct Given(HashMap<String, String>);
@@ -19,8 +56,9 @@ impl Given {
         self.0.remove(name).unwrap_or_else(|| panic!("no field {name}"))
     }
 
-    pub(crate) fn num<T: FromStr<Err: Debug>>(&mut self, name: &str) -> T {
-        self.text(name).parse().unwrap()
+    /// A number, or what its number stands for.
+    pub(crate) fn num<T: Number>(&mut self, name: &str) -> T {
+        T::read(&self.text(name))
     }
 
     pub(crate) fn bytes(&mut self, name: &str) -> Vec<u8> {

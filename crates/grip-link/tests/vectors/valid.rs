@@ -5,13 +5,12 @@ use crate::table::rows;
 use crate::targets::gripper::written;
 use crate::targets::words::{hex, unhex};
 use grip_link::cobs;
-use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::decoder::{Counters, Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
 use grip_link::message::{
-    Ack, Channel, ChannelKind, Clamped, ClearFault, Config, ConfigAck, DeviceState, Event,
-    EventKind, FaultCode, Firmware, ForceClamp, Grip, Heartbeat, Hello, Ident, Kind, Layout,
-    Limits, Log, LogLevel, LossAction, Nack, NackReason, Ping, Pong, ResetReason, SampleFormat,
-    Samples, SamplesHeader, Stats, Status, StatusFlags, Versions,
+    Ack, Channel, ChannelKind, ClearFault, Config, ConfigAck, Event, Firmware, Grip, Heartbeat,
+    Hello, Ident, Kind, Layout, Limits, Log, Nack, Ping, Pong, SampleFormat, Samples,
+    SamplesHeader, Stats, Status, Versions,
 };
 
 fn kind(name: &str) -> Kind {
@@ -19,205 +18,103 @@ fn kind(name: &str) -> Kind {
     found.unwrap_or_else(|| panic!("no message {name}")).1
 }
 
-/// A message, the payload it writes, and whether a payload reads back as it.
+/// A value with the fields of a list: some made by hand, the others read by their names.
+macro_rules! given {
+    ($g:ident, $type:ident { $($own:ident: $value:expr),*; $($field:ident),* }) => {
+        $type { $($own: $value,)* $($field: $g.num(stringify!($field)),)* }
+    };
+}
+
+/// The payload that a message with these fields writes; that of the frame reads back as the message.
 macro_rules! message {
-    ($frame:expr, $parse:path, $value:expr) => {{
-        let value = $value;
-        assert_eq!($parse($frame.payload), Ok(value));
+    ($g:ident, $frame:ident, $type:ident { $($fields:tt)* }) => {{
+        let value = given! { $g, $type { $($fields)* } };
+        assert_eq!($type::parse($frame.payload), Ok(value));
         written(|p| value.write(p))
     }};
 }
 
 fn config(g: &mut Given) -> Config {
-    Config {
-        sample_rate_hz: g.num("sample_rate_hz"),
-        batch: g.num("batch"),
-        format: SampleFormat::from_code(g.num("format")).unwrap(),
-        ttl_ms: g.num("ttl_ms"),
-        channel_mask: g.num("channel_mask"),
-        force_max_mn: g.num("force_max_mn"),
-        slew_mn_s: g.num("slew_mn_s"),
-        hold_cap_mn: g.num("hold_cap_mn"),
-        loss_after_ms: g.num("loss_after_ms"),
-        loss_action: LossAction::from_code(g.num("loss_action")).unwrap(),
-    }
+    given! { g, Config {
+        ; sample_rate_hz, batch, format, ttl_ms, channel_mask, force_max_mn, slew_mn_s, hold_cap_mn,
+        loss_after_ms, loss_action
+    } }
 }
 
-fn ident(g: &mut Given) -> Ident {
-    let (channels, channel_count) = channels(&g.text("channels"));
-    Ident {
-        versions: Versions { min: g.num("min"), max: g.num("max") },
-        max_rx: g.num("max_rx"),
-        caps: g.num("caps"),
-        uid: g.bytes("uid").try_into().unwrap(),
-        boot_id: g.num("boot_id"),
-        tick_hz: g.num("tick_hz"),
-        limits: Limits {
-            rate_max_hz: g.num("rate_max_hz"),
-            force_max_mn: g.num("force_max_mn"),
-            slew_max_mn_s: g.num("slew_max_mn_s"),
-            hold_cap_mn: g.num("hold_cap_mn"),
-            travel_min_um: g.num("travel_min_um"),
-            travel_max_um: g.num("travel_max_um"),
-        },
-        firmware: Firmware {
-            major: g.num("fw_major"),
-            minor: g.num("fw_minor"),
-            patch: g.num("fw_patch"),
-        },
-        reset: ResetReason::from_code(g.num("reset")),
-        state: DeviceState::from_code(g.num("state")),
-        fault: FaultCode(g.num("fault")),
-        channels,
-        channel_count,
-    }
+fn versions(g: &mut Given) -> Versions {
+    given! { g, Versions { ; min, max } }
+}
+
+fn limits(g: &mut Given) -> Limits {
+    given! { g, Limits {
+        ; rate_max_hz, force_max_mn, slew_max_mn_s, hold_cap_mn, travel_min_um, travel_max_um
+    } }
+}
+
+fn firmware(g: &mut Given) -> Firmware {
+    Firmware { major: g.num("fw_major"), minor: g.num("fw_minor"), patch: g.num("fw_patch") }
+}
+
+fn received(g: &mut Given) -> Counters {
+    given! { g, Counters {
+        ; ok, too_long, cobs, length, crc, echo, version, stale, duplicate, unknown, gap, garbage_bytes
+    } }
 }
 
 fn to_device(kind: Kind, g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
     match kind {
-        Kind::HELLO => message!(
-            frame,
-            Hello::parse,
-            Hello {
-                versions: Versions { min: g.num("min"), max: g.num("max") },
-                max_rx: g.num("max_rx"),
-                caps: g.num("caps"),
-                time_us: g.num("time_us"),
-            }
-        ),
-        Kind::CONFIG => message!(frame, Config::parse, config(g)),
-        Kind::PING => message!(frame, Ping::parse, Ping { t1_us: g.num("t1_us") }),
-        Kind::GRIP => message!(
-            frame,
-            Grip::parse,
-            Grip {
-                cmd_id: g.num("cmd_id"),
-                mode: g.num("mode"),
-                flags: g.num("flags"),
-                ttl_ms: g.num("ttl_ms"),
-                force_mn: g.num("force_mn"),
-                slew_mn_s: g.num("slew_mn_s"),
-                cause_sample: g.num("cause_sample"),
-            }
-        ),
-        Kind::HEARTBEAT => message!(
-            frame,
-            Heartbeat::parse,
-            Heartbeat {
-                turns: g.num("turns"),
-                longest_us: g.num("longest_us"),
-                late: g.num("late"),
-                flags: g.num("flags"),
-            }
-        ),
-        Kind::CLEAR_FAULT => {
-            message!(frame, ClearFault::parse, ClearFault { fault: FaultCode(g.num("fault")) })
+        Kind::HELLO => {
+            message! { g, frame, Hello { versions: versions(g); max_rx, caps, time_us } }
         }
+        Kind::CONFIG => {
+            let config = config(g);
+            assert_eq!(Config::parse(frame.payload), Ok(config));
+            written(|p| config.write(p))
+        }
+        Kind::PING => message! { g, frame, Ping { ; t1_us } },
+        Kind::GRIP => message! {
+            g, frame, Grip { ; cmd_id, mode, flags, ttl_ms, force_mn, slew_mn_s, cause_sample }
+        },
+        Kind::HEARTBEAT => message! { g, frame, Heartbeat { ; turns, longest_us, late, flags } },
+        Kind::CLEAR_FAULT => message! { g, frame, ClearFault { ; fault } },
         _ => Vec::new(),
     }
 }
 
 fn answers(kind: Kind, g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
     match kind {
-        Kind::IDENT => message!(frame, Ident::parse, ident(g)),
-        Kind::CONFIG_ACK => message!(
-            frame,
-            ConfigAck::parse,
-            ConfigAck {
-                seq: g.num("config_seq"),
-                clamped: Clamped(g.num("clamped")),
-                config: config(g),
-            }
-        ),
-        Kind::PONG => message!(
-            frame,
-            Pong::parse,
-            Pong { t1_us: g.num("t1_us"), rx_tick: g.num("rx_tick"), tx_tick: g.num("tx_tick") }
-        ),
-        Kind::ACK => message!(
-            frame,
-            Ack::parse,
-            Ack { kind: Kind(g.num("kind")), seq: g.num("request_seq") }
-        ),
-        Kind::NACK => message!(
-            frame,
-            Nack::parse,
-            Nack {
-                kind: Kind(g.num("kind")),
-                reason: NackReason::from_code(g.num("reason")),
-                seq: g.num("request_seq"),
-            }
-        ),
-        _ => reports(kind, g, frame),
-    }
-}
-
-fn reports(kind: Kind, g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
-    match kind {
+        Kind::IDENT => {
+            let (channels, channel_count) = channels(&g.text("channels"));
+            let uid = g.bytes("uid").try_into().unwrap();
+            message! { g, frame, Ident {
+                versions: versions(g), uid: uid, limits: limits(g), firmware: firmware(g),
+                channels: channels, channel_count: channel_count;
+                max_rx, caps, boot_id, tick_hz, reset, state, fault
+            } }
+        }
+        Kind::CONFIG_ACK => message! {
+            g, frame, ConfigAck { seq: g.num("config_seq"), config: config(g); clamped }
+        },
+        Kind::PONG => message! { g, frame, Pong { ; t1_us, rx_tick, tx_tick } },
+        Kind::ACK => message! { g, frame, Ack { seq: g.num("request_seq"); kind } },
+        Kind::NACK => message! { g, frame, Nack { seq: g.num("request_seq"); kind, reason } },
         Kind::SAMPLES => samples(g, frame),
-        Kind::STATUS => message!(
-            frame,
-            Status::parse,
-            Status {
-                last_cmd_id: g.num("last_cmd_id"),
-                state: DeviceState::from_code(g.num("state")),
-                clamp: ForceClamp(g.num("clamp")),
-                fault: FaultCode(g.num("fault")),
-                applied_mn: g.num("applied_mn"),
-                target_mn: g.num("target_mn"),
-                age_us: g.num("age_us"),
-                flags: StatusFlags(g.num("flags")),
-                rejected: g.num("rejected"),
-            }
-        ),
-        Kind::STATS => message!(frame, Stats::parse, stats(g)),
-        Kind::EVENT => message!(
-            frame,
-            Event::parse,
-            Event {
-                tick: g.num("tick"),
-                kind: EventKind::from_code(g.num("kind")),
-                before: DeviceState::from_code(g.num("before")),
-                after: DeviceState::from_code(g.num("after")),
-                fault: FaultCode(g.num("fault")),
-                dropped: g.num("dropped"),
-                value: g.num("value"),
-            }
-        ),
+        Kind::STATUS => message! { g, frame, Status {
+            ; last_cmd_id, state, clamp, fault, applied_mn, target_mn, age_us, flags, rejected
+        } },
+        Kind::STATS => message! { g, frame, Stats {
+            received: received(g);
+            sent, dropped_batches, dropped_rows, malformed, old, refused, unanswered
+        } },
+        Kind::EVENT => message! {
+            g, frame, Event { ; tick, kind, before, after, fault, dropped, value }
+        },
         Kind::LOG => {
             let text = g.bytes("text");
-            let level = LogLevel::from_code(g.num("level"));
-            message!(frame, Log::parse, Log { tick: g.num("tick"), level, text: &text })
+            message! { g, frame, Log { text: &text; tick, level } }
         }
         other => panic!("{other:?} is not a message to the host"),
     }
-}
-
-fn stats(g: &mut Given) -> Stats {
-    let mut stats = Stats {
-        sent: g.num("sent"),
-        dropped_batches: g.num("dropped_batches"),
-        dropped_rows: g.num("dropped_rows"),
-        malformed: g.num("malformed"),
-        old: g.num("old"),
-        refused: g.num("refused"),
-        unanswered: g.num("unanswered"),
-        ..Stats::default()
-    };
-    let c = &mut stats.received;
-    c.ok = g.num("ok");
-    c.too_long = g.num("too_long");
-    c.cobs = g.num("cobs");
-    c.length = g.num("length");
-    c.crc = g.num("crc");
-    c.echo = g.num("echo");
-    c.version = g.num("version");
-    c.stale = g.num("stale");
-    c.duplicate = g.num("duplicate");
-    c.unknown = g.num("unknown");
-    c.gap = g.num("gap");
-    c.garbage_bytes = g.num("garbage_bytes");
-    stats
 }
 
 fn samples(g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {

@@ -2,71 +2,25 @@
 
 use slip_core::{Cause, CauseSet, Phase, SlipReport, methods::Method};
 
-/// Kinds of events.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum EventKind {
-    /// Shear and first movements.
-    Incipient,
-    /// The object slides.
-    Gross,
-    /// A slip has ended.
-    Ended,
-    /// The force was raised to stop a slip.
-    Reflex,
-    /// Samples are missing.
-    Gap,
-    /// A sensor or the gripper reports a fault.
-    Fault,
-    /// The fault is over.
-    Recovered,
-    /// A pipeline begins, with other settings or another gripper.
-    Reload,
-    /// The device's time went backwards or leapt.
-    Clock,
-    /// A client's command.
-    Client,
-    /// The link changed.
-    Link,
-    /// A mark of the user.
-    Marker,
-}
-
-impl EventKind {
-    /// Every kind.
-    pub const ALL: [Self; 12] = [
-        Self::Incipient,
-        Self::Gross,
-        Self::Ended,
-        Self::Reflex,
-        Self::Gap,
-        Self::Fault,
-        Self::Recovered,
-        Self::Reload,
-        Self::Clock,
-        Self::Client,
-        Self::Link,
-        Self::Marker,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Incipient => "incipient slip",
-            Self::Gross => "gross slip",
-            Self::Ended => "slip ended",
-            Self::Reflex => "reflex",
-            Self::Gap => "gap",
-            Self::Fault => "fault",
-            Self::Recovered => "recovered",
-            Self::Reload => "pipeline begins",
-            Self::Clock => "clock",
-            Self::Client => "client",
-            Self::Link => "link",
-            Self::Marker => "marker",
-        }
+slip_msg::named! {
+    /// Kinds of events.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[non_exhaustive]
+    pub enum EventKind {
+        fn name: "Its name.";
     }
+    Incipient: "Shear and first movements.", "incipient slip";
+    Gross: "The object slides.", "gross slip";
+    Ended: "A slip has ended.", "slip ended";
+    Reflex: "The force was raised to stop a slip.", "reflex";
+    Gap: "Samples are missing.", "gap";
+    Fault: "A sensor or the gripper reports a fault.", "fault";
+    Recovered: "The fault is over.", "recovered";
+    Reload: "A pipeline begins, with other settings or another gripper.", "pipeline begins";
+    Clock: "The device's time went backwards or leapt.", "clock";
+    Client: "A client's command.", "client";
+    Link: "The link changed.", "link";
+    Marker: "A mark of the user.", "marker";
 }
 
 /// Something that happened.

@@ -1,13 +1,11 @@
 //! What a source tells, one item after the other: the only thing that passes from its thread to the model.
 
 mod event;
-mod health;
 mod state;
 mod status;
 mod study;
 
 pub use event::{EventKind, EventMark, causes_text, confidence_text};
-pub use health::{HealthPoint, LatencyFigures};
 pub use slip_core::PipelineState;
 pub use state::{
     BandPoint, DerivedBlock, EscPoint, EvidencePoint, ObserverSettings, SpectrumColumn, Turn,
@@ -16,7 +14,7 @@ pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};
 
 use crate::channel::Channel;
-use grip_link::message::daemon::Gripper;
+use grip_link::message::daemon::{Gripper, Health};
 use std::path::PathBuf;
 
 /// One item. All times are device times (s) as the source has them; the model puts them on its axis.
@@ -41,7 +39,7 @@ pub enum Feed {
     /// Something happened.
     Event(EventMark),
     /// Figures of the daemon.
-    Health(Box<HealthPoint>),
+    Health(Box<Health>),
     /// Which gripper it is.
     Gripper(Gripper),
     /// A line for people.

@@ -6,70 +6,37 @@ use core::cmp::Ordering;
 /// What stands where nothing is known.
 const NOTHING: &str = "-";
 
-/// A column, from left to right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Column {
-    /// A lamp: what to look at first.
-    Trouble,
-    /// The place.
-    Site,
-    /// The gripper's identity.
-    Gripper,
-    /// Whether it is there.
-    Here,
-    /// The link between daemon and gripper.
-    Link,
-    /// What the grasp is doing.
-    Scene,
-    /// What the force controller does.
-    Grip,
-    /// Commanded force.
-    Command,
-    /// Measured force.
-    Applied,
-    /// Force over the last minutes.
-    Force,
-    /// Slip statistic over the last minutes.
-    Statistic,
-    /// Slips since the daemon's start.
-    Slips,
-    /// Slips in the last minute.
-    Minute,
-    /// Samples lost.
-    Lost,
-    /// The sensor that is worst off.
-    Sensors,
-    /// The fault that is latched.
-    Fault,
-    /// The model that estimates the force.
-    Model,
-    /// The gripper's firmware.
-    Firmware,
+slip_msg::named! {
+    /// A column, from left to right.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Column {
+        fn title: "What stands over it.";
+        fn about: "What it means, in a sentence.";
+    }
+    Trouble: "A lamp: what to look at first.",
+        "!", "What to look at first: faults, then what is gone, silent, has no link, a bad sensor, slips.";
+    Site: "The place.", "Site", "The place that gripd names in its [fleet].";
+    Gripper: "The gripper's identity.", "Gripper", "The gripper's identity, 32 digits.";
+    Here: "Whether it is there.", "There", "Whether its gripd is there and tells what it does.";
+    Link: "The link between daemon and gripper.", "Link", "The link between gripd and the gripper.";
+    Scene: "What the grasp is doing.", "Scene", "What the grasp is doing.";
+    Grip: "What the force controller does.", "Grip", "What the force controller does.";
+    Command: "Commanded force.", "Cmd N", "Commanded force (N).";
+    Applied: "Measured force.", "Meas N", "Measured force (N).";
+    Force: "Force over the last minutes.",
+        "Force, 3 min", "Lowest to highest measured force (commanded, where none is measured) of each 2 s; all rows have one scale.";
+    Statistic: "Slip statistic over the last minutes.",
+        "Slip statistic, 3 min", "Highest slip statistic told in each 2 s, by its logarithm; the line is the threshold. It is told five times a second: a short slip may lie between, the count of slips has it.";
+    Slips: "Slips since the daemon's start.", "Slips", "Slips since the start of its gripd.";
+    Minute: "Slips in the last minute.", "1 min", "Slips that were told in the last minute.";
+    Lost: "Samples lost.", "Lost", "Samples lost between the gripper and its gripd.";
+    Sensors: "The sensor that is worst off.", "Sensors", "The sensor that is worst off, where one is not good.";
+    Fault: "The fault that is latched.", "Fault", "The fault that the gripper has latched.";
+    Model: "The model that estimates the force.", "Model", "The model that estimates the force in its gripd.";
+    Firmware: "The gripper's firmware.", "Firmware", "The version of the gripper's firmware.";
 }
 
 impl Column {
-    /// Every column.
-    pub const ALL: [Self; 18] = [
-        Self::Trouble,
-        Self::Site,
-        Self::Gripper,
-        Self::Here,
-        Self::Link,
-        Self::Scene,
-        Self::Grip,
-        Self::Command,
-        Self::Applied,
-        Self::Force,
-        Self::Statistic,
-        Self::Slips,
-        Self::Minute,
-        Self::Lost,
-        Self::Sensors,
-        Self::Fault,
-        Self::Model,
-        Self::Firmware,
-    ];
-
     /// Those in whose words a filter looks.
     pub(super) const WORDS: [Self; 11] = [
         Self::Trouble,
@@ -84,62 +51,6 @@ impl Column {
         Self::Model,
         Self::Firmware,
     ];
-
-    /// What stands over it.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Trouble => "!",
-            Self::Site => "Site",
-            Self::Gripper => "Gripper",
-            Self::Here => "There",
-            Self::Link => "Link",
-            Self::Scene => "Scene",
-            Self::Grip => "Grip",
-            Self::Command => "Cmd N",
-            Self::Applied => "Meas N",
-            Self::Force => "Force, 3 min",
-            Self::Statistic => "Slip statistic, 3 min",
-            Self::Slips => "Slips",
-            Self::Minute => "1 min",
-            Self::Lost => "Lost",
-            Self::Sensors => "Sensors",
-            Self::Fault => "Fault",
-            Self::Model => "Model",
-            Self::Firmware => "Firmware",
-        }
-    }
-
-    /// What it means, in a sentence.
-    #[must_use]
-    pub const fn about(self) -> &'static str {
-        match self {
-            Self::Trouble => {
-                "What to look at first: faults, then what is gone, silent, has no link, a bad sensor, slips."
-            }
-            Self::Site => "The place that gripd names in its [fleet].",
-            Self::Gripper => "The gripper's identity, 32 digits.",
-            Self::Here => "Whether its gripd is there and tells what it does.",
-            Self::Link => "The link between gripd and the gripper.",
-            Self::Scene => "What the grasp is doing.",
-            Self::Grip => "What the force controller does.",
-            Self::Command => "Commanded force (N).",
-            Self::Applied => "Measured force (N).",
-            Self::Force => {
-                "Lowest to highest measured force (commanded, where none is measured) of each 2 s; all rows have one scale."
-            }
-            Self::Statistic => {
-                "Highest slip statistic told in each 2 s, by its logarithm; the line is the threshold. It is told five times a second: a short slip may lie between, the count of slips has it."
-            }
-            Self::Slips => "Slips since the start of its gripd.",
-            Self::Minute => "Slips that were told in the last minute.",
-            Self::Lost => "Samples lost between the gripper and its gripd.",
-            Self::Sensors => "The sensor that is worst off, where one is not good.",
-            Self::Fault => "The fault that the gripper has latched.",
-            Self::Model => "The model that estimates the force in its gripd.",
-            Self::Firmware => "The version of the gripper's firmware.",
-        }
-    }
 
     /// Whether the largest stand on top when it is first asked for.
     #[must_use]

@@ -7,8 +7,7 @@ use crate::feed::SourceStatus;
 use grip_fleet::Uid;
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    GripState, Health, LinkState, Method, Phase, PipelineState, Reading, Scene, SensorHealth,
-    SlipReport, SpeedSource,
+    GripState, Health, LinkState, Method, Phase, PipelineState, Scene, SensorHealth, SlipReport,
 };
 use grip_link::message::{DeviceState, FaultCode, Kind};
 use slip_core::units::Micros;
@@ -28,23 +27,15 @@ fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
 fn state() -> PipelineState {
     PipelineState {
         t: Micros(1_000_000),
-        host: Micros(0),
         scene: Scene::Holding,
         grip: GripState::Holding,
-        sensors: [SensorHealth::Good; 4],
         device: DeviceState::from_code(2),
-        notes: 0,
-        fault: FaultCode(0),
-        esc_kind: Reading::None,
-        esc: None,
-        esc_flags: 0,
         statistic: Some(0.25),
         command_n: Some(5.0),
         applied_n: Some(4.875),
-        estimate_n: None,
         rate_hz: 1000,
         lost: 7,
-        late_ms: None,
+        ..PipelineState::UNKNOWN
     }
 }
 
@@ -58,16 +49,7 @@ fn health(slips: u32, lost: u64) -> Received {
 }
 
 fn slip(number: u32, phase: Phase) -> Received {
-    let slip = SlipReport {
-        number,
-        t: Micros(0),
-        host: Micros(0),
-        phase,
-        method: Method::Stylus,
-        speed_source: SpeedSource::None,
-        esc_kind: Reading::None,
-        ..SlipReport::UNKNOWN
-    };
+    let slip = SlipReport { number, phase, method: Method::Stylus, ..SlipReport::UNKNOWN };
     message(Kind::SLIP, |out| slip.write(out).unwrap())
 }
 

@@ -1,11 +1,11 @@
 //! Figures of a daemon in, the last ones, with what the scope itself counts, out.
 
-use crate::feed::HealthPoint;
+use grip_link::message::daemon::Health;
 
 /// What is known of the link's health.
 #[derive(Clone, Debug, Default)]
 pub struct HealthBoard {
-    latest: Option<Box<HealthPoint>>,
+    latest: Option<Box<Health>>,
     lost_in_scope: u64,
     late_rows: u64,
     huge: u64,
@@ -15,7 +15,7 @@ pub struct HealthBoard {
 }
 
 impl HealthBoard {
-    pub(super) fn take(&mut self, point: Box<HealthPoint>) {
+    pub(super) fn take(&mut self, point: Box<Health>) {
         self.latest = Some(point);
     }
 
@@ -37,7 +37,7 @@ impl HealthBoard {
 
     /// The last figures.
     #[must_use]
-    pub fn latest(&self) -> Option<&HealthPoint> {
+    pub fn latest(&self) -> Option<&Health> {
         self.latest.as_deref()
     }
 
@@ -80,8 +80,6 @@ impl HealthBoard {
     /// Bytes it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.latest.as_ref().map_or(0, |point| {
-            size_of::<HealthPoint>() + point.latency.histogram.capacity() * size_of::<(f32, u64)>()
-        })
+        self.latest.as_ref().map_or(0, |_| size_of::<Health>())
     }
 }

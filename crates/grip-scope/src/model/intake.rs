@@ -11,7 +11,7 @@ use grip_link::message::{
     FaultCode,
     daemon::{GripState, SensorHealth},
 };
-use slip_core::PipelineState;
+use slip_core::{PipelineState, units::Micros};
 use std::collections::BTreeMap;
 
 impl Model {
@@ -109,7 +109,7 @@ impl Model {
 
     /// Where a row goes, and whether the device's time leapt before it.
     fn place_row(&mut self, time_us: u64) -> Option<(f64, bool)> {
-        let device_s = seconds(time_us);
+        let device_s = Micros(time_us).as_seconds();
         match self.axis.row(device_s) {
             Placed::At(at_s) => Some((at_s, false)),
             Placed::Late => {
@@ -146,7 +146,11 @@ impl Model {
             let series = entry(&mut self.series, *channel);
             let mut broken = block.broken;
             for (time_us, value) in block.times_us.iter().zip(values) {
-                series.push_preview(seconds(*time_us), *value, core::mem::take(&mut broken));
+                series.push_preview(
+                    Micros(*time_us).as_seconds(),
+                    *value,
+                    core::mem::take(&mut broken),
+                );
             }
         }
     }
@@ -289,9 +293,4 @@ const SENSORS: [&str; 4] = ["stylus", "travel", "pressure", "reference"];
 
 fn entry(series: &mut BTreeMap<Channel, Series>, channel: Channel) -> &mut Series {
     series.entry(channel).or_insert_with(|| Series::new(channel))
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-fn seconds(time_us: u64) -> f64 {
-    time_us as f64 / 1e6
 }

@@ -99,9 +99,7 @@ impl Reception {
                 self.set_rate(state.rate_hz);
                 self.updates.push(Feed::State(*state));
             }
-            ToClient::Health(health) => {
-                self.updates.push(Feed::Health(Box::new(reported::health(health))));
-            }
+            ToClient::Health(health) => self.updates.push(Feed::Health(Box::new(*health))),
             ToClient::Gripper(gripper) => self.meet(*gripper),
             ToClient::Rows(rows) => self.take_rows(rows),
             ToClient::Notice(notice) => {

@@ -1,62 +1,14 @@
 //! Messages of a daemon in, items for the model out.
 
 use crate::channel::Channel;
-use crate::feed::{
-    EventKind, EventMark, Feed, HealthPoint, LatencyFigures, Level, NoticeLine, RowBlock,
-    TaxelBlock,
-};
-use grip_link::message::daemon::{
-    Appended, ClockOffset, Health, Notice, NoticeKind, RowOfSample, RowSet,
-};
-
+use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, RowBlock, TaxelBlock};
+use grip_link::message::daemon::{Notice, NoticeKind, RowOfSample, RowSet};
 use slip_core::{Sample, units::Micros};
 
 /// What became of a command: a line for people, and the same among the events.
 pub(super) fn answer(level: Level, text: String) -> [Feed; 2] {
     let mark = EventMark::plain(f64::NAN, EventKind::Client, text.clone());
     [Feed::Event(mark), Feed::Notice(NoticeLine { level, text })]
-}
-
-pub(super) fn health(health: &Health) -> HealthPoint {
-    let dropped = health.dropped;
-    HealthPoint {
-        host_s: seconds(health.host_us),
-        rate_hz: health.rate_hz,
-        samples: health.samples,
-        lost: health.lost,
-        bad: health.bad,
-        dropped: [dropped.service, dropped.recorder, dropped.clients.into()],
-        clients: health.clients,
-        link: health.link,
-        recording: health.recording,
-        recorded_bytes: health.recorded_bytes,
-        latency: LatencyFigures {
-            p50_us: health.latency.p50_us,
-            p99_us: health.latency.p99_us,
-            p999_us: health.appended.and_then(|appended| appended.p999_us),
-            max_us: health.latency.max_us,
-            histogram: health
-                .appended
-                .map_or(Vec::new(), |appended| histogram(&appended.histogram)),
-        },
-        stages: health.stages,
-        slips: health.slips,
-        reconnects: health.reconnects,
-        commands: health.commands,
-        clock_us: health.appended.and_then(|appended| appended.clock).map(clock_us),
-    }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-fn clock_us(clock: ClockOffset) -> (f64, f64) {
-    (clock.offset_us as f64, clock.half_us.into())
-}
-
-/// Upper bound (us) and count of each bucket.
-pub(super) fn histogram(counts: &[u64; Appended::BUCKETS]) -> Vec<(f32, u64)> {
-    #[expect(clippy::cast_precision_loss, reason = "powers of two")]
-    let upper_us = |bucket| Appended::upper_ns(bucket).map_or(f32::INFINITY, |ns| ns as f32 / 1e3);
-    counts.iter().enumerate().map(|(bucket, count)| (upper_us(bucket), *count)).collect()
 }
 
 pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
@@ -163,9 +115,4 @@ impl Blocks {
         self.block.lost = self.block.lost.saturating_add(lost);
         before
     }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-pub(super) fn seconds(us: u64) -> f64 {
-    us as f64 / 1e6
 }

@@ -98,10 +98,7 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     assert_eq!((about.name.as_str(), about.may_command, about.every_nth), ("gripd test", false, 1));
     assert_eq!(watch.model.series(Channel::Applied).unwrap().latest().unwrap().1, 3.5);
     let health = watch.model.health().latest().unwrap();
-    assert_eq!((health.rate_hz, health.clock_us), (Some(9_999.0), Some((-5e6, 40.0))));
-    assert_eq!((health.latency.p999_us, health.latency.histogram.len()), (Some(400.0), 24));
-    assert_eq!(health.latency.histogram[7], (32.768, 90));
-    assert_eq!(health.latency.histogram[23], (f32::INFINITY, 1));
+    assert_eq!((health.rate_hz, health.appended), (Some(9_999.0), appended));
     assert!(watch.samples(Channel::Stylus) > 1000);
     assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
     watch.handle.command(ClientCommand::Release).unwrap();

@@ -5,10 +5,9 @@ use grip_fleet::net::{Announced, NetError, Session, router};
 use grip_fleet::{About, EventId, EventLog, Part, Topic};
 use grip_link::frame::{self, Direction, Header, MAX_WIRE};
 use grip_link::message::daemon::{
-    GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Reading, Scene,
-    SensorHealth,
+    GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Scene,
 };
-use grip_link::message::{DeviceState, FaultCode, Kind};
+use grip_link::message::{DeviceState, Kind};
 use grip_scope::fleet::{Column, Member, Roster, Uid};
 use grip_scope::{
     Channel, EventKind, FleetHandle, FleetPlace, GripperAt, Model, Network, SourceSpec,
@@ -55,23 +54,14 @@ impl Daemon {
         self.turns += 1;
         let state = PipelineState {
             t: Micros(self.turns * 10_000),
-            host: Micros(0),
             scene: Scene::Holding,
             grip: GripState::Holding,
-            sensors: [SensorHealth::Good; 4],
             device: DeviceState::from_code(2),
-            notes: 0,
-            fault: FaultCode(0),
-            esc_kind: Reading::None,
-            esc: None,
-            esc_flags: 0,
             statistic: Some(0.5),
             command_n: Some(5.0),
             applied_n: Some(4.5),
-            estimate_n: None,
             rate_hz: 1000,
-            lost: 0,
-            late_ms: None,
+            ..PipelineState::UNKNOWN
         };
         let head = self.log.head();
         let state = wire(Kind::STATE, |out| state.write(out).unwrap());

@@ -10,105 +10,56 @@
 //! m' u is the momentum of what is poured in: it arrives with u = sqrt(2 g h) after a fall of h and comes to rest in the object. An object that
 //! slides with v loses m' v more of its speed.
 
-use super::{Draw, Object, SceneConfig};
+use super::{Draw, Object, SceneConfig, table::settings};
 use crate::GRAVITY_M_S2;
 use core::f64::consts::{PI, TAU};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-/// Something is poured into the object: its mass rises evenly.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FillConfig {
-    /// Mass added in all (kg), 0 to 20.
-    pub mass_kg: Draw,
-    /// When it begins (s), 0 to 60.
-    pub start_s: f64,
-    /// How long it lasts (s), 0.01 to 60.
-    pub duration_s: f64,
-    /// How far it falls before it arrives (mm), 0 to 1000.
-    pub height_mm: f64,
-}
-
-impl Default for FillConfig {
-    fn default() -> Self {
-        Self { mass_kg: Draw::Fixed(0.0), start_s: 0.3, duration_s: 2.0, height_mm: 100.0 }
+settings! {
+    /// Something is poured into the object: its mass rises evenly.
+    pub struct FillConfig in "fill" {
+        mass_kg: Draw = Draw::Fixed(0.0), 0.0 to 20.0 => "Mass added in all (kg)";
+        start_s: f64 = 0.3, 0.0 to 60.0 => "When it begins (s)";
+        duration_s: f64 = 2.0, 0.01 to 60.0 => "How long it lasts (s)";
+        height_mm: f64 = 100.0, 0.0 to 1000.0 => "How far it falls before it arrives (mm)";
     }
 }
 
-/// Somebody pulls at the object, out of the fingers: a force that rises evenly, stands, and falls evenly.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct TugConfig {
-    /// Force while it stands (N), 0 to 500.
-    pub force_n: Draw,
-    /// When it begins (s), 0 to 60.
-    pub start_s: f64,
-    /// Time of the rise, and of the fall (ms), 1 to 5000.
-    pub rise_ms: f64,
-    /// How long it stands (ms), 0 to 60000.
-    pub hold_ms: f64,
-}
-
-impl Default for TugConfig {
-    fn default() -> Self {
-        Self { force_n: Draw::Fixed(0.0), start_s: 1.0, rise_ms: 50.0, hold_ms: 300.0 }
+settings! {
+    /// Somebody pulls at the object, out of the fingers: a force that rises evenly, stands, and falls evenly.
+    pub struct TugConfig in "tug" {
+        force_n: Draw = Draw::Fixed(0.0), 0.0 to 500.0 => "Force while it stands (N)";
+        start_s: f64 = 1.0, 0.0 to 60.0 => "When it begins (s)";
+        rise_ms: f64 = 50.0, 1.0 to 5000.0 => "Time of the rise, and of the fall (ms)";
+        hold_ms: f64 = 300.0, 0.0 to 60_000.0 => "How long it stands (ms)";
     }
 }
 
-/// Something hits the hand from below: half a sine of acceleration.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct BumpConfig {
-    /// Its peak (m/s^2), 0 to 200.
-    pub acceleration_m_s2: Draw,
-    /// When it begins (s), 0 to 60.
-    pub start_s: f64,
-    /// How long it lasts (ms), 1 to 1000.
-    pub duration_ms: f64,
-}
-
-impl Default for BumpConfig {
-    fn default() -> Self {
-        Self { acceleration_m_s2: Draw::Fixed(0.0), start_s: 1.0, duration_ms: 20.0 }
+settings! {
+    /// Something hits the hand from below: half a sine of acceleration.
+    pub struct BumpConfig in "bump" {
+        acceleration_m_s2: Draw = Draw::Fixed(0.0), 0.0 to 200.0 => "Its peak (m/s^2)";
+        start_s: f64 = 1.0, 0.0 to 60.0 => "When it begins (s)";
+        duration_ms: f64 = 20.0, 1.0 to 1000.0 => "How long it lasts (ms)";
     }
 }
 
-/// The arm lifts and lowers the hand in turn: each move is one period of a sine of acceleration, from rest to rest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ArmConfig {
-    /// Its peak (m/s^2), 0 to 50.
-    pub acceleration_m_s2: Draw,
-    /// When the first move begins (s), 0 to 60.
-    pub start_s: f64,
-    /// Length of a move (s), 0.02 to 10.
-    pub move_s: f64,
-    /// Rest between two moves (s), 0 to 10.
-    pub pause_s: f64,
-}
-
-impl Default for ArmConfig {
-    fn default() -> Self {
-        Self { acceleration_m_s2: Draw::Fixed(0.0), start_s: 0.5, move_s: 0.5, pause_s: 0.2 }
+settings! {
+    /// The arm lifts and lowers the hand in turn: each move is one period of a sine of acceleration, from rest to rest.
+    pub struct ArmConfig in "arm" {
+        acceleration_m_s2: Draw = Draw::Fixed(0.0), 0.0 to 50.0 => "Its peak (m/s^2)";
+        start_s: f64 = 0.5, 0.0 to 60.0 => "When the first move begins (s)";
+        move_s: f64 = 0.5, 0.02 to 10.0 => "Length of a move (s)";
+        pause_s: f64 = 0.2, 0.0 to 10.0 => "Rest between two moves (s)";
     }
 }
 
-/// A liquid creeps into the contact: friction of two phases, dry before and wet after.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WetConfig {
-    /// Wet over dry friction, 0.1 to 1; 1 is a contact that stays dry.
-    pub friction_ratio: Draw,
-    /// When the liquid reaches the contact (s), 0 to 60.
-    pub start_s: f64,
-    /// Time in which the dry part of the contact falls to 1/e (s), 0.001 to 60.
-    pub spread_s: f64,
-}
-
-impl Default for WetConfig {
-    fn default() -> Self {
-        Self { friction_ratio: Draw::Fixed(1.0), start_s: 1.0, spread_s: 0.3 }
+settings! {
+    /// A liquid creeps into the contact: friction of two phases, dry before and wet after.
+    pub struct WetConfig in "wet" {
+        friction_ratio: Draw = Draw::Fixed(1.0), 0.1 to 1.0 => "Wet over dry friction; 1 is a contact that stays dry";
+        start_s: f64 = 1.0, 0.0 to 60.0 => "When the liquid reaches the contact (s)";
+        spread_s: f64 = 0.3, 0.001 to 60.0 => "Time in which the dry part of the contact falls to 1/e (s)";
     }
 }
 

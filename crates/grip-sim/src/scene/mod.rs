@@ -10,6 +10,7 @@ mod file;
 mod load;
 mod part;
 mod sensing;
+mod table;
 mod texture;
 
 pub use builtin::{BUILT_IN, load};
@@ -29,6 +30,7 @@ use crate::random::{self, Purpose};
 use crate::shape::Shape;
 use crate::surface::{self, Surface};
 use serde::{Deserialize, Serialize};
+use table::settings;
 
 /// A grasp scene as written in TOML. Unknown keys are refused; all but `name` have defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -136,30 +138,21 @@ pub struct SceneConfig {
     pub wet: WetConfig,
 }
 
-/// Limits of the gripper's drive.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct DriveConfig {
-    /// Largest force of one finger (N), 0.5 to 1000.
-    pub force_max_n: f64,
-    /// Largest slew rate (N/s), 1 to 100000.
-    pub slew_max_n_s: f64,
-    /// Lag of the drive (ms), 0.1 to 200.
-    pub lag_ms: f64,
-    /// Time to close the fingers (ms), 1 to 5000.
-    pub approach_ms: f64,
-    /// Smallest force of one finger but none (N), 0 to 1000.
-    pub force_min_n: f64,
-    /// Steps of the force from the smallest one on (N), 0 (none) to 100.
-    pub step_n: f64,
-    /// Commands taken a second, 0 (each one) to 1000.
-    pub command_hz: f64,
-    /// Dead time of a command (ms), 0 to 500.
-    pub delay_ms: f64,
-    /// Change that a drive at rest does not answer (N), 0 to 100.
-    pub dead_band_n: f64,
-    /// Share by which friction of the tendons holds the force behind or above what the drive pulls with, 0 to 0.9.
-    pub hysteresis: f64,
+settings! {
+    /// Limits of the gripper's drive.
+    pub struct DriveConfig in "drive" {
+        force_max_n: f64 = 60.0, 0.5 to 1000.0 => "Largest force of one finger (N)";
+        slew_max_n_s: f64 = 2000.0, 1.0 to 100_000.0 => "Largest slew rate (N/s)";
+        lag_ms: f64 = 5.0, 0.1 to 200.0 => "Lag of the drive (ms)";
+        approach_ms: f64 = 100.0, 1.0 to 5000.0 => "Time to close the fingers (ms)";
+        force_min_n: f64 = 0.0 => "Smallest force of one finger but none (N), 0 to the largest";
+        step_n: f64 = 0.0, 0.0 to 100.0 => "Steps of the force from the smallest one on (N; 0: none)";
+        command_hz: f64 = 0.0, 0.0 to 1000.0 => "Commands taken a second (0: each one)";
+        delay_ms: f64 = 0.0, 0.0 to 500.0 => "Dead time of a command (ms)";
+        dead_band_n: f64 = 0.0, 0.0 to 100.0 => "Change that a drive at rest does not answer (N)";
+        hysteresis: f64 = 0.0, 0.0 to 0.9 =>
+            "Share by which friction of the tendons holds the force behind or above what the drive pulls with";
+    }
 }
 
 impl DriveConfig {
@@ -186,69 +179,32 @@ impl Default for ActuatorConfig {
     }
 }
 
-impl Default for DriveConfig {
-    fn default() -> Self {
-        Self {
-            force_max_n: 60.0,
-            slew_max_n_s: 2000.0,
-            lag_ms: 5.0,
-            approach_ms: 100.0,
-            force_min_n: 0.0,
-            step_n: 0.0,
-            command_hz: 0.0,
-            delay_ms: 0.0,
-            dead_band_n: 0.0,
-            hysteresis: 0.0,
-        }
+settings! {
+    /// Elastic finger pads under shear and compression.
+    pub struct PadConfig in "pad" {
+        shear_n_mm: f64 = 100.0, 1.0 to 10_000.0 => "Shear stiffness of one pad (N/mm)";
+        damping_n_s_m: f64 = 50.0, 0.0 to 500.0 => "Shear damping of one pad (N s/m)";
+        stribeck_mm_s: f64 = 5.0, 0.1 to 100.0 => "Stribeck speed (mm/s)";
+        elastic_share: f64 = 0.0, 0.0 to 0.99 =>
+            "Share of the break-away shear below which a pad only deforms (0: it creeps under every swing of the load)";
+        sink_um_n: f64 = 0.0, 0.0 to 100.0 => "How far the stylus is pushed in as the pad gives way (um/N)";
     }
 }
 
-/// Elastic finger pads under shear and compression.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PadConfig {
-    /// Shear stiffness of one pad (N/mm), 1 to 10000.
-    pub shear_n_mm: f64,
-    /// Shear damping of one pad (N s/m), 0 to 500.
-    pub damping_n_s_m: f64,
-    /// Stribeck speed (mm/s), 0.1 to 100.
-    pub stribeck_mm_s: f64,
-    /// Share of the break-away shear below which a pad only deforms, 0 (it creeps under every swing of the load) to 0.99.
-    pub elastic_share: f64,
-    /// How far the stylus is pushed in as the pad gives way (um/N), 0 to 100.
-    pub sink_um_n: f64,
-}
-
-impl Default for PadConfig {
-    fn default() -> Self {
-        Self {
-            shear_n_mm: 100.0,
-            damping_n_s_m: 50.0,
-            stribeck_mm_s: 5.0,
-            elastic_share: 0.0,
-            sink_um_n: 0.0,
-        }
+settings! {
+    /// Vertical sinusoidal acceleration of the hand; it adds to gravity once the object is lifted.
+    pub struct ShakeConfig in "shake" {
+        amplitude_m_s2: f64 = 0.0, 0.0 to 50.0 => "Amplitude (m/s^2)";
+        frequency_hz: f64 = 0.0, 0.0 to 200.0 => "Frequency (Hz)";
     }
 }
 
-/// Vertical sinusoidal acceleration of the hand; it adds to gravity once the object is lifted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ShakeConfig {
-    /// Amplitude (m/s^2), 0 to 50.
-    pub amplitude_m_s2: f64,
-    /// Frequency (Hz), 0 to 200.
-    pub frequency_hz: f64,
-}
-
-/// Vibration of the robot's own motion; see [`crate::disturbance`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MotionConfig {
-    /// Size of the vibration, 0 to 10; 1 is a robot arm at full motion.
-    pub level: f64,
-    /// Taps a second, 0 to 20.
-    pub taps_per_s: f64,
+settings! {
+    /// Vibration of the robot's own motion; see [`crate::disturbance`].
+    pub struct MotionConfig in "motion" {
+        level: f64 = 0.0, 0.0 to 10.0 => "Size of the vibration; 1 is a robot arm at full motion";
+        taps_per_s: f64 = 0.0, 0.0 to 20.0 => "Taps a second";
+    }
 }
 
 mod defaults {

@@ -1,6 +1,6 @@
 //! What a scene says of the gripper's sensors: which there are, their noise and their errors of scale.
 
-use super::Draw;
+use super::{Draw, table::settings};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -24,31 +24,14 @@ impl Default for ChannelConfig {
     }
 }
 
-/// White Gaussian noise of each sensor, rms, 0 to 1000 in its unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct NoiseConfig {
-    /// Stylus (um).
-    pub stylus_um: f64,
-    /// Normal force (mN).
-    pub force_mn: f64,
-    /// Moved distance (um), before quantisation.
-    pub travel_um: f64,
-    /// Resolution of the moved distance (um).
-    pub travel_step_um: f64,
-    /// Tangential force (mN).
-    pub tangential_mn: f64,
-}
-
-impl Default for NoiseConfig {
-    fn default() -> Self {
-        Self {
-            stylus_um: 0.1,
-            force_mn: 5.0,
-            travel_um: 0.3,
-            travel_step_um: 1.0,
-            tangential_mn: 5.0,
-        }
+settings! {
+    /// White Gaussian noise of each sensor, rms.
+    pub struct NoiseConfig in "noise" {
+        stylus_um: f64 = 0.1, 0.0 to 1000.0 => "Stylus (um)";
+        force_mn: f64 = 5.0, 0.0 to 1000.0 => "Normal force (mN)";
+        travel_um: f64 = 0.3, 0.0 to 1000.0 => "Moved distance (um), before quantisation";
+        travel_step_um: f64 = 1.0, 0.001 to 1000.0 => "Resolution of the moved distance (um)";
+        tangential_mn: f64 = 5.0, 0.0 to 1000.0 => "Tangential force (mN)";
     }
 }
 
@@ -58,22 +41,18 @@ pub(crate) const STYLUS_SPAN_M: f64 = 1e-3;
 /// Span of an accelerometer (m/s^2): 16 g.
 pub(crate) const ACCELERATION_SPAN_M_S2: f64 = 160.0;
 
-/// When and in which steps the sensors are read; 0 everywhere is ideal. Between two readings a sensor shows the last one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ReadingConfig {
-    /// Readings of the moved distance a second, 0 (at each sample) to 20000.
-    pub travel_hz: f64,
-    /// How old they are (ms), 0 to 1000.
-    pub travel_delay_ms: f64,
-    /// Readings of the normal and the tangential force a second, 0 (at each sample) to 20000.
-    pub force_hz: f64,
-    /// Drift of the normal force from the start on (mN/s), -1000 to 1000.
-    pub force_drift_mn_s: f64,
-    /// Bits of the converter of stylus (+-1 mm), accelerometer (+-160 m/s^2) and forces (+-1.25 times the largest), 0 (exact) to 24.
-    pub adc_bits: u8,
-    /// The line delivers what the gripper sends only each so many ms, as a serial converter at USB does; 0 (at once) to 100.
-    pub batch_ms: f64,
+settings! {
+    /// When and in which steps the sensors are read; 0 everywhere is ideal. Between two readings a sensor shows the last one.
+    pub struct ReadingConfig in "reading" {
+        travel_hz: f64 = 0.0, 0.0 to 20_000.0 => "Readings of the moved distance a second (0: at each sample)";
+        travel_delay_ms: f64 = 0.0, 0.0 to 1000.0 => "How old they are (ms)";
+        force_hz: f64 = 0.0, 0.0 to 20_000.0 => "Readings of the normal and the tangential force a second (0: at each sample)";
+        force_drift_mn_s: f64 = 0.0, -1000.0 to 1000.0 => "Drift of the normal force from the start on (mN/s)";
+        adc_bits: u8 = 0, 0.0 to 24.0 =>
+            "Bits of the converter of stylus (+-1 mm), accelerometer (+-160 m/s^2) and forces (+-1.25 times the largest), exact at 0";
+        batch_ms: f64 = 0.0, 0.0 to 100.0 =>
+            "The line delivers what the gripper sends only each so many ms, as a serial converter at USB does (0: at once)";
+    }
 }
 
 impl ReadingConfig {
@@ -83,43 +62,23 @@ impl ReadingConfig {
     }
 }
 
-/// An accelerometer in the finger instead of a stylus: sliding excites modes of the finger, in shares that are drawn for each object.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct VibrationConfig {
-    /// Vibration over noise (rms) where the object slides with 0.1 m/s, 0.1 to 10000.
-    pub level: Draw,
-    /// Power of the speed that the vibration grows with, 0.1 to 3.
-    pub exponent: Draw,
-    /// White Gaussian noise (m/s^2, rms), 0 to 1000.
-    pub noise_m_s2: f64,
-}
-
-impl Default for VibrationConfig {
-    fn default() -> Self {
-        let level = Draw::LogUniform { log_uniform: [5.0, 50.0] };
-        Self { level, exponent: Draw::Uniform { uniform: [0.7, 1.3] }, noise_m_s2: 0.05 }
+settings! {
+    /// An accelerometer in the finger instead of a stylus: sliding excites modes of the finger, in shares that are drawn for each object.
+    pub struct VibrationConfig in "vibration" {
+        level: Draw = Draw::LogUniform { log_uniform: [5.0, 50.0] }, 0.1 to 10_000.0 =>
+            "Vibration over noise (rms) where the object slides with 0.1 m/s";
+        exponent: Draw = Draw::Uniform { uniform: [0.7, 1.3] }, 0.1 to 3.0 => "Power of the speed that the vibration grows with";
+        noise_m_s2: f64 = 0.05, 0.0 to 1000.0 => "White Gaussian noise (m/s^2, rms)";
     }
 }
 
-/// What a sensor shows over what there is: an error of calibration that stays the same during a grasp, 0.1 to 10 each.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct GainConfig {
-    /// Both styli and the motion reference.
-    pub stylus: Draw,
-    /// Normal force.
-    pub force: Draw,
-    /// Moved distance.
-    pub travel: Draw,
-    /// Tangential force.
-    pub tangential: Draw,
-}
-
-impl Default for GainConfig {
-    fn default() -> Self {
-        let [stylus, force, travel, tangential] = [Draw::Fixed(1.0); 4];
-        Self { stylus, force, travel, tangential }
+settings! {
+    /// What a sensor shows over what there is: an error of calibration that stays the same during a grasp.
+    pub struct GainConfig in "gain" {
+        stylus: Draw = Draw::Fixed(1.0), 0.1 to 10.0 => "Both styli and the motion reference";
+        force: Draw = Draw::Fixed(1.0), 0.1 to 10.0 => "Normal force";
+        travel: Draw = Draw::Fixed(1.0), 0.1 to 10.0 => "Moved distance";
+        tangential: Draw = Draw::Fixed(1.0), 0.1 to 10.0 => "Tangential force";
     }
 }
 

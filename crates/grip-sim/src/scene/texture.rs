@@ -1,40 +1,24 @@
 //! Waviness and form of an object's surface, as written in a scene and drawn.
 
-use super::{Draw, SceneConfig};
+use super::{Draw, SceneConfig, table::settings};
 use crate::{random, shape::Shape};
 use core::f64::consts::TAU;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-/// Long waves of the surface; see [`Shape`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct WavinessConfig {
-    /// Amplitude of the strongest of its three waves (um), 0 (none) to 100.
-    pub amplitude_um: Draw,
-    /// Wavelength of that wave (mm), 0.5 to 100.
-    pub wavelength_mm: Draw,
-}
-
-impl Default for WavinessConfig {
-    fn default() -> Self {
-        Self { amplitude_um: Draw::Fixed(0.0), wavelength_mm: Draw::Fixed(4.0) }
+settings! {
+    /// Long waves of the surface; see [`Shape`].
+    pub struct WavinessConfig in "waviness" {
+        amplitude_um: Draw = Draw::Fixed(0.0), 0.0 to 100.0 => "Amplitude of the strongest of its three waves (um; 0: none)";
+        wavelength_mm: Draw = Draw::Fixed(4.0), 0.5 to 100.0 => "Wavelength of that wave (mm)";
     }
 }
 
-/// Shape of the surface along the slip.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FormConfig {
-    /// Tilt (um/mm), -50 to 50.
-    pub tilt_um_mm: Draw,
-    /// Curvature (1/m), -1 to 1; positive bends away from the stylus, which leaves the surface 0.2 mm below where it landed.
-    pub curvature_1_m: Draw,
-}
-
-impl Default for FormConfig {
-    fn default() -> Self {
-        Self { tilt_um_mm: Draw::Fixed(0.0), curvature_1_m: Draw::Fixed(0.0) }
+settings! {
+    /// Shape of the surface along the slip.
+    pub struct FormConfig in "form" {
+        tilt_um_mm: Draw = Draw::Fixed(0.0), -50.0 to 50.0 => "Tilt (um/mm)";
+        curvature_1_m: Draw = Draw::Fixed(0.0), -1.0 to 1.0 =>
+            "Curvature (1/m); positive bends away from the stylus, which leaves the surface 0.2 mm below where it landed";
     }
 }
 

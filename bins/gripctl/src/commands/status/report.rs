@@ -1,11 +1,14 @@
 //! Messages of gripd in, what is known of it with the names of the JSON fields out.
 
+use grip_daemon::report;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{
-    Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome, WelcomeFlags,
+    ClockOffset, Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome,
+    WelcomeFlags,
 };
+use grip_session::config::Uid;
 use serde::Serialize;
-use slip_core::{Cause, CauseSet};
+use slip_core::{Cause, CauseSet, units::Micros};
 
 /// Everything that QUERY tells.
 #[derive(Debug, Default, Serialize)]
@@ -28,80 +31,88 @@ pub(crate) struct Report {
     pub(crate) events: Vec<EventReport>,
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct DaemonReport {
-    pub(crate) daemon: String,
-    pub(crate) run_id: u32,
-    pub(crate) uptime_s: f64,
-    pub(crate) commands_allowed: bool,
-    pub(crate) dry_run: bool,
-    pub(crate) records: bool,
-    pub(crate) real_time: &'static str,
+report! {
+    #[derive(Debug, Serialize)]
+    pub(crate) struct DaemonReport of (welcome: &Welcome<'_>) {
+        daemon: String = welcome.daemon().to_owned();
+        run_id: u32 = welcome.run_id;
+        uptime_s: f64 = Micros(welcome.host_us).as_seconds();
+        commands_allowed: bool = welcome.flags.has(WelcomeFlags::COMMANDS);
+        dry_run: bool = welcome.flags.has(WelcomeFlags::DRY_RUN);
+        records: bool = welcome.flags.has(WelcomeFlags::RECORDS);
+        real_time: &'static str = welcome.real_time.name();
+    }
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct GripperReport {
-    /// `None` where no gripper was seen yet.
-    pub(crate) uid: Option<String>,
-    pub(crate) boot_id: u32,
-    pub(crate) rate_hz: u32,
-    pub(crate) force_max_n: Option<f32>,
-    pub(crate) link: &'static str,
-    pub(crate) taxels: u8,
+report! {
+    #[derive(Debug, Serialize)]
+    pub(crate) struct GripperReport of (gripper: &Gripper) {
+        /// `None` where no gripper was seen yet.
+        uid: Option<String> = (gripper.uid != [0; 16]).then(|| Uid(gripper.uid).to_string());
+        boot_id: u32 = gripper.boot_id;
+        rate_hz: u32 = gripper.rate_hz;
+        force_max_n: Option<f32> = gripper.force_max_n;
+        link: &'static str = gripper.link.name();
+        taxels: u8 = gripper.taxels;
+    }
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct StateReport {
-    pub(crate) t_s: f64,
-    pub(crate) scene: &'static str,
-    pub(crate) grip: &'static str,
-    pub(crate) device: String,
-    pub(crate) fault: u16,
-    pub(crate) statistic: Option<f32>,
-    pub(crate) command_n: Option<f32>,
-    pub(crate) applied_n: Option<f32>,
-    pub(crate) estimate_n: Option<f32>,
-    pub(crate) esc: Option<f32>,
-    pub(crate) esc_reading: &'static str,
-    pub(crate) stylus: &'static str,
-    pub(crate) travel: &'static str,
-    pub(crate) pressure: &'static str,
-    pub(crate) reference: &'static str,
-    /// Age of the newest usable row at the last command (ms).
-    pub(crate) late_ms: Option<f32>,
+report! {
+    #[derive(Debug, Serialize)]
+    pub(crate) struct StateReport of (state: &PipelineState) {
+        t_s: f64 = state.t.as_seconds();
+        scene: &'static str = state.scene.name();
+        grip: &'static str = state.grip.name();
+        device: String = state.device.name().to_owned();
+        fault: u16 = state.fault.0;
+        statistic: Option<f32> = state.statistic;
+        command_n: Option<f32> = state.command_n;
+        applied_n: Option<f32> = state.applied_n;
+        estimate_n: Option<f32> = state.estimate_n;
+        esc: Option<f32> = state.esc;
+        esc_reading: &'static str = state.esc_kind.name();
+        stylus: &'static str = state.sensors[0].name();
+        travel: &'static str = state.sensors[1].name();
+        pressure: &'static str = state.sensors[2].name();
+        reference: &'static str = state.sensors[3].name();
+        /// Age of the newest usable row at the last command (ms).
+        late_ms: Option<f32> = state.late_ms;
+    }
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct HealthReport {
-    pub(crate) rate_hz: Option<f32>,
-    pub(crate) samples: u64,
-    pub(crate) lost: u64,
-    pub(crate) bad_too_long: u32,
-    pub(crate) bad_cobs: u32,
-    pub(crate) bad_length: u32,
-    pub(crate) bad_crc: u32,
-    pub(crate) bad_useless: u32,
-    pub(crate) gap: u32,
-    pub(crate) dropped_service: u64,
-    pub(crate) dropped_recorder: u64,
-    pub(crate) dropped_clients: u32,
-    pub(crate) clients: u16,
-    pub(crate) recording: &'static str,
-    pub(crate) recorded_bytes: u64,
-    pub(crate) latency_p50_us: Option<f32>,
-    pub(crate) latency_p99_us: Option<f32>,
-    /// Absent, as the clocks, where the daemon is older than that.
-    pub(crate) latency_p99_9_us: Option<f32>,
-    pub(crate) latency_max_us: Option<f32>,
-    pub(crate) clock_offset_us: Option<i64>,
-    pub(crate) clock_half_us: Option<f32>,
-    pub(crate) stage_bands: u64,
-    pub(crate) stage_gate: u64,
-    pub(crate) stage_methods: u64,
-    pub(crate) stage_observation: u64,
-    pub(crate) slips: u32,
-    pub(crate) reconnects: u32,
-    pub(crate) commands: u64,
+report! {
+    #[derive(Debug, Serialize)]
+    pub(crate) struct HealthReport of (health: &Health) {
+        rate_hz: Option<f32> = health.rate_hz;
+        samples: u64 = health.samples;
+        lost: u64 = health.lost;
+        bad_too_long: u32 = health.bad.too_long;
+        bad_cobs: u32 = health.bad.cobs;
+        bad_length: u32 = health.bad.length;
+        bad_crc: u32 = health.bad.crc;
+        bad_useless: u32 = health.bad.useless;
+        gap: u32 = health.bad.gap;
+        dropped_service: u64 = health.dropped.service;
+        dropped_recorder: u64 = health.dropped.recorder;
+        dropped_clients: u32 = health.dropped.clients;
+        clients: u16 = health.clients;
+        recording: &'static str = health.recording.name();
+        recorded_bytes: u64 = health.recorded_bytes;
+        latency_p50_us: Option<f32> = health.latency.p50_us;
+        latency_p99_us: Option<f32> = health.latency.p99_us;
+        /// Absent, as the clocks, where the daemon is older than that.
+        latency_p99_9_us: Option<f32> = health.appended.and_then(|appended| appended.p999_us);
+        latency_max_us: Option<f32> = health.latency.max_us;
+        clock_offset_us: Option<i64> = clock(health).map(|clock| clock.offset_us);
+        clock_half_us: Option<f32> = clock(health).map(|clock| clock.half_us);
+        stage_bands: u64 = health.stages[0];
+        stage_gate: u64 = health.stages[1];
+        stage_methods: u64 = health.stages[2];
+        stage_observation: u64 = health.stages[3];
+        slips: u32 = health.slips;
+        reconnects: u32 = health.reconnects;
+        commands: u64 = health.commands;
+    }
 }
 
 /// One line of `--events` and of the last events.
@@ -176,102 +187,13 @@ impl Report {
     }
 }
 
-impl DaemonReport {
-    fn of(welcome: &Welcome<'_>) -> Self {
-        Self {
-            daemon: welcome.daemon().to_owned(),
-            run_id: welcome.run_id,
-            uptime_s: seconds(welcome.host_us),
-            commands_allowed: welcome.flags.has(WelcomeFlags::COMMANDS),
-            dry_run: welcome.flags.has(WelcomeFlags::DRY_RUN),
-            records: welcome.flags.has(WelcomeFlags::RECORDS),
-            real_time: welcome.real_time.name(),
-        }
-    }
-}
-
-impl GripperReport {
-    fn of(gripper: &Gripper) -> Self {
-        let uid: String = gripper.uid.iter().map(|byte| format!("{byte:02x}")).collect();
-        Self {
-            uid: (gripper.uid != [0; 16]).then_some(uid),
-            boot_id: gripper.boot_id,
-            rate_hz: gripper.rate_hz,
-            force_max_n: gripper.force_max_n,
-            link: gripper.link.name(),
-            taxels: gripper.taxels,
-        }
-    }
-}
-
-impl StateReport {
-    fn of(state: &PipelineState) -> Self {
-        let [stylus, travel, pressure, reference] = state.sensors.map(|sensor| sensor.name());
-        Self {
-            t_s: state.t.as_seconds(),
-            scene: state.scene.name(),
-            grip: state.grip.name(),
-            device: state.device.name().to_owned(),
-            fault: state.fault.0,
-            statistic: state.statistic,
-            command_n: state.command_n,
-            applied_n: state.applied_n,
-            estimate_n: state.estimate_n,
-            esc: state.esc,
-            esc_reading: state.esc_kind.name(),
-            stylus,
-            travel,
-            pressure,
-            reference,
-            late_ms: state.late_ms,
-        }
-    }
-}
-
-impl HealthReport {
-    fn of(health: &Health) -> Self {
-        let [stage_bands, stage_gate, stage_methods, stage_observation] = health.stages;
-        let clock = health.appended.and_then(|appended| appended.clock);
-        Self {
-            rate_hz: health.rate_hz,
-            samples: health.samples,
-            lost: health.lost,
-            bad_too_long: health.bad.too_long,
-            bad_cobs: health.bad.cobs,
-            bad_length: health.bad.length,
-            bad_crc: health.bad.crc,
-            bad_useless: health.bad.useless,
-            gap: health.bad.gap,
-            dropped_service: health.dropped.service,
-            dropped_recorder: health.dropped.recorder,
-            dropped_clients: health.dropped.clients,
-            clients: health.clients,
-            recording: health.recording.name(),
-            recorded_bytes: health.recorded_bytes,
-            latency_p50_us: health.latency.p50_us,
-            latency_p99_us: health.latency.p99_us,
-            latency_p99_9_us: health.appended.and_then(|appended| appended.p999_us),
-            latency_max_us: health.latency.max_us,
-            clock_offset_us: clock.map(|clock| clock.offset_us),
-            clock_half_us: clock.map(|clock| clock.half_us),
-            stage_bands,
-            stage_gate,
-            stage_methods,
-            stage_observation,
-            slips: health.slips,
-            reconnects: health.reconnects,
-            commands: health.commands,
-        }
-    }
-}
-
 impl EventReport {
     /// `None` for what is no event.
     pub(crate) fn of(message: &ToClient<'_>) -> Option<Self> {
         Some(match message {
             ToClient::Slip(slip) => Self::slip(slip),
             ToClient::Notice(notice) => Self::Notice {
-                host_s: seconds(notice.host_us),
+                host_s: Micros(notice.host_us).as_seconds(),
                 about: notice.kind.name(),
                 text: notice.as_str().to_owned(),
                 count: notice.count,
@@ -307,6 +229,10 @@ impl EventReport {
     }
 }
 
+fn clock(health: &Health) -> Option<ClockOffset> {
+    health.appended.and_then(|appended| appended.clock)
+}
+
 /// As it travelled.
 #[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
 const fn single(value: f64) -> f32 {
@@ -315,9 +241,4 @@ const fn single(value: f64) -> f32 {
 
 fn names(causes: u8) -> Vec<&'static str> {
     CauseSet::from_bits(causes).iter().map(Cause::name).collect()
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-fn seconds(us: u64) -> f64 {
-    us as f64 / 1e6
 }

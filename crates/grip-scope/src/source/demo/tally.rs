@@ -1,9 +1,7 @@
 //! Sessions of one grasp after the other in, the figures a daemon would tell out.
 
-use super::super::reported;
-use crate::feed::{HealthPoint, LatencyFigures};
-use grip_daemon::Latency;
-use grip_link::message::daemon::{BadFrames, Recording};
+use grip_daemon::{Latency, clients};
+use grip_link::message::daemon::{BadFrames, ClockOffset, Dropped, Health, Recording};
 use grip_session::Session;
 
 /// From one point to the next (us).
@@ -56,7 +54,7 @@ impl Tally {
     }
 
     /// The figures, once a second of device time.
-    pub(super) fn health(&mut self, now_us: u64, session: &Session) -> Option<HealthPoint> {
+    pub(super) fn health(&mut self, now_us: u64, session: &Session) -> Option<Health> {
         let since_us = now_us.saturating_sub(self.reported_us);
         if since_us < EVERY_US {
             return None;
@@ -68,8 +66,12 @@ impl Tally {
         let frames = link.counters();
         #[expect(clippy::cast_precision_loss, reason = "samples of a second")]
         let rate_hz = Some(1e6 * fresh as f32 / since_us as f32);
-        Some(HealthPoint {
-            host_s: reported::seconds(now_us),
+        #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]
+        let offset = |(offset_us, half_us)| ClockOffset { offset_us, half_us: half_us as f32 };
+        let clock = session.clock_offset_us().map(offset);
+        let (latency, appended) = clients::latency(&self.latency, clock);
+        Some(Health {
+            host_us: now_us,
             rate_hz,
             samples: counts.samples,
             lost: counts.lost,
@@ -81,39 +83,17 @@ impl Tally {
                 useless: frames.stale,
                 gap: frames.gap,
             },
-            dropped: [0; 3],
+            dropped: Dropped::default(),
             clients: 1,
             link: link.state(),
             recording: Recording::Off,
             recorded_bytes: 0,
-            latency: figures(&self.latency),
+            latency,
             stages: counts.stages,
             slips: u32::try_from(counts.slips).unwrap_or(u32::MAX),
             reconnects: counts.grasps - 1,
             commands: counts.commands,
-            clock_us: session.clock_offset_us().map(exact),
+            appended: Some(appended),
         })
     }
-}
-
-/// Quantiles and histogram of the latency.
-fn figures(latency: &Latency) -> LatencyFigures {
-    let us = |q| latency.quantile_ns(q).map(micros);
-    LatencyFigures {
-        p50_us: us(0.5),
-        p99_us: us(0.99),
-        p999_us: us(0.999),
-        max_us: (latency.count() > 0).then(|| micros(latency.max_ns())),
-        histogram: reported::histogram(&latency.doublings()),
-    }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
-const fn exact((offset_us, half_us): (i64, f64)) -> (f64, f64) {
-    (offset_us as f64, half_us)
-}
-
-#[expect(clippy::cast_precision_loss, reason = "told with seven digits")]
-fn micros(ns: u64) -> f32 {
-    ns as f32 / 1e3
 }

@@ -2,7 +2,6 @@
 
 use crate::derive::Observer;
 use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings};
-use crate::source::reported;
 use crate::source::stream::Stream;
 
 use grip_session::HostEstimator;
@@ -10,6 +9,7 @@ use grip_session::model::{default_estimator, parse_estimator};
 use grip_session::recording::{MODEL_NAME, UNRECORDED, beginning};
 
 use grip_record::mcap::{Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
+use slip_core::units::Micros;
 
 /// Rows of a block.
 const BLOCK: usize = 2048;
@@ -135,7 +135,7 @@ impl Entries {
     }
 
     fn mark(&mut self, kind: EventKind, text: String) {
-        let t_s = self.first_us.map_or(f64::NAN, |_| reported::seconds(self.last_us));
+        let t_s = self.first_us.map_or(f64::NAN, |_| Micros(self.last_us).as_seconds());
         self.updates.push(Feed::Event(EventMark::plain(t_s, kind, text)));
     }
 

@@ -3,9 +3,10 @@
 use super::{Stop, deliver};
 use crate::feed::{Feed, RowBlock};
 use crate::source::outlet::Outlet;
-use crate::source::reported::{Blocks, seconds};
+use crate::source::reported::Blocks;
 use core::time::Duration;
 use grip_record::mcap::{ChunkPlace, Entry, McapIndex, McapReader, Record};
+use slip_core::units::Micros;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -27,7 +28,7 @@ pub(super) fn show(file: &Path, index: &McapIndex, outlet: &mut Outlet) -> Resul
         // The gripper has restarted in between: where things stand on the axis is known only when they are read.
         return Ok(());
     };
-    let (from_s, to_s) = (seconds(from_us), seconds(to_us));
+    let (from_s, to_s) = (Micros(from_us).as_seconds(), Micros(to_us).as_seconds());
     deliver(outlet, vec![Feed::Extent { from_s, to_s, file: file.to_owned() }], 0.0)?;
     if index.chunks.len() < WORTH {
         return Ok(());
