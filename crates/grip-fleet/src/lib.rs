@@ -6,6 +6,7 @@
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
+//! * [`json`]: a message in, the JSON object that stands for it out;
 //! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
@@ -18,6 +19,7 @@ mod bridge;
 pub mod deploy;
 mod follower;
 mod id;
+pub mod json;
 mod key;
 pub mod live;
 mod log;

@@ -8,10 +8,7 @@ mod recordings;
 
 use super::{
     checked, clock,
-    status::{
-        report::{EventReport, Report, StateReport},
-        text,
-    },
+    status::{report::Report, text},
 };
 use crate::{
     cli::fleet::{FleetArgs, FleetCommand, PlaceArgs, ReachArgs, RouterArgs},
@@ -23,12 +20,13 @@ use core::{
     time::Duration,
 };
 use grip_fleet::{
-    About, Member, Message, Selector, Since, Stamp, Topic, Uid,
+    About, Member, Message, Selector, Since, Stamp, Topic, Uid, json,
     net::{self, Listed, Network, Reported, Watch, list},
 };
 use grip_link::message::daemon::ToClient;
 use grip_session::{
     exit::{Exit, WrongArgument},
+    status::{EventReport, StateReport},
     utc,
 };
 use place::Place;
@@ -185,22 +183,7 @@ fn doing(state: &StateReport) -> String {
     text
 }
 
-/// One line for machines.
-#[derive(Debug, Serialize)]
-struct Tagged<T: Serialize> {
-    site: String,
-    uid: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<String>,
-    /// When it happened, by the clock of the gripper's computer, and the largest error against that.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unix_ns: Option<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error_us: Option<u32>,
-    #[serde(flatten)]
-    what: T,
-}
-
+/// What is no event, for machines.
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Other<'a> {
@@ -285,7 +268,7 @@ impl Printer {
 
     fn life(&self, member: &Member, alive: bool) -> anyhow::Result<()> {
         if self.json {
-            return machine(member, None, Other::Alive { alive });
+            return machine(member, None, &Other::Alive { alive });
         }
         Ok(output::line(&format!("{member}  {}", if alive { "is there" } else { "is gone" }))?)
     }
@@ -296,7 +279,7 @@ impl Printer {
         }
         self.lost = true;
         if self.json {
-            return machine(member, None, Other::Missing { events });
+            return machine(member, None, &Other::Missing { events });
         }
         Ok(output::line(&format!("{member}  {events} events are missing: they had to make room"))?)
     }
@@ -308,7 +291,7 @@ impl Printer {
             return Ok(());
         };
         if self.json {
-            return machine(member, Some(stamp), event);
+            return machine(member, Some(stamp), &event);
         }
         let time =
             if stamp.at.ns > 0 { utc::line(stamp.at.ns / 1000) + "  " } else { String::new() };
@@ -322,16 +305,13 @@ impl Printer {
         }
         let Some(state) = &report.state else { return Ok(()) };
         if self.json {
-            return machine(member, None, Other::State(state));
+            return machine(member, None, &Other::State(state));
         }
         Ok(output::line(&format!("{:10.4} s  {}", state.t_s, doing(state)))?)
     }
 }
 
-fn machine(member: &Member, stamp: Option<Stamp>, what: impl Serialize) -> anyhow::Result<()> {
-    let (site, uid) = (member.site.to_string(), member.uid.to_string());
-    let id = stamp.map(|stamp| stamp.id.to_string());
-    let at = stamp.map(|stamp| stamp.at).filter(|at| at.ns > 0);
-    let (unix_ns, error_us) = (at.map(|at| at.ns), at.map(|at| at.error_us));
-    output::json(&Tagged { site, uid, id, unix_ns, error_us, what })
+/// One line for machines.
+fn machine(member: &Member, stamp: Option<Stamp>, what: &impl Serialize) -> anyhow::Result<()> {
+    output::json(&json::object(member, stamp, what)?)
 }
