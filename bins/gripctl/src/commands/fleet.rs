@@ -1,5 +1,6 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod archive;
 mod back;
 mod command;
 mod deploy;
@@ -62,6 +63,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
         FleetCommand::Command(args) => command::run(args),
         FleetCommand::Recordings(args) => recordings::show(args),
         FleetCommand::Collect(args) => recordings::collect(args),
+        FleetCommand::Archive(args) => archive::run(args),
         FleetCommand::Router(args) => router(args),
     }
 }
@@ -91,6 +93,15 @@ fn router(args: &RouterArgs) -> anyhow::Result<Exit> {
     output::line(&format!("a router listens at {}", network.name()))?;
     signals.forever().next();
     Ok(Exit::Done)
+}
+
+/// Set by Ctrl-C and SIGTERM.
+fn stopped() -> anyhow::Result<Arc<AtomicBool>> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
+    }
+    Ok(stopped)
 }
 
 /// One gripper of the list.
@@ -210,10 +221,7 @@ struct Wanted<'a> {
 
 fn watch(args: &PlaceArgs, wanted: &Wanted<'_>, mut place: Option<Place>) -> anyhow::Result<Exit> {
     let network = network(&args.reach)?;
-    let stopped = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
-    }
+    let stopped = stopped()?;
     let selector = Selector { site: args.site.clone(), uid: wanted.uid };
     let mut watch = Watch::new(network.open()?, &selector, wanted.since, wanted.telemetry)?;
     if let Some(place) = &place {
@@ -258,7 +266,7 @@ impl Printer {
                 self.missing(member, *missing)?;
                 self.event(member, Stamp { id: *id, at: *at }, message)
             }
-            Reported::Telemetry { member, message } => self.telemetry(member, message),
+            Reported::Telemetry { member, message, .. } => self.telemetry(member, message),
             Reported::Unreadable { key } => {
                 eprintln!("gripctl: {key}: something came that no gripd sends");
                 Ok(())
