@@ -28,3 +28,10 @@ opted build --bins --example ros_messages
 built=$(cd "${CARGO_TARGET_DIR:-target}/debug" && pwd)
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet GRIPCTL=$built/gripctl scripts/ros-check.sh
 GRIPD=$built/gripd GRIPCTL=$built/gripctl scripts/foxglove-check.sh
+# The subscriber of docs/fleet.md.
+root=$(pwd)
+. scripts/missing.sh
+python_work fleet-check
+rm -rf "$work"
+mkdir -p "$work"
+"$python" scripts/peers/fleet_check.py docs/fleet.md "$built/gripd" "$built/gripfleet" "$built/gripctl" "$work"

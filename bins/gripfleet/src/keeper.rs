@@ -242,7 +242,12 @@ impl Keeper {
                 let at = WallTime { ns, error_us: READ_US };
                 Stamp { id: spool.append_at(wire.clone(), at), at }
             }
-            Topic::State | Topic::Health | Topic::Samples => spool.log().head().into(),
+            Topic::State | Topic::Health => {
+                let at = WallTime { ns: self.clock.utc_ns(), error_us: READ_US };
+                Stamp { id: spool.log().head(), at }
+            }
+            // They are of a while.
+            Topic::Samples => spool.log().head().into(),
         };
         let trouble = spool.trouble();
         drop(kept);

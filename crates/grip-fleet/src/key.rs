@@ -2,7 +2,8 @@
 //!
 //! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
 //! daemon is there, the others answer questions. Each event of an answer has a name of its own, `.../events/RUN/NUMBER`, and so has each
-//! message of `.../status/`: a receiver that keeps one answer of each name, as Zenoh does by default, keeps all.
+//! message of `.../status/`: a receiver that keeps one answer of each name, as Zenoh does by default, keeps all. Events and HEALTH are there
+//! as JSON too: `.../json/events`, `.../json/health`.
 
 use core::{fmt, str::FromStr};
 use grip_session::config::{Site, Uid};
@@ -44,6 +45,10 @@ impl Topic {
 pub enum Part {
     /// A publication.
     Topic(Topic),
+    /// Events as JSON.
+    EventsJson,
+    /// HEALTH as JSON.
+    HealthJson,
     /// The sign of life.
     Alive,
     /// Answers with everything known now.
@@ -61,11 +66,13 @@ pub enum Part {
 }
 
 impl Part {
-    const ALL: [Self; 11] = [
+    const ALL: [Self; 13] = [
         Self::Topic(Topic::State),
         Self::Topic(Topic::Events),
         Self::Topic(Topic::Health),
         Self::Topic(Topic::Samples),
+        Self::EventsJson,
+        Self::HealthJson,
         Self::Alive,
         Self::Status,
         Self::Config,
@@ -78,7 +85,7 @@ impl Part {
     /// Whether each answer has a name of its own below that of the part.
     #[must_use]
     pub const fn has_names_below(self) -> bool {
-        matches!(self, Self::Topic(Topic::Events) | Self::Status)
+        matches!(self, Self::Topic(Topic::Events) | Self::EventsJson | Self::Status)
     }
 
     /// What is asked for all answers of the part of this name.
@@ -87,11 +94,13 @@ impl Part {
         format!("{name}{}", if self.has_names_below() { "/**" } else { "" })
     }
 
-    /// The last word of the name.
+    /// What stands behind the gripper.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Topic(topic) => topic.name(),
+            Self::EventsJson => "json/events",
+            Self::HealthJson => "json/health",
             Self::Alive => "alive",
             Self::Status => "status",
             Self::Config => "config",
@@ -123,12 +132,12 @@ impl Member {
     #[must_use]
     pub fn parse(key: &str) -> Option<(Self, Part)> {
         let rest = key.strip_prefix(PREFIX)?.strip_prefix('/')?;
-        let mut words = rest.split('/');
-        let (site, uid, last) = (words.next()?, words.next()?, words.next()?);
-        let part = Part::ALL.into_iter().find(|part| part.name() == last)?;
-        if words.next().is_some() && !part.has_names_below() {
-            return None;
-        }
+        let (site, rest) = rest.split_once('/')?;
+        let (uid, name) = rest.split_once('/')?;
+        let part = Part::ALL.into_iter().find(|part| match name.strip_prefix(part.name()) {
+            Some(below) => below.is_empty() || part.has_names_below() && below.starts_with('/'),
+            None => false,
+        })?;
         Some((Self { site: site.parse().ok()?, uid: uid.parse().ok()? }, part))
     }
 }
@@ -197,6 +206,10 @@ mod tests {
         }
         assert_eq!(Part::Topic(Topic::Events).question("a/events"), "a/events/**");
         assert_eq!(Part::Config.question("a/config"), "a/config");
+        let json = member.key(Part::EventsJson);
+        assert_eq!(json, "grip/v1/hall-2.east/07070707070707070707070707070707/json/events");
+        let below = format!("{json}/0000002a/7");
+        assert_eq!(Member::parse(&below), Some((member.clone(), Part::EventsJson)));
         let here = Selector { site: Some(site), uid: None };
         assert_eq!(here.key(Part::Alive), "grip/v1/hall-2.east/*/alive");
         assert_eq!(Selector::default().key(Part::Status), "grip/v1/*/*/status");
@@ -211,6 +224,9 @@ mod tests {
             format!("grip/v2/a/{uid}/state"),
             format!("grip/v1/a/{uid}"),
             format!("grip/v1/a/{uid}/state/x"),
+            format!("grip/v1/a/{uid}/eventsx"),
+            format!("grip/v1/a/{uid}/json"),
+            format!("grip/v1/a/{uid}/json/health/x"),
             format!("grip/v1/a/{uid}/other"),
             "grip/v1/a/07/state".to_owned(),
             format!("grip/v1//{uid}/state"),

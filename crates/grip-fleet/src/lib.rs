@@ -6,6 +6,8 @@
 //!
 //! * [`Bridge`]: bytes of the daemon in, what is to be published out;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
+//! * [`archive`]: events and HEALTH of many grippers in, MCAP files by day out, each event once through kills;
+//! * [`json`]: a message in, the JSON object that stands for it out;
 //! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
 //! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be told what is missing;
@@ -14,10 +16,12 @@
 //! * [`ros`]: the same news as the node of a ROS 2 gripper would tell them.
 
 mod about;
+pub mod archive;
 mod bridge;
 pub mod deploy;
 mod follower;
 mod id;
+pub mod json;
 mod key;
 pub mod live;
 mod log;

@@ -8,6 +8,12 @@ pub fn compact(seconds: u64) -> String {
     moment(seconds.saturating_mul(1_000_000)).strftime("%Y%m%dT%H%M%SZ").to_string()
 }
 
+/// `2026-11-21`: for names of files by day.
+#[must_use]
+pub fn day(seconds: u64) -> String {
+    moment(seconds.saturating_mul(1_000_000)).strftime("%Y-%m-%d").to_string()
+}
+
 /// `2026-11-21T22:59:08.125Z` of microseconds: for lines.
 #[must_use]
 pub fn line(us: u64) -> String {
@@ -22,7 +28,7 @@ fn moment(us: u64) -> Timestamp {
 
 #[cfg(test)]
 mod tests {
-    use super::{Timestamp, compact, line};
+    use super::{Timestamp, compact, day, line};
 
     #[test]
     fn dates_are_those_of_the_calendar() {
@@ -36,6 +42,7 @@ mod tests {
             (4_107_542_400, "21000301T000000Z"),
         ] {
             assert_eq!(compact(seconds), text);
+            assert_eq!(day(seconds).replace('-', ""), text[..8]);
         }
         assert_eq!(line(1_795_301_948_125_999), "2026-11-21T22:59:08.125Z");
         assert_eq!(line(u64::MAX), line(Timestamp::MAX.as_microsecond().unsigned_abs()));

@@ -50,6 +50,11 @@ pub(crate) enum FleetCommand {
     /// What an earlier run has copied stays as it is, what it left half done goes on, and a file that differs is never written to. Exit codes: 0 all that
     /// is given away is here, 1 failed, 2 wrong arguments, 3 something could not be fetched.
     Collect(CollectArgs),
+    /// Write events and HEALTH of all grippers to MCAP files by day (UTC), DIR/2026-11-26.mcap, until it is stopped.
+    ///
+    /// Each event once, also over restarts, kills and outages; archive.json in DIR keeps the place. The messages are JSON with their schema. Exit codes:
+    /// 0 stopped, 1 failed, 2 wrong arguments, 3 events are missing.
+    Archive(ArchiveArgs),
     /// Be a router until it is stopped, where none is installed.
     Router(RouterArgs),
 }
@@ -236,6 +241,20 @@ pub(crate) struct CollectArgs {
     /// How long to wait for a gripper that has stopped to answer (s).
     #[arg(long, value_name = "S", default_value_t = 30.0, allow_negative_numbers = true)]
     pub(crate) patience: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ArchiveArgs {
+    /// Where to write them; folders are made.
+    pub(crate) directory: PathBuf,
+    #[command(flatten)]
+    pub(crate) reach: ReachArgs,
+    /// Only grippers of this site.
+    #[arg(long)]
+    pub(crate) site: Option<Site>,
+    /// Only this gripper (32 hexadecimal digits).
+    #[arg(long)]
+    pub(crate) uid: Option<Uid>,
 }
 
 /// Which grippers: `all`, a site, a gripper, SITE/UID, or several of these.

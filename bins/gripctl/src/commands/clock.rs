@@ -10,6 +10,18 @@ pub(crate) fn monotonic() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), u32::try_from(time.tv_nsec).unwrap_or(0))
 }
 
+/// What the wall clock shows (ns since 1970).
+#[cfg(feature = "fleet")]
+pub(crate) fn utc_ns() -> u64 {
+    let time = clock_gettime(ClockId::Realtime);
+    // A clock before 1970 is not set; times then count from 1970.
+    let now = Duration::new(
+        u64::try_from(time.tv_sec).unwrap_or(0),
+        u32::try_from(time.tv_nsec).unwrap_or(0),
+    );
+    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
+}
+
 /// Processor time of this process, all threads.
 pub(crate) fn processor() -> anyhow::Result<Duration> {
     let time = clock_gettime(ClockId::ProcessCPUTime);

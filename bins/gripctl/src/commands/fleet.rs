@@ -1,5 +1,6 @@
 //! `gripctl fleet`: a router in; who is there, and what happens to them, out.
 
+mod archive;
 mod back;
 mod command;
 mod deploy;
@@ -8,10 +9,7 @@ mod recordings;
 
 use super::{
     checked, clock,
-    status::{
-        report::{EventReport, Report, StateReport},
-        text,
-    },
+    status::{report::Report, text},
 };
 use crate::{
     cli::fleet::{FleetArgs, FleetCommand, PlaceArgs, ReachArgs, RouterArgs},
@@ -23,12 +21,13 @@ use core::{
     time::Duration,
 };
 use grip_fleet::{
-    About, Member, Message, Selector, Since, Stamp, Topic, Uid,
+    About, Member, Message, Selector, Since, Stamp, Topic, Uid, json,
     net::{self, Listed, Network, Reported, Watch, list},
 };
 use grip_link::message::daemon::ToClient;
 use grip_session::{
     exit::{Exit, WrongArgument},
+    status::{EventReport, StateReport},
     utc,
 };
 use place::Place;
@@ -64,6 +63,7 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
         FleetCommand::Command(args) => command::run(args),
         FleetCommand::Recordings(args) => recordings::show(args),
         FleetCommand::Collect(args) => recordings::collect(args),
+        FleetCommand::Archive(args) => archive::run(args),
         FleetCommand::Router(args) => router(args),
     }
 }
@@ -93,6 +93,15 @@ fn router(args: &RouterArgs) -> anyhow::Result<Exit> {
     output::line(&format!("a router listens at {}", network.name()))?;
     signals.forever().next();
     Ok(Exit::Done)
+}
+
+/// Set by Ctrl-C and SIGTERM.
+fn stopped() -> anyhow::Result<Arc<AtomicBool>> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
+    }
+    Ok(stopped)
 }
 
 /// One gripper of the list.
@@ -185,22 +194,7 @@ fn doing(state: &StateReport) -> String {
     text
 }
 
-/// One line for machines.
-#[derive(Debug, Serialize)]
-struct Tagged<T: Serialize> {
-    site: String,
-    uid: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<String>,
-    /// When it happened, by the clock of the gripper's computer, and the largest error against that.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    unix_ns: Option<u64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error_us: Option<u32>,
-    #[serde(flatten)]
-    what: T,
-}
-
+/// What is no event, for machines.
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Other<'a> {
@@ -227,10 +221,7 @@ struct Wanted<'a> {
 
 fn watch(args: &PlaceArgs, wanted: &Wanted<'_>, mut place: Option<Place>) -> anyhow::Result<Exit> {
     let network = network(&args.reach)?;
-    let stopped = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
-    }
+    let stopped = stopped()?;
     let selector = Selector { site: args.site.clone(), uid: wanted.uid };
     let mut watch = Watch::new(network.open()?, &selector, wanted.since, wanted.telemetry)?;
     if let Some(place) = &place {
@@ -275,7 +266,7 @@ impl Printer {
                 self.missing(member, *missing)?;
                 self.event(member, Stamp { id: *id, at: *at }, message)
             }
-            Reported::Telemetry { member, message } => self.telemetry(member, message),
+            Reported::Telemetry { member, message, .. } => self.telemetry(member, message),
             Reported::Unreadable { key } => {
                 eprintln!("gripctl: {key}: something came that no gripd sends");
                 Ok(())
@@ -285,7 +276,7 @@ impl Printer {
 
     fn life(&self, member: &Member, alive: bool) -> anyhow::Result<()> {
         if self.json {
-            return machine(member, None, Other::Alive { alive });
+            return machine(member, None, &Other::Alive { alive });
         }
         Ok(output::line(&format!("{member}  {}", if alive { "is there" } else { "is gone" }))?)
     }
@@ -296,7 +287,7 @@ impl Printer {
         }
         self.lost = true;
         if self.json {
-            return machine(member, None, Other::Missing { events });
+            return machine(member, None, &Other::Missing { events });
         }
         Ok(output::line(&format!("{member}  {events} events are missing: they had to make room"))?)
     }
@@ -308,7 +299,7 @@ impl Printer {
             return Ok(());
         };
         if self.json {
-            return machine(member, Some(stamp), event);
+            return machine(member, Some(stamp), &event);
         }
         let time =
             if stamp.at.ns > 0 { utc::line(stamp.at.ns / 1000) + "  " } else { String::new() };
@@ -322,16 +313,13 @@ impl Printer {
         }
         let Some(state) = &report.state else { return Ok(()) };
         if self.json {
-            return machine(member, None, Other::State(state));
+            return machine(member, None, &Other::State(state));
         }
         Ok(output::line(&format!("{:10.4} s  {}", state.t_s, doing(state)))?)
     }
 }
 
-fn machine(member: &Member, stamp: Option<Stamp>, what: impl Serialize) -> anyhow::Result<()> {
-    let (site, uid) = (member.site.to_string(), member.uid.to_string());
-    let id = stamp.map(|stamp| stamp.id.to_string());
-    let at = stamp.map(|stamp| stamp.at).filter(|at| at.ns > 0);
-    let (unix_ns, error_us) = (at.map(|at| at.ns), at.map(|at| at.error_us));
-    output::json(&Tagged { site, uid, id, unix_ns, error_us, what })
+/// One line for machines.
+fn machine(member: &Member, stamp: Option<Stamp>, what: &impl Serialize) -> anyhow::Result<()> {
+    output::json(&json::object(member, stamp, what)?)
 }

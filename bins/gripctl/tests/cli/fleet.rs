@@ -30,12 +30,19 @@ pub(crate) fn endpoint() -> String {
     format!("tcp/127.0.0.1:{port}")
 }
 
-fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
+pub(crate) fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
     let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
     let len = write(&mut payload);
     let header = Header::new(Direction::ToHost, kind, 0, 0);
     let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
     out[..len].to_vec()
+}
+
+/// An event with a text.
+pub(crate) fn notice(text: &str) -> Vec<u8> {
+    let (kind, text) = (NoticeKind::Link, text.as_bytes());
+    let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 1_000_000, text };
+    wire(Kind::NOTICE, |out| notice.write(out).unwrap())
 }
 
 /// A gripper with three events that answers until it is told to end.
@@ -44,9 +51,7 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
     let mut spool = Spool::in_memory(1, 1 << 20);
     for text in ["one", "two", "three"] {
-        let (kind, text) = (NoticeKind::Link, text.as_bytes());
-        let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 1_000_000, text };
-        spool.append(wire(Kind::NOTICE, |out| notice.write(out).unwrap()));
+        spool.append(notice(text));
     }
     let gripper = Gripper { uid: member.uid.0, rate_hz: 1000, ..Gripper::NONE };
     let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());

@@ -12,6 +12,8 @@ mod export;
 #[cfg(feature = "fleet")]
 mod fleet;
 #[cfg(feature = "fleet")]
+mod fleet_archive;
+#[cfg(feature = "fleet")]
 mod fleet_collect;
 #[cfg(feature = "foxglove")]
 mod foxglove;

@@ -4,8 +4,10 @@ use super::{NetError, PATIENCE, refused};
 use crate::{
     follower::Since,
     id::{EventId, Stamp},
+    json,
     key::{Member, Part, Topic},
     log::{EventLog, Logged},
+    message::Message,
 };
 use std::{
     collections::VecDeque,
@@ -38,6 +40,10 @@ pub struct Announced {
     state: Publisher<'static>,
     health: Publisher<'static>,
     samples: Publisher<'static>,
+    events_json: Publisher<'static>,
+    health_json: Publisher<'static>,
+    /// The last HEALTH as JSON.
+    last_health: Option<(Stamp, String)>,
     asked: Receiver<(Part, Query)>,
     /// Answers that are under way.
     open: VecDeque<Open>,
@@ -53,6 +59,8 @@ pub struct Announced {
 #[derive(Debug)]
 struct Open {
     query: Query,
+    /// Events as they are, or as JSON.
+    part: Part,
     /// What whoever asks knows.
     after: Vec<EventId>,
     since: Since,
@@ -64,7 +72,7 @@ struct Open {
 
 impl Open {
     /// Reads what is asked; a sentence where that is not clear: an answer with everything would be no answer to it.
-    fn new(query: &Query) -> Result<Self, String> {
+    fn new(query: &Query, part: Part) -> Result<Self, String> {
         let parameters = query.parameters();
         let wrong = |name: &str, form: &str, got: &str| format!("{name}={got}: expected {form}");
         let after = parameters.get("after").unwrap_or_default();
@@ -84,7 +92,7 @@ impl Open {
             None => usize::MAX,
             Some(most) => most.parse().map_err(|_| wrong("most", "a count", most))?,
         };
-        Ok(Self { query: query.clone(), after, since, place: None, left })
+        Ok(Self { query: query.clone(), part, after, since, place: None, left })
     }
 }
 
@@ -100,7 +108,8 @@ impl Announced {
         if same.map_err(refused(&alive))?.iter().any(|reply| reply.result().is_ok()) {
             return Err(NetError::Taken { member: member.to_string() });
         }
-        let publisher = |topic| publisher(session, &member.key(Part::Topic(topic)), topic);
+        let json = |part: Part, topic| publisher(session, &member.key(part), topic, JSON);
+        let publisher = |topic| publisher(session, &member.key(Part::Topic(topic)), topic, FRAME);
         let (ask, asked) = sync_channel(MOST_QUESTIONS);
         let queryable = |part: Part| {
             let (key, ask) = (part.question(&member.key(part)), ask.clone());
@@ -114,7 +123,13 @@ impl Announced {
                 .wait()
                 .map_err(refused(&key))
         };
-        let own = [Part::Topic(Topic::Events), Part::Status, Part::Config];
+        let own = [
+            Part::Topic(Topic::Events),
+            Part::EventsJson,
+            Part::HealthJson,
+            Part::Status,
+            Part::Config,
+        ];
         let queryables: Result<_, _> =
             own.into_iter().chain(parts.iter().copied()).map(queryable).collect();
         Ok(Self {
@@ -123,6 +138,9 @@ impl Announced {
             state: publisher(Topic::State)?,
             health: publisher(Topic::Health)?,
             samples: publisher(Topic::Samples)?,
+            events_json: json(Part::EventsJson, Topic::Events)?,
+            health_json: json(Part::HealthJson, Topic::Health)?,
+            last_health: None,
             asked,
             open: VecDeque::new(),
             others: VecDeque::new(),
@@ -132,8 +150,8 @@ impl Announced {
         })
     }
 
-    /// Publishes a frame. The stamp is that of the event, or the number of the last event for what is none. Where the network does not take it, the
-    /// log has the event still, and the rest is out of date soon; it is counted.
+    /// Publishes a frame, events and HEALTH as JSON too. The stamp is that of the event, or the number of the last event for what
+    /// is none. Where the network does not take it, the log has the event still, and the rest is out of date soon; it is counted.
     pub fn publish(&mut self, topic: Topic, stamp: impl Into<Stamp>, wire: &[u8]) {
         let stamp = stamp.into();
         let publisher = match topic {
@@ -144,6 +162,23 @@ impl Announced {
         };
         let sent = publisher.put(wire).attachment(stamp.to_bytes()).wait();
         self.refused += u64::from(sent.is_err());
+        let publisher = match topic {
+            Topic::Events => &self.events_json,
+            Topic::Health => &self.health_json,
+            Topic::State | Topic::Samples => return,
+        };
+        // What is no frame has none.
+        let Some(json) = self.json(stamp, wire) else { return };
+        let sent = publisher.put(json.as_str()).attachment(stamp.to_bytes()).wait();
+        self.refused += u64::from(sent.is_err());
+        if topic == Topic::Health {
+            self.last_health = Some((stamp, json));
+        }
+    }
+
+    fn json(&self, stamp: Stamp, wire: &[u8]) -> Option<String> {
+        let message = Message::from_wire(wire).ok()?;
+        json::of_message(&self.member, stamp, &message).ok()
     }
 
     /// Answers what was asked meanwhile: `status` with the frames given, `config` with that text, and some of the events that are asked
@@ -160,11 +195,18 @@ impl Announced {
                 continue;
             }
             match part {
-                Part::Topic(_) if self.open.len() < MOST_QUESTIONS => match Open::new(&query) {
-                    Ok(open) => self.open.push_back(open),
-                    Err(reason) => self.refuse(&query, &reason),
-                },
-                Part::Topic(_) => {}
+                Part::Topic(_) | Part::EventsJson if self.open.len() < MOST_QUESTIONS => {
+                    match Open::new(&query, part) {
+                        Ok(open) => self.open.push_back(open),
+                        Err(reason) => self.refuse(&query, &reason),
+                    }
+                }
+                Part::Topic(_) | Part::EventsJson => {}
+                Part::HealthJson => {
+                    if let Some((stamp, json)) = self.last_health.clone() {
+                        self.reply(&query, &key, (stamp, json.as_bytes()), JSON);
+                    }
+                }
                 Part::Config => {
                     self.reply(&query, &key, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
                 }
@@ -195,15 +237,16 @@ impl Announced {
             events = log.from(place).take(slice).cloned().collect();
             open.place = Some(place + events.len() as u64);
         });
+        let key = self.member.key(open.part);
         for event in &events {
-            let key = self.member.key(Part::Topic(Topic::Events));
             let key = format!("{key}/{:08x}/{}", event.id.run, event.id.seq);
-            self.reply(
-                &open.query,
-                &key,
-                (Stamp { id: event.id, at: event.at }, &event.wire),
-                FRAME,
-            );
+            let stamp = Stamp { id: event.id, at: event.at };
+            if open.part == Part::EventsJson {
+                let Some(json) = self.json(stamp, &event.wire) else { continue };
+                self.reply(&open.query, &key, (stamp, json.as_bytes()), JSON);
+            } else {
+                self.reply(&open.query, &key, (stamp, &event.wire), FRAME);
+            }
         }
         open.left -= events.len();
         // A question that is dropped is answered.
@@ -291,11 +334,17 @@ impl Question {
     }
 }
 
-/// How frames are marked.
+/// How frames and JSON are marked.
 const FRAME: Encoding = Encoding::APPLICATION_OCTET_STREAM;
+const JSON: Encoding = Encoding::APPLICATION_JSON;
 
 /// Nothing waits for room on the way: a receiver that hangs would delay all others. Events that are dropped are asked for again.
-fn publisher(session: &Session, key: &str, topic: Topic) -> Result<Publisher<'static>, NetError> {
+fn publisher(
+    session: &Session,
+    key: &str,
+    topic: Topic,
+    form: Encoding,
+) -> Result<Publisher<'static>, NetError> {
     let priority = match topic {
         Topic::Events => Priority::InteractiveHigh,
         Topic::State | Topic::Health => Priority::Data,
@@ -305,7 +354,7 @@ fn publisher(session: &Session, key: &str, topic: Topic) -> Result<Publisher<'st
         .declare_publisher(key.to_owned())
         .congestion_control(CongestionControl::Drop)
         .priority(priority)
-        .encoding(FRAME)
+        .encoding(form)
         .wait()
         .map_err(refused(key))
 }

@@ -58,6 +58,8 @@ pub enum Reported {
     Telemetry {
         /// Whose.
         member: Member,
+        /// The last event before it, and its time.
+        stamp: Stamp,
         /// What it says.
         message: Message,
     },
@@ -238,12 +240,12 @@ impl Watch {
                 let verdict = self.watched(&member).follower.live(stamp.id);
                 self.event(verdict, member, stamp, message)
             }
-            Update::Live(member, part, Stamp { id, .. }, message) => {
-                if self.watched(&member).follower.head(id) {
+            Update::Live(member, part, stamp, message) => {
+                if self.watched(&member).follower.head(stamp.id) {
                     self.ask(&member)?;
                 }
                 let wanted = self.telemetry.iter().any(|topic| part == Part::Topic(*topic));
-                Ok(wanted.then_some(Reported::Telemetry { member, message }))
+                Ok(wanted.then_some(Reported::Telemetry { member, stamp, message }))
             }
             Update::Answer(member, asked, ..) | Update::Answered(member, asked)
                 if self.watched(&member).asked != asked =>

@@ -10,6 +10,7 @@ mod error;
 mod foreign;
 mod health;
 mod index;
+mod json;
 mod raw;
 mod read;
 mod record;
@@ -22,12 +23,13 @@ pub use error::{McapError, McapWriteError};
 pub use foreign::{Foreign, ForeignChannel, ForeignReader, no_unpack};
 pub use health::HealthRecord;
 pub use index::{ChunkPlace, McapIndex};
+pub use json::{JsonTimes, JsonWriter};
 pub use raw::Unpack;
 pub use read::{Entry, McapReader};
 pub use record::{
     CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, WireRecord,
 };
-pub use recover::{RecoverError, Recovered, recover};
+pub use recover::{RecoverError, Recovered, recover, recover_json};
 pub use schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic};
 pub use slip_core::PipelineState;
 pub use write::{Attached, McapWriter, Written};

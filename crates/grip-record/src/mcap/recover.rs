@@ -6,7 +6,7 @@ use std::path::Path;
 
 use mcap::records::{MessageHeader, Record as RawRecord};
 use mcap::write::NoSeek;
-use mcap::{Attachment, Writer};
+use mcap::{Attachment, WriteOptions, Writer};
 
 use super::error::{McapError, McapWriteError};
 use super::raw::{RawError, RawReader};
@@ -60,10 +60,31 @@ pub fn recover(
     out: impl Write,
     program: &str,
 ) -> Result<Recovered, RecoverError> {
+    copy(file, input, out, options("ros2", program))
+}
+
+/// [`recover`] of a file of [`JsonWriter`](super::JsonWriter).
+///
+/// # Errors
+/// As there.
+pub fn recover_json(
+    file: &Path,
+    input: impl Read,
+    out: impl Write,
+    program: &str,
+) -> Result<Recovered, RecoverError> {
+    copy(file, input, out, options("", program))
+}
+
+fn copy(
+    file: &Path,
+    input: impl Read,
+    out: impl Write,
+    options: WriteOptions,
+) -> Result<Recovered, RecoverError> {
     let mut raw = RawReader::new(input).map_err(|error| reported(file, error))?;
     let mut copy = Copy {
-        out: Writer::with_options(NoSeek::new(out), options("ros2", program))
-            .map_err(McapWriteError)?,
+        out: Writer::with_options(NoSeek::new(out), options).map_err(McapWriteError)?,
         channels: BTreeMap::new(),
         schemas: BTreeMap::new(),
         saved: Recovered::default(),

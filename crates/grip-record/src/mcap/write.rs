@@ -66,7 +66,7 @@ impl<W: Write> McapWriter<W> {
     /// Where `out` refuses the bytes.
     pub fn new(out: W, program: &str, zero_ns: u64) -> Result<Self, McapWriteError> {
         let bytes = Arc::new(AtomicU64::new(0));
-        let tally = NoSeek::new(Tally { out, bytes: Arc::clone(&bytes) });
+        let tally = NoSeek::new(Tally::new(out, &bytes));
         let mut out = Writer::with_options(tally, options("ros2", program))?;
         let mut channels = [0; Topic::ALL.len()];
         for (channel, topic) in channels.iter_mut().zip(Topic::ALL) {
@@ -170,9 +170,15 @@ pub(super) fn options(profile: &str, program: &str) -> WriteOptions {
 }
 
 /// Counts the bytes on their way.
-struct Tally<W> {
+pub(super) struct Tally<W> {
     out: W,
     bytes: Arc<AtomicU64>,
+}
+
+impl<W> Tally<W> {
+    pub(super) fn new(out: W, bytes: &Arc<AtomicU64>) -> Self {
+        Self { out, bytes: Arc::clone(bytes) }
+    }
 }
 
 impl<W: Write> Write for Tally<W> {

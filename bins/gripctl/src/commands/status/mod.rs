@@ -15,7 +15,8 @@ use grip_daemon::clients::Listen;
 use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient, Topics};
 use grip_link::message::{Kind, Versions};
 use grip_session::exit::{Exit, WrongArgument};
-use report::{EventReport, Report};
+use grip_session::status::EventReport;
+use report::Report;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use std::sync::Arc;
 

@@ -1,14 +1,10 @@
 //! Messages of gripd in, what is known of it with the names of the JSON fields out.
 
-use grip_daemon::report;
 use grip_link::message::Versions;
-use grip_link::message::daemon::{
-    ClockOffset, Gripper, Health, NoticeKind, Phase, PipelineState, SlipReport, ToClient, Welcome,
-    WelcomeFlags,
-};
-use grip_session::config::Uid;
+use grip_link::message::daemon::{NoticeKind, ToClient, Welcome, WelcomeFlags};
+use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport};
 use serde::Serialize;
-use slip_core::{Cause, CauseSet, units::Micros};
+use slip_core::units::Micros;
 
 /// Everything that QUERY tells.
 #[derive(Debug, Default, Serialize)]
@@ -31,122 +27,15 @@ pub(crate) struct Report {
     pub(crate) events: Vec<EventReport>,
 }
 
-report! {
-    #[derive(Debug, Serialize)]
-    pub(crate) struct DaemonReport of (welcome: &Welcome<'_>) {
-        daemon: String = welcome.daemon().to_owned();
-        run_id: u32 = welcome.run_id;
-        uptime_s: f64 = Micros(welcome.host_us).as_seconds();
-        commands_allowed: bool = welcome.flags.has(WelcomeFlags::COMMANDS);
-        dry_run: bool = welcome.flags.has(WelcomeFlags::DRY_RUN);
-        records: bool = welcome.flags.has(WelcomeFlags::RECORDS);
-        real_time: &'static str = welcome.real_time.name();
-    }
-}
-
-report! {
-    #[derive(Debug, Serialize)]
-    pub(crate) struct GripperReport of (gripper: &Gripper) {
-        /// `None` where no gripper was seen yet.
-        uid: Option<String> = (gripper.uid != [0; 16]).then(|| Uid(gripper.uid).to_string());
-        boot_id: u32 = gripper.boot_id;
-        rate_hz: u32 = gripper.rate_hz;
-        force_max_n: Option<f32> = gripper.force_max_n;
-        link: &'static str = gripper.link.name();
-        taxels: u8 = gripper.taxels;
-    }
-}
-
-report! {
-    #[derive(Debug, Serialize)]
-    pub(crate) struct StateReport of (state: &PipelineState) {
-        t_s: f64 = state.t.as_seconds();
-        scene: &'static str = state.scene.name();
-        grip: &'static str = state.grip.name();
-        device: String = state.device.name().to_owned();
-        fault: u16 = state.fault.0;
-        statistic: Option<f32> = state.statistic;
-        command_n: Option<f32> = state.command_n;
-        applied_n: Option<f32> = state.applied_n;
-        estimate_n: Option<f32> = state.estimate_n;
-        esc: Option<f32> = state.esc;
-        esc_reading: &'static str = state.esc_kind.name();
-        stylus: &'static str = state.sensors[0].name();
-        travel: &'static str = state.sensors[1].name();
-        pressure: &'static str = state.sensors[2].name();
-        reference: &'static str = state.sensors[3].name();
-        /// Age of the newest usable row at the last command (ms).
-        late_ms: Option<f32> = state.late_ms;
-    }
-}
-
-report! {
-    #[derive(Debug, Serialize)]
-    pub(crate) struct HealthReport of (health: &Health) {
-        rate_hz: Option<f32> = health.rate_hz;
-        samples: u64 = health.samples;
-        lost: u64 = health.lost;
-        bad_too_long: u32 = health.bad.too_long;
-        bad_cobs: u32 = health.bad.cobs;
-        bad_length: u32 = health.bad.length;
-        bad_crc: u32 = health.bad.crc;
-        bad_useless: u32 = health.bad.useless;
-        gap: u32 = health.bad.gap;
-        dropped_service: u64 = health.dropped.service;
-        dropped_recorder: u64 = health.dropped.recorder;
-        dropped_clients: u32 = health.dropped.clients;
-        clients: u16 = health.clients;
-        recording: &'static str = health.recording.name();
-        recorded_bytes: u64 = health.recorded_bytes;
-        latency_p50_us: Option<f32> = health.latency.p50_us;
-        latency_p99_us: Option<f32> = health.latency.p99_us;
-        /// Absent, as the clocks, where the daemon is older than that.
-        latency_p99_9_us: Option<f32> = health.appended.and_then(|appended| appended.p999_us);
-        latency_max_us: Option<f32> = health.latency.max_us;
-        clock_offset_us: Option<i64> = clock(health).map(|clock| clock.offset_us);
-        clock_half_us: Option<f32> = clock(health).map(|clock| clock.half_us);
-        stage_bands: u64 = health.stages[0];
-        stage_gate: u64 = health.stages[1];
-        stage_methods: u64 = health.stages[2];
-        stage_observation: u64 = health.stages[3];
-        slips: u32 = health.slips;
-        reconnects: u32 = health.reconnects;
-        commands: u64 = health.commands;
-    }
-}
-
-/// One line of `--events` and of the last events.
 #[derive(Debug, Serialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
-pub(crate) enum EventReport {
-    Slip {
-        number: u32,
-        t_s: f64,
-        host_s: f64,
-        phase: &'static str,
-        method: &'static str,
-        statistic: Option<f32>,
-        confidence: Option<f32>,
-        certified_interval_s: Option<f32>,
-        ruled_out: Vec<&'static str>,
-        possible: Vec<&'static str>,
-        speed_m_s: Option<f32>,
-        speed_sigma_m_s: Option<f32>,
-        moved_m: Option<f32>,
-        irregularities: Option<u32>,
-        esc_w: Option<f32>,
-        estimate_n: Option<f32>,
-        extrapolated: bool,
-        command_n: Option<f32>,
-        duration_s: Option<f32>,
-    },
-    Notice {
-        host_s: f64,
-        about: &'static str,
-        text: String,
-        count: u32,
-    },
-    Gripper(GripperReport),
+pub(crate) struct DaemonReport {
+    pub(crate) daemon: String,
+    pub(crate) run_id: u32,
+    pub(crate) uptime_s: f64,
+    pub(crate) commands_allowed: bool,
+    pub(crate) dry_run: bool,
+    pub(crate) records: bool,
+    pub(crate) real_time: &'static str,
 }
 
 impl Report {
@@ -187,58 +76,16 @@ impl Report {
     }
 }
 
-impl EventReport {
-    /// `None` for what is no event.
-    pub(crate) fn of(message: &ToClient<'_>) -> Option<Self> {
-        Some(match message {
-            ToClient::Slip(slip) => Self::slip(slip),
-            ToClient::Notice(notice) => Self::Notice {
-                host_s: Micros(notice.host_us).as_seconds(),
-                about: notice.kind.name(),
-                text: notice.as_str().to_owned(),
-                count: notice.count,
-            },
-            ToClient::Gripper(gripper) => Self::Gripper(GripperReport::of(gripper)),
-            _ => return None,
-        })
-    }
-
-    fn slip(slip: &SlipReport) -> Self {
-        let method = if slip.phase == Phase::Ended { "none" } else { slip.method.name() };
-        Self::Slip {
-            number: slip.number,
-            t_s: slip.t.as_seconds(),
-            host_s: slip.host.as_seconds(),
-            phase: slip.phase.name(),
-            method,
-            statistic: slip.statistic,
-            confidence: slip.confidence,
-            certified_interval_s: slip.certified_s,
-            ruled_out: names(slip.ruled_out),
-            possible: names(slip.possible),
-            speed_m_s: slip.speed_m_s,
-            speed_sigma_m_s: slip.speed_sigma_m_s,
-            moved_m: slip.moved_m,
-            irregularities: slip.irregularities,
-            esc_w: slip.esc_w.map(single),
-            estimate_n: slip.estimate_n,
-            extrapolated: slip.is_extrapolated(),
-            command_n: slip.command_n,
-            duration_s: slip.duration_s.map(single),
+impl DaemonReport {
+    fn of(welcome: &Welcome<'_>) -> Self {
+        Self {
+            daemon: welcome.daemon().to_owned(),
+            run_id: welcome.run_id,
+            uptime_s: Micros(welcome.host_us).as_seconds(),
+            commands_allowed: welcome.flags.has(WelcomeFlags::COMMANDS),
+            dry_run: welcome.flags.has(WelcomeFlags::DRY_RUN),
+            records: welcome.flags.has(WelcomeFlags::RECORDS),
+            real_time: welcome.real_time.name(),
         }
     }
-}
-
-fn clock(health: &Health) -> Option<ClockOffset> {
-    health.appended.and_then(|appended| appended.clock)
-}
-
-/// As it travelled.
-#[expect(clippy::cast_possible_truncation, reason = "it came with seven digits")]
-const fn single(value: f64) -> f32 {
-    value as f32
-}
-
-fn names(causes: u8) -> Vec<&'static str> {
-    CauseSet::from_bits(causes).iter().map(Cause::name).collect()
 }

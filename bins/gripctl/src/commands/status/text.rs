@@ -1,6 +1,7 @@
 //! What is known of gripd in, lines for people out.
 
-use super::report::{DaemonReport, EventReport, GripperReport, HealthReport, Report, StateReport};
+use super::report::{DaemonReport, Report};
+use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport};
 
 /// The report, a subject a line.
 pub(super) fn lines(report: &Report) -> Vec<String> {

@@ -211,7 +211,9 @@ impl Watcher {
         match reported {
             Reported::Came(member) => self.put(member, Received::Came),
             Reported::Gone(member) => self.put(member, Received::Gone),
-            Reported::Telemetry { member, message } => self.put(member, Received::Message(message)),
+            Reported::Telemetry { member, message, .. } => {
+                self.put(member, Received::Message(message))
+            }
             Reported::Event { member, message, missing, .. } => {
                 if missing > 0 {
                     self.put(member.clone(), Received::Missing(missing));

@@ -1,0 +1,379 @@
+//! Events and HEALTH of many grippers in, MCAP files of JSON messages out, one or more a day (UTC); each event once, through kills. No network and
+//! no clock.
+//!
+//! A folder holds finished files, `2026-11-26.mcap`, `2026-11-26-0001.mcap`, .., at most one that is being written, `..mcap.part`, and
+//! `archive.json`: which file that is, how many of its bytes count, and the last event of each run of each gripper in all files. Bytes are on disk
+//! before that file says so, and it is replaced as a whole. What a kill left behind these bytes is cut off at the next start; the grippers are asked
+//! for its events again, from where `archive.json` stands.
+
+use crate::{
+    follower::{Follower, Since, Verdict},
+    id::{EventId, Stamp},
+    json,
+    key::Member,
+    message::Message,
+};
+use grip_record::mcap::{
+    JsonTimes, JsonWriter, McapWriteError, RecoverError, Recovered, recover_json,
+};
+use grip_session::utc;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::{
+    collections::BTreeMap,
+    fs::{self, File, TryLockError},
+    io::{self, BufWriter, Read as _, Write as _},
+    path::{Path, PathBuf},
+};
+
+/// A file of more bytes is finished, and the next one of the day begun: its index is in memory until then, and takes no more than it.
+const LARGEST: u64 = 128 << 20;
+const STATE: &str = "archive.json";
+/// Messages of one kind: the end of their topic, the name of their JSON Schema and that schema.
+#[derive(Clone, Copy, Debug)]
+struct Kind {
+    topic: &'static str,
+    name: &'static str,
+    schema: &'static str,
+}
+
+const EVENT: Kind =
+    Kind { topic: "events", name: "grip.Event", schema: include_str!("event.schema.json") };
+const HEALTH: Kind =
+    Kind { topic: "health", name: "grip.Health", schema: include_str!("health.schema.json") };
+
+/// Why nothing can be archived.
+#[derive(Debug, thiserror::Error)]
+pub enum ArchiveError {
+    /// Folder or file cannot be used.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system answers.
+        source: io::Error,
+    },
+    /// Another program archives there.
+    #[error("{}: another archive is being written there", path.display())]
+    Locked {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// What should state where the archive stands is something else.
+    #[error("{}: no state of an archive: {reason}", path.display())]
+    State {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A message cannot be written.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: McapWriteError,
+    },
+    /// What a kill has left cannot be finished.
+    #[error("{}: {source}", path.display())]
+    Recover {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: RecoverError,
+    },
+    /// A message that cannot be JSON; none is known.
+    #[error("a message cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Where the archive stands.
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct State {
+    /// The file that is being written, and how many of its bytes count.
+    file: Option<String>,
+    bytes: u64,
+    /// The last event of each run, by gripper.
+    received: BTreeMap<String, Vec<String>>,
+}
+
+/// The file that is being written.
+#[derive(Debug)]
+struct Open {
+    day: String,
+    name: String,
+    writer: JsonWriter<BufWriter<File>>,
+    /// The same file, to sync it.
+    file: File,
+}
+
+/// A folder of files by day.
+#[derive(Debug)]
+pub struct Archive {
+    folder: PathBuf,
+    program: String,
+    state: State,
+    followers: BTreeMap<Member, Follower>,
+    open: Option<Open>,
+    recovered: Option<(PathBuf, Recovered)>,
+    /// What was written since the last commit: anything, and events.
+    written: bool,
+    events: bool,
+    _lock: File,
+}
+
+impl Archive {
+    /// Opens a folder, which is made where it is missing, and finishes what a kill has left. `program` names who writes, with its version.
+    ///
+    /// # Errors
+    /// [`ArchiveError`].
+    pub fn open(folder: &Path, program: &str) -> Result<Self, ArchiveError> {
+        fs::create_dir_all(folder).map_err(in_file(folder))?;
+        let lock = lock(folder)?;
+        let path = folder.join(STATE);
+        let wrong = |reason: String| ArchiveError::State { path: path.clone(), reason };
+        let state: State = match fs::read(&path) {
+            Ok(bytes) => {
+                serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => State::default(),
+            Err(source) => return Err(ArchiveError::File { path, source }),
+        };
+        let mut followers = BTreeMap::new();
+        for (member, ids) in &state.received {
+            let ids: Result<Vec<EventId>, _> = ids.iter().map(|id| id.parse()).collect();
+            let ids = ids.map_err(|error| wrong(error.to_string()))?;
+            followers.insert(member.parse().map_err(wrong)?, Follower::resumed(Since::Start, ids));
+        }
+        let mut archive = Self {
+            folder: folder.to_owned(),
+            program: program.to_owned(),
+            state,
+            followers,
+            open: None,
+            recovered: None,
+            written: false,
+            events: false,
+            _lock: lock,
+        };
+        archive.finish_left()?;
+        Ok(archive)
+    }
+
+    /// The last event of each run of each gripper, to go on from.
+    pub fn received(&self) -> impl Iterator<Item = (Member, Vec<EventId>)> {
+        self.followers.iter().map(|(member, it)| (member.clone(), it.received().collect()))
+    }
+
+    /// The file that a kill had left, and what was saved of it: everything, unless the disk has damaged it.
+    #[must_use]
+    pub const fn recovered(&self) -> Option<&(PathBuf, Recovered)> {
+        self.recovered.as_ref()
+    }
+
+    /// Whether there are events that a kill would cost now: they are asked for again then.
+    #[must_use]
+    pub const fn has_events_open(&self) -> bool {
+        self.events
+    }
+
+    /// Writes an event at a time (ns since 1970), unless it is there already; before it how many are `missing`.
+    ///
+    /// # Errors
+    /// [`ArchiveError`]: nothing more can be written then.
+    pub fn event(
+        &mut self,
+        now_ns: u64,
+        member: &Member,
+        stamp: Stamp,
+        missing: u64,
+        message: &Message,
+    ) -> Result<(), ArchiveError> {
+        let follower = self.followers.entry(member.clone());
+        let follower = follower.or_insert_with(|| Follower::new(Since::Start));
+        if follower.answer(stamp.id) == Verdict::Known {
+            return Ok(());
+        }
+        let ids = follower.received().map(|id| id.to_string()).collect();
+        if missing > 0 {
+            let what =
+                BTreeMap::from([("type", Value::from("missing")), ("events", missing.into())]);
+            let json = serde_json::to_string(&json::object(member, None, &what)?)?;
+            self.write(now_ns, member, EVENT, stamp, &json)?;
+        }
+        let json = json::of_message(member, stamp, message)?;
+        self.write(now_ns, member, EVENT, stamp, &json)?;
+        self.state.received.insert(member.to_string(), ids);
+        self.events = true;
+        Ok(())
+    }
+
+    /// Writes HEALTH.
+    ///
+    /// # Errors
+    /// [`ArchiveError`]: nothing more can be written then.
+    pub fn health(
+        &mut self,
+        now_ns: u64,
+        member: &Member,
+        stamp: Stamp,
+        message: &Message,
+    ) -> Result<(), ArchiveError> {
+        let json = json::of_message(member, stamp, message)?;
+        self.write(now_ns, member, HEALTH, stamp, &json)
+    }
+
+    /// Puts everything on disk: a kill costs nothing of it from here on.
+    ///
+    /// # Errors
+    /// [`ArchiveError`].
+    pub fn commit(&mut self) -> Result<(), ArchiveError> {
+        if let Some(open) = self.open.as_mut().filter(|_| self.written) {
+            let part = part(&self.folder, &open.name);
+            open.writer.flush().map_err(in_mcap(&part))?;
+            open.file.sync_data().map_err(in_file(&part))?;
+            self.state.file = Some(open.name.clone());
+            self.state.bytes = open.writer.bytes();
+            self.save()?;
+            (self.written, self.events) = (false, false);
+        }
+        Ok(())
+    }
+
+    /// Finishes the file that is being written; the next message begins another one.
+    ///
+    /// # Errors
+    /// [`ArchiveError`].
+    pub fn close(&mut self) -> Result<(), ArchiveError> {
+        self.commit()?;
+        let Some(open) = self.open.take() else { return Ok(()) };
+        let part = part(&self.folder, &open.name);
+        open.writer.finish().map_err(in_mcap(&part))?;
+        self.publish(&part, &open.file, &open.name)?;
+        self.settle()
+    }
+
+    /// A message in the file of its day.
+    fn write(
+        &mut self,
+        log_ns: u64,
+        member: &Member,
+        kind: Kind,
+        stamp: Stamp,
+        json: &str,
+    ) -> Result<(), ArchiveError> {
+        let day = utc::day(log_ns / 1_000_000_000);
+        let goes_on = |open: &Open| open.day == day && open.writer.bytes() < LARGEST;
+        if !self.open.as_ref().is_some_and(goes_on) {
+            self.close()?;
+            self.begin(day)?;
+        }
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let publish_ns = if stamp.at.ns > 0 { stamp.at.ns } else { log_ns };
+        let wrong = in_mcap(&part(&self.folder, &open.name));
+        let channel =
+            open.writer.channel(&format!("/{member}/{}", kind.topic), kind.name, kind.schema);
+        let times = JsonTimes { log_ns, publish_ns };
+        channel.and_then(|channel| open.writer.write(channel, times, json)).map_err(wrong)?;
+        self.written = true;
+        Ok(())
+    }
+
+    /// Begins the next file of a day; what a kill has left of it before its first commit is replaced.
+    fn begin(&mut self, day: String) -> Result<(), ArchiveError> {
+        let names = (0..).map(|number: u32| match number {
+            0 => format!("{day}.mcap"),
+            _ => format!("{day}-{number:04}.mcap"),
+        });
+        let free = |name: &String| !self.folder.join(name).exists();
+        let name = names.into_iter().find(free).unwrap_or_default();
+        let part = part(&self.folder, &name);
+        let file = File::create(&part).map_err(in_file(&part))?;
+        let out = BufWriter::new(file.try_clone().map_err(in_file(&part))?);
+        let writer = JsonWriter::new(out, &self.program).map_err(in_mcap(&part))?;
+        self.open = Some(Open { day, name, writer, file });
+        Ok(())
+    }
+
+    /// Makes a whole file of what a kill has left.
+    fn finish_left(&mut self) -> Result<(), ArchiveError> {
+        let Some(name) = self.state.file.clone() else { return Ok(()) };
+        let left = part(&self.folder, &name);
+        match File::open(&left) {
+            Ok(input) => {
+                let whole = self.folder.join(format!("{name}.whole"));
+                let out = File::create(&whole).map_err(in_file(&whole))?;
+                let input = io::BufReader::new(input).take(self.state.bytes);
+                let mut buffered = BufWriter::new(&out);
+                let saved = recover_json(&left, input, &mut buffered, &self.program)
+                    .map_err(|source| ArchiveError::Recover { path: left.clone(), source })?;
+                buffered.flush().map_err(in_file(&whole))?;
+                drop(buffered);
+                self.publish(&whole, &out, &name)?;
+                fs::remove_file(&left).map_err(in_file(&left))?;
+                self.recovered = Some((self.folder.join(&name), saved));
+            }
+            // It was finished, and the kill came before the state was written.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(source) => return Err(ArchiveError::File { path: left, source }),
+        }
+        self.settle()
+    }
+
+    /// Gives a finished file its name, on disk too.
+    fn publish(&self, from: &Path, file: &File, name: &str) -> Result<(), ArchiveError> {
+        file.sync_all().map_err(in_file(from))?;
+        fs::rename(from, self.folder.join(name)).map_err(in_file(from))?;
+        sync_folder(&self.folder)
+    }
+
+    /// No file is being written.
+    fn settle(&mut self) -> Result<(), ArchiveError> {
+        (self.state.file, self.state.bytes) = (None, 0);
+        self.save()
+    }
+
+    fn save(&self) -> Result<(), ArchiveError> {
+        let new = self.folder.join(format!("{STATE}.new"));
+        let mut file = File::create(&new).map_err(in_file(&new))?;
+        file.write_all(&serde_json::to_vec(&self.state)?).map_err(in_file(&new))?;
+        file.sync_all().map_err(in_file(&new))?;
+        fs::rename(&new, self.folder.join(STATE)).map_err(in_file(&new))?;
+        sync_folder(&self.folder)
+    }
+}
+
+/// The name of a file that is not whole yet.
+fn part(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.part"))
+}
+
+/// A name that was changed is changed after a loss of power too.
+fn sync_folder(folder: &Path) -> Result<(), ArchiveError> {
+    File::open(folder).and_then(|folder| folder.sync_all()).map_err(in_file(folder))
+}
+
+/// One program at a time; the lock ends with the process.
+fn lock(folder: &Path) -> Result<File, ArchiveError> {
+    let path = folder.join("archive.lock");
+    let file = File::create(&path).map_err(in_file(&path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(ArchiveError::Locked { path: folder.to_owned() }),
+        Err(TryLockError::Error(source)) => Err(in_file(&path)(source)),
+    }
+}
+
+fn in_file(path: &Path) -> impl Fn(io::Error) -> ArchiveError + use<> {
+    let path = path.to_owned();
+    move |source| ArchiveError::File { path: path.clone(), source }
+}
+
+fn in_mcap(path: &Path) -> impl Fn(McapWriteError) -> ArchiveError + use<> {
+    let path = path.to_owned();
+    move |source| ArchiveError::Write { path: path.clone(), source }
+}
+
+#[cfg(test)]
+mod tests;
