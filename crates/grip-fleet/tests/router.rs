@@ -116,6 +116,17 @@ impl Daemon {
         let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(self.spool.log());
         self.announced.answer(&lend, &[&ident, &health], "baud = 1\n");
     }
+
+    /// Turns until `done`, with the number of the turn, or too many.
+    fn turn_until(&mut self, mut done: impl FnMut(&mut Self, usize) -> bool) {
+        for at in 0..MOST {
+            self.turn(at);
+            if done(self, at) {
+                return;
+            }
+            thread::park_timeout(STEP);
+        }
+    }
 }
 
 fn site() -> Site {
@@ -455,6 +466,24 @@ fn json(sample: &zenoh::sample::Sample) -> (String, Value) {
     (name, serde_json::from_slice(&sample.payload().to_bytes()).unwrap())
 }
 
+/// All answers to `question`, by the last part of their names.
+fn answers_in_json(
+    daemon: &mut Daemon,
+    session: &Session,
+    question: &str,
+) -> BTreeMap<String, Value> {
+    let answers = session.get(question).wait().unwrap();
+    let mut came = BTreeMap::new();
+    daemon.turn_until(|_, _| match answers.try_recv() {
+        Ok(reply) => {
+            came.extend(reply.map(|reply| json(reply.result().unwrap())));
+            false
+        }
+        Err(_) => true,
+    });
+    came
+}
+
 #[test]
 fn a_client_that_reads_json_only_gets_what_the_others_get() {
     let folder = tempfile::tempdir().unwrap();
@@ -466,18 +495,14 @@ fn a_client_that_reads_json_only_gets_what_the_others_get() {
     daemon.report();
     let live = session.declare_subscriber("grip/v1/*/*/json/**").wait().unwrap();
     let mut published = BTreeMap::new();
-    for at in 0..MOST {
+    daemon.turn_until(|daemon, at| {
         // Again and again: the router learns of the subscriber in its own time.
         if at.is_multiple_of(50) {
             daemon.report();
         }
-        daemon.turn(at);
         published.extend(live.try_recv().unwrap().map(|sample| json(&sample)));
-        if published.len() == 2 {
-            break;
-        }
-        thread::park_timeout(STEP);
-    }
+        published.len() == 2
+    });
     let event = &published["events"];
     assert_eq!((&event["type"], &event["about"]), (&"notice".into(), &"link".into()), "{event}");
     assert_eq!((&event["site"], &event["run"]), (&"hall".into(), &"0000002a".into()), "{event}");
@@ -494,16 +519,7 @@ fn a_client_that_reads_json_only_gets_what_the_others_get() {
     let key = daemon.member.key(Part::EventsJson);
     let after = format!("{key}/**?after={}", EventId { seq: head.seq - 2, ..head });
     for (question, count) in [(after, 2), (daemon.member.key(Part::HealthJson), 1)] {
-        let answers = session.get(&question).wait().unwrap();
-        let mut came = BTreeMap::new();
-        for at in 0..MOST {
-            daemon.turn(at);
-            match answers.try_recv() {
-                Ok(Some(reply)) => came.extend([json(reply.result().unwrap())]),
-                Ok(None) => thread::park_timeout(STEP),
-                Err(_) => break,
-            }
-        }
+        let came = answers_in_json(&mut daemon, &session, &question);
         assert_eq!(came.len(), count, "{question}: {came:?}");
         if let Some(last) = came.get(&format!("events/0000002a/{}", head.seq)) {
             // One of a kind that is not known has its place too.

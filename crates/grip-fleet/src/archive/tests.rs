@@ -2,6 +2,7 @@
 
 use super::{Archive, ArchiveError, EVENT, HEALTH, STATE};
 use crate::{EventId, Member, Message, Stamp, Uid, WallTime, json};
+use core::mem;
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
     message::{
@@ -11,7 +12,7 @@ use grip_link::{
 };
 use grip_record::mcap::{Foreign, ForeignReader, no_unpack};
 use serde_json::Value;
-use std::{collections::BTreeSet, fs, mem, path::Path};
+use std::{collections::BTreeSet, fs, path::Path};
 
 /// 2026-11-26T00:00:00Z, in ns.
 const MORNING: u64 = 1_795_651_200_000_000_000;
@@ -48,8 +49,11 @@ fn event(archive: &mut Archive, now_ns: u64, seq: u64) {
     archive.event(now_ns, &member(), stamp(seq), 0, &notice()).unwrap();
 }
 
-/// Finished files by name, and the messages in each: topic, log time, object.
-fn files(folder: &Path) -> Vec<(String, Vec<(String, u64, Value)>)> {
+/// Topic, log time and object of a message.
+type Logged = (String, u64, Value);
+
+/// Finished files by name, and the messages in each.
+fn files(folder: &Path) -> Vec<(String, Vec<Logged>)> {
     let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
     let names: BTreeSet<String> = names.map(|name| name.into_string().unwrap()).collect();
     // The first of a day has no number.
@@ -60,7 +64,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<(String, u64, Value)>)> {
     finished.into_iter().map(|stem| (stem.to_owned(), messages(&file(stem)))).collect()
 }
 
-fn messages(file: &Path) -> Vec<(String, u64, Value)> {
+fn messages(file: &Path) -> Vec<Logged> {
     let mut reader = ForeignReader::open(file, no_unpack).unwrap();
     let (mut topics, mut found) = (Vec::new(), Vec::new());
     while let Some(item) = reader.next_item().unwrap() {
