@@ -2,16 +2,18 @@
 //!
 //! ```text
 //! x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for this block of the reference)
-//! rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 20, forgotten by e in 30 s of motion
+//! rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 22, forgotten by e in 30 s of motion
 //! ```
 //!
 //! Motion comes and goes, and resonances beat: the two logarithms rise and fall together where both sensors are on one
 //! robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
-//! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest and in
-//! alarms are left out, so that holding costs nothing and slips teach nothing. It takes [`LEAST_S`] of motion.
+//! where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest are
+//! left out, and those in alarms while it is in time, so that holding costs nothing and slips teach nothing. It takes
+//! [`LEAST_S`] of motion.
 //!
 //! A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
-//! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead.
+//! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A
+//! reference that is early by [`EARLY_S`] to [`LATEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
 
 use super::{
     config::{BANDS, FIRST_OCTAVE},
@@ -22,7 +24,7 @@ use super::{
 /// Length of a block (ms).
 const BLOCK_MS: f32 = 5.0;
 /// Largest shift that is looked at (blocks).
-const MOST: usize = 20;
+const MOST: usize = 22;
 const SHIFTS: usize = 2 * MOST + 1;
 /// Shifts that the gate allows for (blocks).
 const NEAR: usize = 1;
@@ -36,9 +38,11 @@ const FOLLOWS: f32 = 0.4;
 const NONE: f32 = 0.3;
 /// Time for which another relation must show (s).
 const AGREED_S: f32 = 2.5;
-/// The least and the most that a reference is late for the stylus to wait (s), and what it waits more.
+/// The least and the most that a reference is late for the stylus to wait (s), the least that it is early to wait itself,
+/// and what the stylus waits more.
 const LATE_S: f32 = 1e-3;
-const LATEST_S: f32 = 22e-3;
+const LATEST_S: f32 = 105e-3;
+const EARLY_S: f32 = 5e-3;
 const MARGIN_S: f32 = 2.5e-3;
 /// Delays that far apart are the same (s).
 const SAME_S: f32 = 1e-3;
@@ -120,12 +124,13 @@ impl Correlation {
         self.relation
     }
 
-    /// How long the stylus waits for the reference (blocks, at most [`delay::MOST`]).
+    /// How long the stylus waits for the reference (blocks, at most [`delay::MOST`]); below 0 the reference for the stylus.
     #[inline]
-    pub(super) fn wait(&self) -> usize {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 50")]
-        let blocks = libm::ceilf(self.wait_s / self.part_s) as usize;
-        blocks.min(delay::MOST)
+    pub(super) fn wait(&self) -> i16 {
+        let most = i16::from(delay::MOST);
+        #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+        let blocks = libm::ceilf(self.wait_s / self.part_s) as i16;
+        blocks.clamp(-most, most)
     }
 
     /// The next block does not follow the last one.
@@ -206,6 +211,7 @@ impl Correlation {
             _ if correlation < FOLLOWS => self.wait_s,
             Relation::None => 0.0,
             _ if (LATE_S..=LATEST_S).contains(&late_s) => late_s + MARGIN_S,
+            _ if (EARLY_S..=LATEST_S).contains(&-late_s) => late_s + MARGIN_S,
             _ => 0.0,
         };
         let same = seems == self.relation && (wait_s - self.wait_s).abs() < SAME_S;
@@ -221,7 +227,7 @@ impl Correlation {
         let Some([before, top, after]) = three else { return f32::INFINITY };
         let bend = 2.0 * top - before - after;
         let off = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
-        #[expect(clippy::cast_precision_loss, reason = "at most 40")]
+        #[expect(clippy::cast_precision_loss, reason = "at most 44")]
         let blocks = MOST as f32 - at as f32 - off;
         blocks * self.block_s
     }

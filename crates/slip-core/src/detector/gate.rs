@@ -79,8 +79,6 @@ pub(super) struct Gate {
     faded_len: u32,
     /// The highest peak since the knock, in the bands that it shows in.
     struck: f32,
-    /// The floor that the last block alone gives, without knock and peak.
-    instant: [f32; BANDS],
 }
 
 impl Gate {
@@ -97,7 +95,6 @@ impl Gate {
             rings_len: samples(1e3 * RINGS_S, 1.0 / block_s),
             faded_len: samples(1e3 * (RINGS_S - FADED_S), 1.0 / block_s),
             struck: 0.0,
-            instant: [1.0; BANDS],
         }
     }
 
@@ -120,10 +117,16 @@ impl Gate {
         self.rings > 0
     }
 
-    /// The floor of each band that the last block alone gives: what is held longer would show the reference late.
+    /// The floor of each band that a block alone gives, without knock and peak: what is held longer would show the
+    /// reference late.
     #[inline]
-    pub(super) fn instant(&self) -> &[f32; BANDS] {
-        &self.instant
+    pub(super) fn instant(
+        &self,
+        sums: &[f32; LANES],
+        per_sample: f32,
+        learned: &[f32; BANDS],
+    ) -> [f32; BANDS] {
+        core::array::from_fn(|b| 1.0 + learned[b] * self.gain[b] * sums[b] * per_sample)
     }
 
     /// Takes the sum of squares of each band of the reference (unit squared) over a block of `1 / per_sample` samples: the floor
@@ -138,7 +141,6 @@ impl Gate {
         let (mut knocks, mut level) = (false, 0.0);
         for (b, sum) in sums.iter().enumerate().take(BANDS) {
             let energy = sum * per_sample;
-            self.instant[b] = 1.0 + learned[b] * self.gain[b] * energy;
             self.peak[b] = energy.max(self.peak[b] * self.peak_decay);
             if b >= FIRST_OCTAVE + 2 {
                 knocks |= self.peak[b] > KNOCK * self.mean[b];

@@ -11,6 +11,7 @@ mod doubt;
 mod evidence;
 mod gate;
 mod glrt;
+mod knocks;
 mod lanes;
 mod level;
 mod pending;

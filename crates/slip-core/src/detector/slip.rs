@@ -21,6 +21,7 @@ use super::{
     evidence::{Certificate, Evidence, Scores},
     gate::Gate,
     glrt::Glrt,
+    knocks::Knocks,
     lanes::{LANES, Lanes, of_bands, padded},
     level::Level,
     pending::Pending,
@@ -85,7 +86,8 @@ pub struct SlipDetector {
     gate: Gate,
     coupling: Coupling,
     correlation: Correlation,
-    /// Blocks of the stylus that wait for a late reference.
+    knocks: Knocks,
+    /// Blocks of the stylus that wait for a late reference, or of an early one that wait for the stylus.
     delay: Delay,
     blind_margin: f32,
     moving: bool,
@@ -149,6 +151,7 @@ impl SlipDetector {
             gate,
             coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
             correlation: Correlation::new(lanes.block_s),
+            knocks: Knocks::new(lanes.block_s),
             delay: Delay::new(),
             blind_margin: config.gate.blind_margin,
             moving: false,
@@ -248,11 +251,9 @@ impl SlipDetector {
     /// How long decisions wait for a motion reference that is late (s); 0 for one in time. It is late by 2.5 ms less.
     #[must_use]
     pub fn waits_s(&self) -> f32 {
-        #[expect(clippy::cast_precision_loss, reason = "at most 50")]
-        let blocks = self.delay.blocks() as f32;
         #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let block_s = self.block_len as f32 / self.rate_hz;
-        blocks * block_s
+        f32::from(self.delay.blocks().max(0)) * block_s
     }
 
     /// Whether the robot moves, by command or by its reference.
@@ -303,7 +304,7 @@ impl SlipDetector {
         certified: bool,
         command_known: bool,
     ) -> Causes {
-        let in_time = self.delay.blocks() > 0 || self.correlation.relation() == Relation::Near;
+        let in_time = self.delay.blocks() != 0 || self.correlation.relation() == Relation::Near;
         let sound = self.reference.is_sound() && in_time;
         let knock = sound.then_some(!(self.moving && self.gate.rings()));
         let motion = match self.moving {
@@ -435,6 +436,7 @@ impl SlipDetector {
         self.block_energy();
         self.pending.clear();
         self.gate.start();
+        self.delay.turn();
         self.coupling.start();
         self.correlation.interrupt();
         self.reference.start();
@@ -452,17 +454,16 @@ impl SlipDetector {
             self.resolve();
         }
         let now = self.block_energy();
-        let waited = self.delay.pass(now);
+        let waited = self.delay.stylus(now);
         let energy = waited.unwrap_or(now);
         let mut block = Block { energy, floor: [1.0; BANDS], moving: self.moving };
         if self.moving || self.no_skip {
-            let floor = self.gate.block(
-                &self.reference.energy(&self.pending),
-                self.per_sample,
-                self.coupling.factors(),
-            );
+            let sums = self.reference.energy(&self.pending);
+            let learned = self.coupling.factors();
+            let floor = self.gate.block(&self.delay.reference(sums), self.per_sample, learned);
             if self.moving {
-                self.gate_block(&mut block, (&now, floor));
+                let instant = self.gate.instant(&sums, self.per_sample, learned);
+                self.gate_block(&mut block, floor, (&now, &instant));
             }
         }
         self.pending.clear();
@@ -505,18 +506,27 @@ impl SlipDetector {
     }
 
     /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing. `now` are
-    /// the energies of the block that does not wait.
+    /// the energies of the block that does not wait, and the floor that the reference gives it.
     #[inline]
-    fn gate_block(&mut self, block: &mut Block, (now, floor): (&[f32; BANDS], [f32; BANDS])) {
+    fn gate_block(
+        &mut self,
+        block: &mut Block,
+        floor: [f32; BANDS],
+        now: (&[f32; BANDS], &[f32; BANDS]),
+    ) {
         let live = self.reference.is_live();
-        let coupled = self.correlation.relation() != Relation::None;
+        let relation = self.correlation.relation();
+        let coupled = relation != Relation::None;
         if live && !self.learning {
-            // What slides teaches nothing of motion, unless all that moves seems to.
-            if coupled && self.decision.state != SlipState::Quiet {
+            // What slides teaches nothing of motion, unless all that moves seems to: the reference may be in time again.
+            if relation == Relation::Near && self.decision.state != SlipState::Quiet {
                 self.correlation.interrupt();
             } else {
-                self.correlation.step(now, self.gate.instant());
-                let wait = self.correlation.wait();
+                self.correlation.step(now.0, now.1);
+                let wait = match self.correlation.wait() {
+                    0 => self.knocks.wait(),
+                    blocks => blocks,
+                };
                 if wait != self.delay.blocks() {
                     self.delay.set(wait);
                     // What was learned of fronts that the reference showed too late is no gain.
@@ -599,6 +609,8 @@ impl SlipDetector {
         };
         let over_floor = self.energy.over_floor();
         self.decision.step(statistic, over_floor[VIBRATION]);
+        let alarmed = self.decision.state != SlipState::Quiet;
+        self.knocks.step(alarmed, self.moving && self.gate.rings());
         if self.evidence.is_some() {
             self.weigh(block);
         }

@@ -149,7 +149,7 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
         };
         let sound = alarms(0);
         assert!(!sound.is_empty());
-        for ms in [5, 10, 20] {
+        for ms in [5, 10, 20, 30, 50, 90] {
             let late = alarms(ms);
             assert!(late.len() <= sound.len() + 2, "{ms} ms: {late:?}, in time {sound:?}");
             let begun = |i: usize| (80_000 + 10_000 * i)..(80_200 + 10_000 * i);
@@ -167,6 +167,47 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
                 "{ms} ms: {late:?}, in time {sound:?}"
             );
         }
+    }
+}
+
+/// From 10 s after it is noticed the alarms are nearly as rare as with a reference in time, and none waits.
+#[test]
+fn a_reference_that_is_early_waits_for_the_stylus() {
+    let motion = robot(2, 2 * LEN);
+    let play = |ms| play(&motion, |i| shifted(&motion, i, ms));
+    let sound = play(0);
+    for ms in [-15, -50, -90] {
+        let early = play(ms);
+        let [(at_s, SensorHealth::Late)] = early.healths[..] else { panic!("{:?}", early.healths) };
+        assert!(at_s < 80.0 && early.waits_ms == 0.0, "{ms} ms: noticed after {at_s} s");
+        let from = ((at_s + 10.0) * RATE_HZ) as usize;
+        let after = |seen: &Seen| seen.alarms.iter().filter(|i| **i > from).count();
+        let (early, sound) = (after(&early), after(&sound));
+        assert!(early <= 2 * sound + 2, "{ms} ms: {early}, in time {sound}");
+    }
+}
+
+/// Knocks show a delay that is shorter than the envelopes of motion tell.
+#[test]
+fn a_reference_that_shows_knocks_later_is_waited_for() {
+    let mut motion = robot(5, LEN);
+    let knocks: Vec<usize> = (0..95).map(|i| 6_100 + 2_030 * i).collect();
+    for at in &knocks {
+        for (i, x) in motion[*at..*at + 100].iter_mut().enumerate() {
+            let t = i as f32 / RATE_HZ;
+            *x += 150.0 * (-t / 4e-3).exp() * (core::f32::consts::TAU * 430.0 * t).sin();
+        }
+    }
+    let false_alarms = |seen: &Seen| {
+        let knocked = |i: &usize| knocks.iter().any(|at| (*at..*at + 20).contains(i));
+        seen.alarms.iter().filter(|i| knocked(i)).count()
+    };
+    let sound = play(&motion, |i| shifted(&motion, i, 0));
+    assert_eq!((sound.waits_ms, false_alarms(&sound)), (0.0, 0));
+    for ms in [1, 2, 3] {
+        let late = play(&motion, |i| shifted(&motion, i, ms));
+        assert!(late.waits_ms > 3.0 && late.waits_ms < 9.0, "{ms} ms: waits {}", late.waits_ms);
+        assert!(false_alarms(&late) <= 6, "{ms} ms: {}", false_alarms(&late));
     }
 }
 
