@@ -13,7 +13,7 @@
 //!
 //! A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
 //! [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A
-//! reference that is early by [`EARLY_S`] to [`LATEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
+//! reference that is early by [`EARLY_S`] to [`EARLIEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
 
 use super::{
     config::{BANDS, FIRST_OCTAVE},
@@ -38,11 +38,12 @@ const FOLLOWS: f32 = 0.4;
 const NONE: f32 = 0.3;
 /// Time for which another relation must show (s).
 const AGREED_S: f32 = 2.5;
-/// The least and the most that a reference is late for the stylus to wait (s), the least that it is early to wait itself,
-/// and what the stylus waits more.
+/// The least and the most that a reference is late for the stylus to wait (s), the least and the most that it is early to
+/// wait itself, and what the stylus waits more.
 const LATE_S: f32 = 1e-3;
-const LATEST_S: f32 = 105e-3;
+const LATEST_S: f32 = 22e-3;
 const EARLY_S: f32 = 5e-3;
+const EARLIEST_S: f32 = 105e-3;
 const MARGIN_S: f32 = 2.5e-3;
 /// Delays that far apart are the same (s).
 const SAME_S: f32 = 1e-3;
@@ -211,7 +212,7 @@ impl Correlation {
             _ if correlation < FOLLOWS => self.wait_s,
             Relation::None => 0.0,
             _ if (LATE_S..=LATEST_S).contains(&late_s) => late_s + MARGIN_S,
-            _ if (EARLY_S..=LATEST_S).contains(&-late_s) => late_s + MARGIN_S,
+            _ if (EARLY_S..=EARLIEST_S).contains(&-late_s) => late_s + MARGIN_S,
             _ => 0.0,
         };
         let same = seems == self.relation && (wait_s - self.wait_s).abs() < SAME_S;

@@ -149,7 +149,7 @@ fn the_stylus_waits_for_a_reference_that_is_late() {
         };
         let sound = alarms(0);
         assert!(!sound.is_empty());
-        for ms in [5, 10, 20, 30, 50, 90] {
+        for ms in [5, 10, 20] {
             let late = alarms(ms);
             assert!(late.len() <= sound.len() + 2, "{ms} ms: {late:?}, in time {sound:?}");
             let begun = |i: usize| (80_000 + 10_000 * i)..(80_200 + 10_000 * i);
