@@ -23,8 +23,9 @@ fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, Program, Stri
         "listen = \"unix:gripd.sock\"\nallow_commands = true\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\nspool = \"spool\"\ncommands = true\n"
     );
     fs::write(folder.join("gripd.toml"), settings).unwrap();
-    let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
+    // First, and it waits: what a gripd has sent before its gripfleet is there is published by nobody.
     let fleet = Program::gripfleet(folder, &[]);
+    let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
     fleet.until_reported("this gripper is there as hall/");
     let reported = fleet.reported();
     let (_, name) = reported.split_once("this gripper is there as ").unwrap();
