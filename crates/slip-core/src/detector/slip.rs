@@ -518,13 +518,14 @@ impl SlipDetector {
         let relation = self.correlation.relation();
         let coupled = relation != Relation::None;
         if live && !self.learning {
-            // What slides teaches nothing of motion, unless all that moves seems to: the reference may be in time again.
-            if relation == Relation::Near && self.decision.state != SlipState::Quiet {
+            // What slides teaches nothing of motion, unless all that moves seems to, or one of the two waits: the reference may be in time again.
+            let waits = relation != Relation::Near && self.delay.blocks() != 0;
+            if coupled && !waits && self.decision.state != SlipState::Quiet {
                 self.correlation.interrupt();
             } else {
                 self.correlation.step(now.0, now.1);
                 let wait = match self.correlation.wait() {
-                    0 => self.knocks.wait(),
+                    0 if self.correlation.relation() == Relation::Near => self.knocks.wait(),
                     blocks => blocks,
                 };
                 if wait != self.delay.blocks() {

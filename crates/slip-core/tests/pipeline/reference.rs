@@ -187,17 +187,23 @@ fn a_reference_that_is_early_waits_for_the_stylus() {
     }
 }
 
-/// Knocks show a delay that is shorter than the envelopes of motion tell.
-#[test]
-fn a_reference_that_shows_knocks_later_is_waited_for() {
+/// A robot that knocks at these samples.
+fn knocking(knocks: &[usize]) -> Vec<f32> {
     let mut motion = robot(5, LEN);
-    let knocks: Vec<usize> = (0..95).map(|i| 6_100 + 2_030 * i).collect();
-    for at in &knocks {
+    for at in knocks {
         for (i, x) in motion[*at..*at + 100].iter_mut().enumerate() {
             let t = i as f32 / RATE_HZ;
             *x += 150.0 * (-t / 4e-3).exp() * (core::f32::consts::TAU * 430.0 * t).sin();
         }
     }
+    motion
+}
+
+/// Knocks show a delay that is too short for the envelopes of motion.
+#[test]
+fn a_reference_that_shows_knocks_later_is_waited_for() {
+    let knocks: Vec<usize> = (0..95).map(|i| 6_100 + 2_030 * i).collect();
+    let motion = knocking(&knocks);
     let false_alarms = |seen: &Seen| {
         let knocked = |i: &usize| knocks.iter().any(|at| (*at..*at + 20).contains(i));
         seen.alarms.iter().filter(|i| knocked(i)).count()
@@ -209,6 +215,17 @@ fn a_reference_that_shows_knocks_later_is_waited_for() {
         assert!(late.waits_ms > 3.0 && late.waits_ms < 9.0, "{ms} ms: waits {}", late.waits_ms);
         assert!(false_alarms(&late) <= 6, "{ms} ms: {}", false_alarms(&late));
     }
+}
+
+/// The second of two knocks comes just before such a reference shows the first.
+#[test]
+fn a_reference_that_is_too_late_is_not_waited_for_a_little() {
+    let knocks: Vec<usize> =
+        (0..95).flat_map(|i| [0, 56].map(|at| 6_100 + 2_030 * i + at)).collect();
+    let motion = knocking(&knocks);
+    let late = play(&motion, |i| shifted(&motion, i, 30));
+    assert!(matches!(late.healths[..], [(_, SensorHealth::Late)]), "{:?}", late.healths);
+    assert_eq!(late.waits_ms, 0.0);
 }
 
 #[test]
