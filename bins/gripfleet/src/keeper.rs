@@ -175,6 +175,7 @@ impl Keeper {
                 }
                 Incoming::Setup(setup) => self.meet(setup),
                 Incoming::State(state) => {
+                    self.began_by(state.host.0);
                     self.start_ns = self.clock.utc_ns().saturating_sub(1000 * state.host.0);
                     self.desk.fault.store(state.fault.0, Ordering::Relaxed);
                     self.common.kept().fault = state.fault.0;
@@ -185,6 +186,7 @@ impl Keeper {
                 }
                 Incoming::Slip(slip) => {
                     // One that comes after an outage was earlier.
+                    self.began_by(slip.host.0);
                     self.slipped_ns = Some(self.start_ns + 1000 * slip.host.0);
                     self.grasps.slip(&slip);
                 }
@@ -194,6 +196,13 @@ impl Keeper {
             }
         }
         self.common.kept().received = self.bridge.last_received();
+    }
+
+    /// Nothing arrives before it was sent at `host_us` (us): the start of gripd is no later than that says. A greeting may have been read late.
+    fn began_by(&self, host_us: u64) {
+        let start_ns = self.clock.wall_ns().saturating_sub(host_us.saturating_mul(1000));
+        let mut kept = self.common.kept();
+        kept.start_ns = kept.start_ns.min(start_ns);
     }
 
     /// What the gripper is made of, for those who ask.
