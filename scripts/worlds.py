@@ -32,7 +32,7 @@ WORLDS = {
 FEW = ["slip_acceleration_m_s2", "trial_force_n:ln"]
 MANY = FEW + ["slip_speed_m_s", "micro_displacement_m", "contact_time_s"]
 MARGIN = 1.2
-G_M_S2 = 9.81
+G_M_S2 = 9.80665
 SIGMAS_90 = 1.645
 
 

@@ -6,35 +6,12 @@ use crate::{
     latency::Latency,
     metrics::healths,
 };
-use grip_session::{config::Uid, report::Event, session::explain};
+use grip_session::{config::Uid, json_object, report::Event, session::explain};
 use serde::Serialize;
 use slip_core::{PipelineState, grip::GripState, units::Micros};
 use std::{borrow::Cow, collections::BTreeMap, path::Path};
 
-/// An object of JSON, as a table: a row gives a field, its type and where it comes from.
-#[macro_export]
-macro_rules! report {
-    (
-        $(#[$about:meta])* $vis:vis struct $name:ident $(<$life:lifetime>)? of ($($from:ident: $source:ty),+) {
-            $($(#[$meta:meta])* $field:ident: $type:ty = $value:expr;)+
-        }
-    ) => {
-        $(#[$about])*
-        $vis struct $name $(<$life>)? {
-            $($(#[$meta])* $vis $field: $type,)+
-        }
-
-        impl $(<$life>)? $name $(<$life>)? {
-            /// What is known.
-            #[must_use]
-            $vis fn of($($from: $source),+) -> Self {
-                Self { $($field: $value,)+ }
-            }
-        }
-    };
-}
-
-report! {
+json_object! {
     /// Everything that `board` knows of the daemon at host time `now_us` (us).
     #[derive(Clone, Debug, Serialize)]
     pub struct Status<'a> of (board: &'a Board, now_us: u64) {
@@ -79,7 +56,7 @@ report! {
     }
 }
 
-report! {
+json_object! {
     /// The link and the gripper.
     #[derive(Clone, Debug, Serialize)]
     pub struct Link<'a> of (board: &'a Board) {
@@ -95,7 +72,7 @@ report! {
         boot_id: Option<u32> = board.link().gripper.map(|(_, boot_id)| boot_id);
         /// Version of its firmware.
         firmware: Option<String> = board.link().firmware.map(|firmware| firmware.to_string());
-        /// Its state as it tells it.
+        /// Its state, as it reports it.
         gripper_state: Option<&'static str> = board.link().device.map(|device| device.state.name());
         /// Its latched fault, 0 for none.
         gripper_fault: Option<u16> = board.link().device.map(|device| device.fault.0);
@@ -116,7 +93,7 @@ report! {
     }
 }
 
-report! {
+json_object! {
     /// Samples.
     #[derive(Clone, Copy, Debug, Serialize)]
     pub struct Samples of (board: &Board) {
@@ -148,7 +125,7 @@ pub struct LatencyUs {
     pub max: f64,
 }
 
-report! {
+json_object! {
     /// The pipeline after the last frame.
     #[derive(Clone, Debug, Serialize)]
     pub struct Pipeline of (age: Micros, state: &PipelineState) {
@@ -190,14 +167,14 @@ pub struct At {
 /// Clients.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Clients {
-    /// What the sockets tell.
+    /// Counts of the sockets.
     #[serde(flatten)]
     pub counts: ClientCounts,
     /// Commands carried out.
     pub commands: u64,
 }
 
-report! {
+json_object! {
     /// The recording.
     #[derive(Clone, Debug, Serialize)]
     pub struct Recording<'a> of (recording: &'a RecordingState) {
@@ -212,7 +189,7 @@ report! {
     }
 }
 
-report! {
+json_object! {
     /// Something that was asked of the system.
     #[derive(Clone, Copy, Debug, Serialize)]
     pub struct Granted<'a> of (grant: &'a Grant) {

@@ -1,76 +1,108 @@
 //! Messages of gripd in, the objects that stand for them in JSON out. Names and units of the fields are a contract: what has a unit ends in it.
 #![expect(missing_docs, reason = "a field is what the message's field of that name is")]
 
-use grip_link::message::daemon::{Gripper, Health, Phase, PipelineState, SlipReport, ToClient};
+use crate::config::Uid;
+use grip_link::message::daemon::{
+    ClockOffset, Gripper, Health, Phase, PipelineState, SlipReport, ToClient,
+};
 use serde::Serialize;
 use slip_core::{Cause, CauseSet, units::Micros};
 
-/// GRIPPER.
-#[derive(Debug, Serialize)]
-pub struct GripperReport {
-    /// `None` where no gripper was seen yet.
-    pub uid: Option<String>,
-    pub boot_id: u32,
-    pub rate_hz: u32,
-    pub force_max_n: Option<f32>,
-    pub link: &'static str,
-    pub taxels: u8,
+/// An object of JSON, as a table: a row gives a field, its type and where it comes from.
+#[macro_export]
+macro_rules! json_object {
+    (
+        $(#[$about:meta])* $vis:vis struct $name:ident $(<$life:lifetime>)? of ($($from:ident: $source:ty),+) {
+            $($(#[$meta:meta])* $field:ident: $type:ty = $value:expr;)+
+        }
+    ) => {
+        $(#[$about])*
+        $vis struct $name $(<$life>)? {
+            $($(#[$meta])* $vis $field: $type,)+
+        }
+
+        impl $(<$life>)? $name $(<$life>)? {
+            /// What is known.
+            #[must_use]
+            $vis fn of($($from: $source),+) -> Self {
+                Self { $($field: $value,)+ }
+            }
+        }
+    };
 }
 
-/// STATE.
-#[derive(Debug, Serialize)]
-pub struct StateReport {
-    pub t_s: f64,
-    pub scene: &'static str,
-    pub grip: &'static str,
-    pub device: String,
-    pub fault: u16,
-    pub statistic: Option<f32>,
-    pub command_n: Option<f32>,
-    pub applied_n: Option<f32>,
-    pub estimate_n: Option<f32>,
-    pub esc: Option<f32>,
-    pub esc_reading: &'static str,
-    pub stylus: &'static str,
-    pub travel: &'static str,
-    pub pressure: &'static str,
-    pub reference: &'static str,
-    /// Age of the newest usable row at the last command (ms).
-    pub late_ms: Option<f32>,
+json_object! {
+    /// GRIPPER.
+    #[derive(Debug, Serialize)]
+    pub struct GripperReport of (gripper: &Gripper) {
+        /// `None` where no gripper was seen yet.
+        uid: Option<String> = (gripper.uid != [0; 16]).then(|| Uid(gripper.uid).to_string());
+        boot_id: u32 = gripper.boot_id;
+        rate_hz: u32 = gripper.rate_hz;
+        force_max_n: Option<f32> = gripper.force_max_n;
+        link: &'static str = gripper.link.name();
+        taxels: u8 = gripper.taxels;
+    }
 }
 
-/// HEALTH.
-#[derive(Debug, Serialize)]
-pub struct HealthReport {
-    pub rate_hz: Option<f32>,
-    pub samples: u64,
-    pub lost: u64,
-    pub bad_too_long: u32,
-    pub bad_cobs: u32,
-    pub bad_length: u32,
-    pub bad_crc: u32,
-    pub bad_useless: u32,
-    pub gap: u32,
-    pub dropped_service: u64,
-    pub dropped_recorder: u64,
-    pub dropped_clients: u32,
-    pub clients: u16,
-    pub recording: &'static str,
-    pub recorded_bytes: u64,
-    pub latency_p50_us: Option<f32>,
-    pub latency_p99_us: Option<f32>,
-    /// Absent, as the clocks, where the daemon is older than that.
-    pub latency_p99_9_us: Option<f32>,
-    pub latency_max_us: Option<f32>,
-    pub clock_offset_us: Option<i64>,
-    pub clock_half_us: Option<f32>,
-    pub stage_bands: u64,
-    pub stage_gate: u64,
-    pub stage_methods: u64,
-    pub stage_observation: u64,
-    pub slips: u32,
-    pub reconnects: u32,
-    pub commands: u64,
+json_object! {
+    /// STATE.
+    #[derive(Debug, Serialize)]
+    pub struct StateReport of (state: &PipelineState) {
+        t_s: f64 = state.t.as_seconds();
+        scene: &'static str = state.scene.name();
+        grip: &'static str = state.grip.name();
+        device: String = state.device.name().to_owned();
+        fault: u16 = state.fault.0;
+        statistic: Option<f32> = state.statistic;
+        command_n: Option<f32> = state.command_n;
+        applied_n: Option<f32> = state.applied_n;
+        estimate_n: Option<f32> = state.estimate_n;
+        esc: Option<f32> = state.esc;
+        esc_reading: &'static str = state.esc_kind.name();
+        stylus: &'static str = state.sensors[0].name();
+        travel: &'static str = state.sensors[1].name();
+        pressure: &'static str = state.sensors[2].name();
+        reference: &'static str = state.sensors[3].name();
+        /// Age of the newest usable row at the last command (ms).
+        late_ms: Option<f32> = state.late_ms;
+    }
+}
+
+json_object! {
+    /// HEALTH.
+    #[derive(Debug, Serialize)]
+    pub struct HealthReport of (health: &Health) {
+        rate_hz: Option<f32> = health.rate_hz;
+        samples: u64 = health.samples;
+        lost: u64 = health.lost;
+        bad_too_long: u32 = health.bad.too_long;
+        bad_cobs: u32 = health.bad.cobs;
+        bad_length: u32 = health.bad.length;
+        bad_crc: u32 = health.bad.crc;
+        bad_useless: u32 = health.bad.useless;
+        gap: u32 = health.bad.gap;
+        dropped_service: u64 = health.dropped.service;
+        dropped_recorder: u64 = health.dropped.recorder;
+        dropped_clients: u32 = health.dropped.clients;
+        clients: u16 = health.clients;
+        recording: &'static str = health.recording.name();
+        recorded_bytes: u64 = health.recorded_bytes;
+        latency_p50_us: Option<f32> = health.latency.p50_us;
+        latency_p99_us: Option<f32> = health.latency.p99_us;
+        /// Absent, as the clocks, where the daemon is older than that.
+        latency_p99_9_us: Option<f32> = health.appended.and_then(|appended| appended.p999_us);
+        latency_max_us: Option<f32> = health.latency.max_us;
+        clock_offset_us: Option<i64> = clock(health).map(|clock| clock.offset_us);
+        clock_half_us: Option<f32> = clock(health).map(|clock| clock.half_us);
+        stage_bands: u64 = health.stages[0];
+        stage_gate: u64 = health.stages[1];
+        stage_methods: u64 = health.stages[2];
+        stage_observation: u64 = health.stages[3];
+        slips: u32 = health.slips;
+        reconnects: u32 = health.reconnects;
+        commands: u64 = health.commands;
+    }
 }
 
 /// SLIP, NOTICE or GRIPPER.
@@ -105,84 +137,6 @@ pub enum EventReport {
         count: u32,
     },
     Gripper(GripperReport),
-}
-
-impl GripperReport {
-    #[must_use]
-    pub fn of(gripper: &Gripper) -> Self {
-        let uid: String = gripper.uid.iter().map(|byte| format!("{byte:02x}")).collect();
-        Self {
-            uid: (gripper.uid != [0; 16]).then_some(uid),
-            boot_id: gripper.boot_id,
-            rate_hz: gripper.rate_hz,
-            force_max_n: gripper.force_max_n,
-            link: gripper.link.name(),
-            taxels: gripper.taxels,
-        }
-    }
-}
-
-impl StateReport {
-    #[must_use]
-    pub fn of(state: &PipelineState) -> Self {
-        let [stylus, travel, pressure, reference] = state.sensors.map(|sensor| sensor.name());
-        Self {
-            t_s: state.t.as_seconds(),
-            scene: state.scene.name(),
-            grip: state.grip.name(),
-            device: state.device.name().to_owned(),
-            fault: state.fault.0,
-            statistic: state.statistic,
-            command_n: state.command_n,
-            applied_n: state.applied_n,
-            estimate_n: state.estimate_n,
-            esc: state.esc,
-            esc_reading: state.esc_kind.name(),
-            stylus,
-            travel,
-            pressure,
-            reference,
-            late_ms: state.late_ms,
-        }
-    }
-}
-
-impl HealthReport {
-    #[must_use]
-    pub fn of(health: &Health) -> Self {
-        let [stage_bands, stage_gate, stage_methods, stage_observation] = health.stages;
-        let clock = health.appended.and_then(|appended| appended.clock);
-        Self {
-            rate_hz: health.rate_hz,
-            samples: health.samples,
-            lost: health.lost,
-            bad_too_long: health.bad.too_long,
-            bad_cobs: health.bad.cobs,
-            bad_length: health.bad.length,
-            bad_crc: health.bad.crc,
-            bad_useless: health.bad.useless,
-            gap: health.bad.gap,
-            dropped_service: health.dropped.service,
-            dropped_recorder: health.dropped.recorder,
-            dropped_clients: health.dropped.clients,
-            clients: health.clients,
-            recording: health.recording.name(),
-            recorded_bytes: health.recorded_bytes,
-            latency_p50_us: health.latency.p50_us,
-            latency_p99_us: health.latency.p99_us,
-            latency_p99_9_us: health.appended.and_then(|appended| appended.p999_us),
-            latency_max_us: health.latency.max_us,
-            clock_offset_us: clock.map(|clock| clock.offset_us),
-            clock_half_us: clock.map(|clock| clock.half_us),
-            stage_bands,
-            stage_gate,
-            stage_methods,
-            stage_observation,
-            slips: health.slips,
-            reconnects: health.reconnects,
-            commands: health.commands,
-        }
-    }
 }
 
 impl EventReport {
@@ -226,6 +180,10 @@ impl EventReport {
             duration_s: slip.duration_s.map(single),
         }
     }
+}
+
+fn clock(health: &Health) -> Option<ClockOffset> {
+    health.appended.and_then(|appended| appended.clock)
 }
 
 /// As it travelled.

@@ -17,7 +17,7 @@ slip_msg::named! {
         "!", "What to look at first: faults, then what is gone, silent, has no link, a bad sensor, slips.";
     Site: "The place.", "Site", "The place that gripd names in its [fleet].";
     Gripper: "The gripper's identity.", "Gripper", "The gripper's identity, 32 digits.";
-    Here: "Whether it is there.", "There", "Whether its gripd is there and tells what it does.";
+    Here: "Whether it is there.", "There", "Whether its gripd is there and reports what it does.";
     Link: "The link between daemon and gripper.", "Link", "The link between gripd and the gripper.";
     Scene: "What the grasp is doing.", "Scene", "What the grasp is doing.";
     Grip: "What the force controller does.", "Grip", "What the force controller does.";
@@ -26,9 +26,9 @@ slip_msg::named! {
     Force: "Force over the last minutes.",
         "Force, 3 min", "Lowest to highest measured force (commanded, where none is measured) of each 2 s; all rows have one scale.";
     Statistic: "Slip statistic over the last minutes.",
-        "Slip statistic, 3 min", "Highest slip statistic told in each 2 s, by its logarithm; the line is the threshold. It is told five times a second: a short slip may lie between, the count of slips has it.";
+        "Slip statistic, 3 min", "Highest slip statistic reported in each 2 s, by its logarithm; the line is the threshold. It is reported five times a second: a short slip may lie between, the count of slips has it.";
     Slips: "Slips since the daemon's start.", "Slips", "Slips since the start of its gripd.";
-    Minute: "Slips in the last minute.", "1 min", "Slips that were told in the last minute.";
+    Minute: "Slips in the last minute.", "1 min", "Slips that were reported in the last minute.";
     Lost: "Samples lost.", "Lost", "Samples lost between the gripper and its gripd.";
     Sensors: "The sensor that is worst off.", "Sensors", "The sensor that is worst off, where one is not good.";
     Fault: "The fault that is latched.", "Fault", "The fault that the gripper has latched.";

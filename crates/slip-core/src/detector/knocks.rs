@@ -2,7 +2,7 @@
 //!
 //! A knock reaches stylus and reference within half a millisecond of each other. Where the reference is late by 1 to 4 ms
 //! the stylus alarms first. An alarm of a slip does that by chance only, since the reference jumps about once a second.
-//! The envelopes of motion tell less: at a sound reference they lead or lag by 1 ms too ([`correlation`](super::correlation)).
+//! The envelopes of motion show less: at a sound reference they lead or lag by 1 ms too ([`correlation`](super::correlation)).
 
 use super::lanes::samples;
 

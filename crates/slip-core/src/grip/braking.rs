@@ -609,16 +609,3 @@ fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32)
     let growth = (TURN * passing.turns_per_s).max(SLOWEST * fastest).min(fastest);
     if passing.slows { growth / SLOWED } else { growth }
 }
-
-impl Evidence {
-    fn is_usable(&self) -> bool {
-        self.estimate_n > 0.0 && self.estimate_n.is_finite() && !self.sigma_n.is_nan()
-    }
-
-    /// The estimate with the margin for its uncertainty (N).
-    fn with_margin(&self, config: &GripConfig) -> f32 {
-        let sigma = self.sigma_n.max(0.0);
-        // An estimate that says nothing adds no more than itself.
-        self.estimate_n + (config.margin_sigmas * sigma).min(self.estimate_n)
-    }
-}

@@ -1,5 +1,6 @@
 //! The input of the controller with each sample, and the names of what it does.
 
+use super::GripConfig;
 use crate::{course::Motion, need::Felt, turns::Passing};
 
 /// A slip as the controller sees it.
@@ -21,6 +22,19 @@ pub struct Evidence {
     pub estimate_n: f32,
     /// Its standard deviation (N).
     pub sigma_n: f32,
+}
+
+impl Evidence {
+    pub(super) fn is_usable(&self) -> bool {
+        self.estimate_n > 0.0 && self.estimate_n.is_finite() && !self.sigma_n.is_nan()
+    }
+
+    /// The estimate with the margin for its uncertainty (N).
+    pub(super) fn with_margin(&self, config: &GripConfig) -> f32 {
+        let sigma = self.sigma_n.max(0.0);
+        // An estimate that says nothing adds no more than itself.
+        self.estimate_n + (config.margin_sigmas * sigma).min(self.estimate_n)
+    }
 }
 
 /// How the object slid over the last milliseconds.
