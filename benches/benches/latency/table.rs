@@ -31,6 +31,8 @@ impl Limits {
 #[derive(Debug, Default)]
 pub(crate) struct Table {
     rows: Vec<String>,
+    /// Limits that are not kept.
+    over: usize,
 }
 
 impl Table {
@@ -43,15 +45,24 @@ impl Table {
             times.max(),
         ]
         .map(micros);
-        let verdict = [("p50", p50, limits.p50_us), ("p99.9", p99_9, limits.p99_9_us)]
-            .into_iter()
-            .filter_map(|(name, time, limit)| limit.map(|limit| judge(name, time, limit)))
-            .collect::<Vec<_>>()
-            .join(", ");
+        let mut verdicts = Vec::new();
+        for (name, time, limit) in [("p50", p50, limits.p50_us), ("p99.9", p99_9, limits.p99_9_us)]
+        {
+            let Some(limit) = limit else { continue };
+            let kept = time <= limit;
+            self.over += usize::from(!kept);
+            verdicts.push(format!("{name} <= {limit} {}", if kept { "PASS" } else { "over" }));
+        }
+        let verdict = verdicts.join(", ");
         let count = times.len();
         self.rows.push(format!(
             "| {what} | {count} | {p50:.2} | {p99:.2} | {p99_9:.2} | {max:.1} | {verdict} |"
         ));
+    }
+
+    /// How many limits are not kept.
+    pub(crate) fn over(&self) -> usize {
+        self.over
     }
 
     /// Prints the table on standard output.
@@ -61,11 +72,6 @@ impl Table {
         println!("|---|---|---|---|---|---|---|");
         self.rows.iter().for_each(|row| println!("{row}"));
     }
-}
-
-fn judge(name: &str, time_us: f64, limit_us: f64) -> String {
-    let word = if time_us <= limit_us { "PASS" } else { "over" };
-    format!("{name} <= {limit_us} {word}")
 }
 
 /// Nanoseconds in microseconds.
