@@ -322,8 +322,10 @@ impl Tape {
         run.first = run.first.or(Some(sample.t));
         (run.last, run.index) = (sample.t, index);
         let step = run.pipeline.handle_with(sample, taxels);
-        for line in self.log.events(&step).into_iter().flatten() {
-            report(Played::Line(&line));
+        if self.log.follows(&step) {
+            for line in self.log.events(&step).into_iter().flatten() {
+                report(Played::Line(&line));
+            }
         }
         report(Played::Step { sample, step: &step });
     }

@@ -30,21 +30,21 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// List the serial ports of this computer.
     Ports(PortsArgs),
-    /// Say what keeps a gripper from working well, and the command that mends it.
+    /// Diagnose a gripper and this computer; suggest a command for each fault.
     ///
     /// Looks at the configuration, this computer, its disk and the port. Where nobody holds the port, it attaches to the gripper for some
     /// seconds without commanding any force, and measures. Exit codes: 0 no fault, 1 a fault, 2 wrong arguments.
     Doctor(DoctorArgs),
-    /// Ask a running gripd how it does: link, rate, losses, latency, grip, events.
+    /// Show the state of a running gripd: link, rate, losses, latency, grip, events.
     Status(StatusArgs),
-    /// Tell a running gripd which object is grasped next: it begins with what it knows of that name.
+    /// Name the object that is grasped next: gripd begins with what it has learned of that name.
     ///
     /// The name stands until another one is given. gripd needs `allow_commands = true`, and `file` in its table `memory`. Prints what is known of the
     /// object.
     Object(ObjectArgs),
     /// Show what gripd has learned of objects: needed force, friction, surface, with their uncertainty.
     Objects(ObjectsArgs),
-    /// See many grippers at once: who is there, what happens to them.
+    /// List many grippers, follow their events, roll out models.
     #[cfg(feature = "fleet")]
     Fleet(fleet::FleetArgs),
     /// Show a running gripd live in Foxglove, until it is stopped.
@@ -95,7 +95,7 @@ pub(crate) enum Command {
     Train(Box<TrainArgs>),
     /// Search for the shape, activation and training of a network with a genetic algorithm.
     Search(SearchArgs),
-    /// Ask models of the adequate force about generated objects that no training saw.
+    /// Judge models of the adequate force on generated objects that no training saw.
     ///
     /// Two rows for each model: `stretch`, what the pipeline sees of any slip, and `trial`, trial grasps of 2 mm. Each object has a
     /// mass, a friction, a surface and a force of its own. Columns: objects inside the range that the model knows; answers within 10 % of the adequate
