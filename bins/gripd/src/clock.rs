@@ -14,7 +14,7 @@ pub(crate) struct Clock {
 impl Clock {
     #[expect(
         clippy::disallowed_methods,
-        reason = "the driver reads the clock; everything else is told the time"
+        reason = "the driver reads the clock; everything else gets the time from it"
     )]
     pub(crate) fn start() -> Self {
         // A wall clock before 1970 is not set; times then count from 1970.

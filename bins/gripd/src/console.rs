@@ -283,7 +283,7 @@ fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
 /// What a fault means, as far as the specification says it.
 fn fault_words(fault: FaultCode) -> Option<&'static str> {
     Some(match fault {
-        FaultCode::ESTOP => "it was told to stop",
+        FaultCode::ESTOP => "a stop was commanded",
         FaultCode::SENSOR_DEAD => "the last slip sensor delivers nothing",
         FaultCode::SENSOR_FROZEN => "the last slip sensor delivers the same value for too long",
         FaultCode::SENSOR_SATURATED => "the last slip sensor is at the end of its range",

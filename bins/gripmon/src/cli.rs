@@ -5,7 +5,7 @@ use grip_scope::SourceSpec;
 use grip_scope::source::SpecError;
 use std::path::PathBuf;
 
-/// Where gripd listens unless it is told otherwise.
+/// Where gripd listens by default.
 pub const USUAL: &str = "tcp:127.0.0.1:7747";
 
 /// Shows what a gripper feels and does: signals, events, health, live or from a recording.

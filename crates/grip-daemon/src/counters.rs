@@ -79,7 +79,7 @@ impl HotCounters {
         self.frames = *link.counters();
         self.malformed = link.malformed();
         self.unexpected = link.unexpected();
-        #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]
+        #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough")]
         let offset = |(offset_us, half_us)| ClockOffset { offset_us, half_us: half_us as f32 };
         self.clock = session.clock_offset_us().map(offset);
         if let Some((stages, health)) = session.pipeline_counters() {

@@ -41,7 +41,10 @@ fn link(board: &Board, page: &mut Exposition) {
     }
     if let Some(device) = link.device {
         let state = device.state.name();
-        page.info(("gripd_gripper_state", "State as the gripper tells it."), &[("state", state)]);
+        page.info(
+            ("gripd_gripper_state", "State, as reported by the gripper."),
+            &[("state", state)],
+        );
         let named = ("gripd_gripper_fault_code", "Latched fault of the gripper, 0 for none.");
         page.one(Gauge, named, device.fault.0);
     }

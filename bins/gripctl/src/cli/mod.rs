@@ -165,7 +165,7 @@ pub(crate) struct StatusArgs {
     /// Ask again every second until it is stopped.
     #[arg(long, conflicts_with = "events")]
     pub(crate) watch: bool,
-    /// Show slips and news as they come, until it is stopped.
+    /// Show slips and other events as they come, until it is stopped.
     #[arg(long)]
     pub(crate) events: bool,
     /// One JSON object a line.

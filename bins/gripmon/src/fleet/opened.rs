@@ -43,8 +43,8 @@ fn is_taken(ui: &Ui, state: &ViewState) -> bool {
 fn samples(every_nth: Option<u16>) -> String {
     match every_nth {
         None => String::new(),
-        Some(0) => "tells no samples (samples_every = 0 in its [fleet]): what its pipeline thinks comes five times a second, and what needs samples stays empty".to_owned(),
-        Some(1) => "tells every sample".to_owned(),
-        Some(nth) => format!("tells every {nth}th sample"),
+        Some(0) => "sends no samples (samples_every = 0 in its [fleet]): what its pipeline thinks comes five times a second, and what needs samples stays empty".to_owned(),
+        Some(1) => "sends every sample".to_owned(),
+        Some(nth) => format!("sends every {nth}th sample"),
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
             heading(ui, "Link");
             sentence(
                 ui,
-                "This source tells no figures of a link: a running gripd and the demo do.",
+                "This source has no figures of a link: a running gripd and the demo have.",
             );
         }
     }
@@ -183,7 +183,7 @@ fn latency(ui: &mut Ui, health: &Health, seen: &Seen<'_>) {
         }
     });
     match health.appended.map(|appended| appended.histogram) {
-        None => sentence(ui, "This gripd is older than gripmon and tells quantiles only."),
+        None => sentence(ui, "This gripd is older than gripmon and sends quantiles only."),
         Some(counts) if counts.iter().all(|count| *count == 0) => {
             sentence(ui, "No command was sent yet.");
         }

@@ -128,7 +128,7 @@ fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Acti
 fn nothing(strip: StripId, seen: &Seen<'_>) -> &'static str {
     let daemon = seen.model.info().daemon.as_ref();
     if strip.needs_samples() && daemon.is_some_and(|daemon| daemon.every_nth == 0) {
-        return "Nothing: this gripper tells no samples here.";
+        return "Nothing: this gripper sends no samples here.";
     }
     strip.nothing()
 }

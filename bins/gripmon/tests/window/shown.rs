@@ -86,7 +86,7 @@ fn the_health_panel_reports_rates_losses_clocks_latency_stages_and_sensors() {
     harness.get_by_label("Latency histogram");
     // An older daemon tells quantiles only, a young one has sent nothing yet.
     for (appended, stated) in [
-        (None, "This gripd is older than gripmon and tells quantiles only."),
+        (None, "This gripd is older than gripmon and sends quantiles only."),
         (Some(Appended::default()), "No command was sent yet."),
     ] {
         let health = Health { appended, ..fixture::health() };

@@ -59,12 +59,12 @@ pub fn latency(latency: &crate::Latency, clock: Option<ClockOffset>) -> (Latency
     )
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]
+#[expect(clippy::cast_possible_truncation, reason = "seven digits are enough")]
 const fn single(value: f64) -> f32 {
     value as f32
 }
 
-#[expect(clippy::cast_precision_loss, reason = "told with seven digits")]
+#[expect(clippy::cast_precision_loss, reason = "seven digits are enough")]
 fn micros(ns: u64) -> f32 {
     ns as f32 / 1e3
 }

@@ -36,7 +36,7 @@ pub enum AddressError {
 }
 
 impl Listen {
-    /// Where gripd listens unless it is told otherwise.
+    /// Where gripd listens by default.
     pub const DEFAULT: &'static str = "tcp:127.0.0.1:7747";
 
     /// Whether another computer could connect.

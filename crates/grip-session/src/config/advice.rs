@@ -40,7 +40,7 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
     );
     warn(
         config.fleet.site.is_none() && is_set("fleet"),
-        "[fleet] is set, but nothing is told to a fleet: fleet.site is not set",
+        "[fleet] is set, but nothing is published: fleet.site is not set",
     );
     warn(
         config.fleet.commands && !config.allow_commands,

@@ -27,7 +27,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Apps are left alone after this time at the end.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// What is told where other computers may connect.
-const REMOTE: &str = "other computers can connect: nothing is encrypted and nobody is asked who he is; whoever reaches this port sees everything that the gripper tells";
+const REMOTE: &str = "other computers can connect: nothing is encrypted and nobody is asked who he is; whoever reaches this port sees everything that the gripper sends";
 
 pub(crate) fn run(args: &FoxgloveArgs) -> anyhow::Result<Exit> {
     if args.address == Listen::Off {

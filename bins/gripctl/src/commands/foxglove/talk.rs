@@ -88,7 +88,7 @@ impl<'a, 'b> Talk<'a, 'b> {
                 _ => {}
             }
             if now > received + SILENCE {
-                return Ok(format!("{}: gripd says nothing any more", args.address));
+                return Ok(format!("{}: gripd does not answer any more", args.address));
             }
             self.follow(&mut client)?;
         }

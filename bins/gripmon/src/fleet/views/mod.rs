@@ -58,7 +58,7 @@ pub fn table(ui: &mut Ui, seen: &TableSeen<'_>) -> Vec<TableAction> {
 fn rows(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
     if seen.table.is_empty() {
         let text = if seen.roster.rows().is_empty() {
-            "No gripper is there. A gripd tells this router what its gripper does where its configuration has [fleet]."
+            "No gripper is there. A gripper is listed where gripfleet runs beside its gripd, with [fleet] in the configuration."
         } else {
             "No gripper has all these words: Esc takes the filter away."
         };

@@ -66,7 +66,7 @@ impl Tally {
         let frames = link.counters();
         #[expect(clippy::cast_precision_loss, reason = "samples of a second")]
         let rate_hz = Some(1e6 * fresh as f32 / since_us as f32);
-        #[expect(clippy::cast_possible_truncation, reason = "told with seven digits")]
+        #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough")]
         let offset = |(offset_us, half_us)| ClockOffset { offset_us, half_us: half_us as f32 };
         let clock = session.clock_offset_us().map(offset);
         let (latency, appended) = clients::latency(&self.latency, clock);
