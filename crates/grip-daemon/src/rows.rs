@@ -255,6 +255,13 @@ impl<C: Fn() -> u64> Thread<C> {
                 self.ended = true;
                 self.board.end()
             }
+            Received::Broken(error) => {
+                self.ended = true;
+                let text =
+                    format!("the connection broke, and its last rows may be missing: {error}");
+                let _sent = self.reports.send(text);
+                self.board.end()
+            }
         }
         .map_err(|source| self.rows(source))
     }

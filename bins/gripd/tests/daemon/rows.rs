@@ -194,6 +194,22 @@ fn a_program_that_connects_gets_events_and_commands_back() {
 }
 
 #[test]
+fn a_connection_that_breaks_is_reported_and_ends_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let mut stream = connected(|| TcpStream::connect(&address));
+    stream.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
+    // A command comes back once the row is there; then the connection is reset.
+    stream.read_exact(&mut [0; 8]).unwrap();
+    rustix::net::sockopt::set_socket_linger(&stream, Some(Duration::ZERO)).unwrap();
+    drop(stream);
+    let ran = served.end().done();
+    assert!(ran.err.contains("the connection broke, and its last rows may be missing"), "{ran:?}");
+    assert_eq!(ran.json().pop().unwrap()["rows"]["taken"], 1, "{ran:?}");
+}
+
+#[test]
 fn a_socket_file_is_an_address_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rows.sock");

@@ -38,6 +38,8 @@ pub(super) enum Received<'a> {
     Bytes(&'a [u8]),
     Datagram(&'a [u8]),
     End,
+    /// The connection broke, which is the end of its rows too.
+    Broken(io::Error),
 }
 
 impl Peer {
@@ -74,7 +76,7 @@ impl Peer {
         matches!(self, Self::Connected { unsent, .. } if !unsent.is_empty())
     }
 
-    /// Takes what is there. After [`Received::End`] nothing comes any more.
+    /// Takes what is there. After [`Received::End`] or [`Received::Broken`] nothing comes any more.
     pub(super) fn receive<'a>(&mut self, input: &'a mut [u8]) -> io::Result<Received<'a>> {
         let count = match self {
             Self::Stdin => return receive_stdin(input),
@@ -91,8 +93,8 @@ impl Peer {
             Self::Connected { stream, .. } => match stream.read(input) {
                 Ok(count @ 1..) => count,
                 Err(error) if is_nothing(&error) => return Ok(Received::Nothing),
-                // A connection that breaks is the end of its rows too.
-                Ok(0) | Err(_) => return Ok(Received::End),
+                Ok(0) => return Ok(Received::End),
+                Err(error) => return Ok(Received::Broken(error)),
             },
             Self::Udp { socket, sender } => {
                 let (count, from) = match socket.recv_from(input) {
