@@ -797,7 +797,7 @@ static gl_init_error check(const gl_ident *id) {
   uint32_t elements = 0;
   bool stylus = false;
   if (id->tick_hz < 1000) return GL_INIT_TICK_RATE;
-  if (id->rate_max_hz == 0 || id->force_max_mn <= 0 || id->slew_max_mn_s == 0 || id->hold_cap_mn < 0 ||
+  if (id->rate_max_hz == 0 || id->force_max_mn < 0 || id->slew_max_mn_s == 0 || id->hold_cap_mn < 0 ||
       id->hold_cap_mn > id->force_max_mn) {
     return GL_INIT_LIMITS;
   }

@@ -206,7 +206,7 @@ typedef struct {
   uint32_t boot_id; /* another at every start */
   uint32_t tick_hz; /* 1000.. */
   uint32_t rate_max_hz;
-  int32_t force_max_mn;
+  int32_t force_max_mn; /* 0: sensors alone, no actuator; hold_cap_mn is 0 then */
   uint32_t slew_max_mn_s;
   int32_t hold_cap_mn;
   int32_t travel_min_um, travel_max_um;

@@ -249,6 +249,8 @@ valid("stop", "STOP")
 valid("heartbeat", "HEARTBEAT", dict(turns=5, longest_us=900, late=2, flags=1))
 valid("clear_fault", "CLEAR_FAULT", dict(fault=0x0201))
 valid("ident", "IDENT", ident)
+# A board of one accelerometer, in m/s2, without an actuator.
+valid("ident_sensor_board", "IDENT", dict(ident, force_max_mn=0, hold_cap_mn=0, channels=[(1, 4, 2, 1, 1.0)]))
 valid("config_ack", "CONFIG_ACK", dict(config, config_seq=0x1234, clamped=0x29))
 valid("pong", "PONG", dict(t1_us=1000000000, rx_tick=77, tx_tick=99))
 valid("ack", "ACK", dict(kind=4, request_seq=2))

@@ -13,10 +13,17 @@ use std::path::PathBuf;
 #[expect(clippy::struct_excessive_bools, reason = "flags of a command line")]
 #[command(name = "gripd", version)]
 pub(crate) struct Cli {
-    /// The gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, or `sim` with an
-    /// optional `:SCENE` (a built-in scene or a .toml file).
+    /// Sensor and gripper: a serial device such as /dev/ttyACM0, `auto` for the only USB serial port, `sim` with an
+    /// optional `:SCENE` (a built-in scene or a .toml file), or rows of another program, as for --sensor.
     #[arg(long, env = "GRIPD_PORT", value_name = "PORT")]
     pub(crate) port: Option<String>,
+    /// A sensor alone, named as for --port, or rows of samples of another program: rows:- (standard input),
+    /// rows:tcp:IP:PORT, rows:unix:PATH or rows:udp:IP:PORT. Nothing is commanded unless --gripper says so.
+    #[arg(long, env = "GRIPD_SENSOR", value_name = "PORT", conflicts_with = "port")]
+    pub(crate) sensor: Option<String>,
+    /// `none` only observes; `rows`, or the name of the sensor again, sends the commands where the samples come from.
+    #[arg(long, env = "GRIPD_GRIPPER", value_name = "PORT")]
+    pub(crate) gripper: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.
     #[arg(long, env = "GRIPD_BAUD", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) baud: Option<u32>,

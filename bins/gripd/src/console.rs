@@ -4,6 +4,7 @@ use crate::clock::Clock;
 use grip_daemon::{
     Item, LinkNote,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
+    rows::Back,
     supply::PortUpdate,
 };
 use grip_link::{
@@ -19,6 +20,10 @@ use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.
 type Reported = (LogLevel, String);
+
+/// Samples that were late or missing, where a force is commanded and where none is.
+const DEGRADED: &str = "samples were late or missing, so the force was not raised meanwhile; further times are only counted";
+const DEGRADED_OBSERVING: &str = "samples were late or missing; further times are only counted";
 
 /// The live line is drawn at most this often (us).
 const LIVE_EVERY_US: u64 = 50_000;
@@ -39,6 +44,10 @@ pub(crate) struct Console {
     device_event: Option<(EventKind, FaultCode)>,
     /// The last reason why the link closed, for the same end.
     closed: Option<CloseReason>,
+    /// The way back to the program whose rows are the sensor.
+    rows: Option<Back>,
+    /// What is said of samples that were late or missing, once.
+    degraded_words: &'static str,
 }
 
 impl Console {
@@ -56,7 +65,20 @@ impl Console {
             attached: false,
             device_event: None,
             closed: None,
+            rows: None,
+            degraded_words: DEGRADED,
         }
+    }
+
+    /// Rows are the sensor: their program gets the events too.
+    pub(crate) fn set_rows(&mut self, back: Back) {
+        self.rows = Some(back);
+    }
+
+    /// Nothing is commanded: the sentences speak of no force.
+    pub(crate) fn set_observing(&mut self) {
+        self.degraded_words = DEGRADED_OBSERVING;
+        self.say(LogLevel::Info, "only observing: no force is commanded");
     }
 
     /// Prints what is worth it.
@@ -88,6 +110,10 @@ impl Console {
 
     fn event(&mut self, line: &Event) {
         self.clear_status();
+        if let Some((rows, text)) = self.rows.as_ref().zip(serde_json::to_string(line).ok()) {
+            // A program that does not read them misses them.
+            let _sent = rows.line(text);
+        }
         match write_event(line, self.json) {
             // Nobody reads any more: the object is held and recorded all the same.
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -143,6 +169,11 @@ impl Console {
     fn sentence(&mut self, note: &LinkNote) -> Option<Reported> {
         use LogLevel::{Info, Warn};
         Some(match *note {
+            LinkNote::Identified { rebooted: false, .. } if self.rows.is_some() => {
+                (Info, "the first row is there".to_owned())
+            }
+            // The limits are those of this configuration, and the rate is that of the header.
+            LinkNote::Configured(_) | LinkNote::PortLost if self.rows.is_some() => return None,
             LinkNote::Identified { rebooted: false, .. } => {
                 self.closed = None;
                 let again = core::mem::replace(&mut self.attached, true);
@@ -187,8 +218,7 @@ impl Console {
 
     fn degraded(&mut self) -> Option<String> {
         self.degraded += 1;
-        let text = "samples were late or missing, so the force was not raised meanwhile; further times are only counted";
-        (self.degraded == 1).then(|| text.to_owned())
+        (self.degraded == 1).then(|| self.degraded_words.to_owned())
     }
 
     fn closed(&mut self, reason: CloseReason) -> Option<String> {

@@ -21,7 +21,8 @@ use grip_daemon::{
     log::LogLevel,
     realtime::{self, Granted, RealtimeConfig},
     rings::{Sizes, rings},
-    supply::{Supply, SupplyEnds, usb_filter},
+    rows::Rows,
+    supply::{Lines, Supply, SupplyEnds, usb_filter},
 };
 use grip_port::{PortError, Source};
 use grip_session::{
@@ -55,7 +56,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness()?;
-    let (simulator, source) = source(cli, &settings, clock)?;
+    let source = source(cli, &settings, clock, &shared)?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
     let started = Recording::start(&settings, clock)?;
@@ -84,6 +85,8 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
             replaced: replaced_out,
             commands: command_in,
             recorded,
+            rows: source.reports,
+            back: source.rows.as_ref().map(Rows::back),
             shared: Arc::clone(&shared),
         },
         servers,
@@ -112,12 +115,13 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         updates: updates_in,
         shared: Arc::clone(&shared),
     };
-    let supply = Supply::new(source, options.patient, lines);
+    let supply = Supply::new(source.lines, options.patient, lines);
     let port = start_port(supply, Arc::clone(&shared))?;
     let (hot, granted) = start_hot(hot, wanted, shared)?;
     service.granted(&granted);
     service.run();
-    finish(cli, (hot, port, simulator), recording, service)
+    let others = Others { simulator: source.simulator, rows: source.rows, recording };
+    finish(cli, (hot, port), others, service)
 }
 
 /// What the threads share; Ctrl-C and the service manager stop all of them.
@@ -133,16 +137,31 @@ fn shared() -> anyhow::Result<Arc<Shared>> {
     Ok(shared)
 }
 
-/// Where lines come from, and the gripper at their other end where that is the simulator.
+/// Where lines come from, and what is at their other end where that is a thread of this program.
+struct From {
+    lines: Lines,
+    simulator: Option<Simulator>,
+    rows: Option<Rows>,
+    reports: Option<mpsc::Receiver<String>>,
+}
+
 fn source(
     cli: &Cli,
     settings: &Settings,
     clock: Clock,
-) -> anyhow::Result<(Option<Simulator>, Source)> {
+    shared: &Arc<Shared>,
+) -> anyhow::Result<From> {
+    if let Some(address) = &settings.rows {
+        let actuator = settings.rows_actuator();
+        let (rows, lines, reports) =
+            Rows::start(address, actuator, move || clock.now_us(), Arc::clone(shared))?;
+        let lines = Lines::Made(lines);
+        return Ok(From { lines, simulator: None, rows: Some(rows), reports: Some(reports) });
+    }
     let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
     let port = simulator.as_ref().map_or(settings.port.as_str(), Simulator::port);
     let source = Source::open(port, settings.baud, usb_filter(&settings.config.usb))?;
-    Ok((simulator, source))
+    Ok(From { lines: Lines::Port(source), simulator, rows: None, reports: None })
 }
 
 fn named(name: &str) -> thread::Builder {
@@ -152,10 +171,11 @@ fn named(name: &str) -> thread::Builder {
 fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
     let options = SessionOptions {
         dry_run: cli.dry_run,
+        observe: settings.observe,
         no_skip: cli.no_skip,
         uid: settings.config.uid.map(|uid| uid.0),
     };
-    Ok(Session::new(settings.config.clone(), settings.estimator()?, options)?)
+    Ok(Session::new(settings.live(), settings.estimator()?, options)?)
 }
 
 /// The sockets; what there is to complain about them where that is no reason to stop.
@@ -244,13 +264,21 @@ fn run_hot<C: Fn() -> u64>(
     Ok((*hot.counters(), hot.session().lost(), command_n))
 }
 
+/// Threads beside those of every run.
+struct Others {
+    simulator: Option<Simulator>,
+    rows: Option<Rows>,
+    recording: Option<Recording>,
+}
+
 /// Gathers the threads and prints what they did. What went wrong first is what is told.
 fn finish(
     cli: &Cli,
-    (hot, port, simulator): (HotThread, PortThread, Option<Simulator>),
-    recording: Option<Recording>,
+    (hot, port): (HotThread, PortThread),
+    others: Others,
     mut service: Service,
 ) -> anyhow::Result<Exit> {
+    let Others { simulator, rows, recording } = others;
     let mut fallen = |thread: &str| {
         service.mourn(thread);
         anyhow!("the {thread} thread failed")
@@ -264,8 +292,13 @@ fn finish(
     port?;
     let (counters, lost, command_n) = hot?;
     let recorded = recorded.transpose()?;
-    let ended = Ended { counters, lost, command_n, service: closed, recorded };
+    let counted = rows.as_ref().map(Rows::ended).transpose()?;
+    let ended = Ended { counters, lost, command_n, service: closed, recorded, rows: counted };
     let summary = Summary::new(&ended, simulator.map(Simulator::stop).transpose()?);
+    if let Some(rows) = rows {
+        let _sent = rows.back().line(serde_json::to_string(&summary)?);
+        rows.finish();
+    }
     match summary.print(cli.json) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {}
         shown => shown?,

@@ -28,6 +28,7 @@ use grip_daemon::{
     pages::page,
     realtime::{Granted, Outcome},
     rings::{Dropped, Inbox},
+    rows::Back,
     supply::PortUpdate,
 };
 use grip_record::mcap::Attached;
@@ -44,6 +45,8 @@ use std::{
 /// Pause between two looks into the rings where somebody is connected, and where nobody is.
 const PAUSE: Duration = Duration::from_millis(10);
 const LONG_PAUSE: Duration = Duration::from_millis(20);
+/// The same where a program waits for the events of its rows.
+const ROWS_PAUSE: Duration = Duration::from_millis(1);
 /// Figures for clients are made this often (us).
 const FIGURES_EVERY_US: u64 = 1_000_000;
 
@@ -64,6 +67,10 @@ pub(crate) struct ServiceEnds {
     pub(crate) commands: Producer<ClientCommand>,
     /// What the recorder tells, where there is one.
     pub(crate) recorded: Option<Recorded>,
+    /// What the thread of the rows has to say, where rows are the sensor.
+    pub(crate) rows: Option<Receiver<String>>,
+    /// The way back to their program.
+    pub(crate) back: Option<Back>,
     /// What is shared with the hot loop.
     pub(crate) shared: Arc<Shared>,
 }
@@ -118,7 +125,13 @@ impl Service {
         ends: ServiceEnds,
         servers: Servers,
     ) -> anyhow::Result<Self> {
-        let console = Console::new(settings.json, settings.config.log_level, clock);
+        let mut console = Console::new(settings.json, settings.config.log_level, clock);
+        if let Some(back) = &ends.back {
+            console.set_rows(back.clone());
+        }
+        if settings.observe {
+            console.set_observing();
+        }
         let objects = Objects::open(&settings.config.memory)
             .map_err(|error| WrongArgument(error.to_string()))?;
         let flight = FlightRecorder::new(settings.dump_folder());
@@ -206,6 +219,9 @@ impl Service {
         while let Ok(updates) = self.ends.ports.try_recv() {
             self.console.port(&updates);
         }
+        for text in self.ends.rows.iter().flat_map(Receiver::try_iter) {
+            self.console.say(LogLevel::Warn, &text);
+        }
         self.receive_recorder();
         self.serve_objects();
         self.pass_commands();
@@ -223,7 +239,11 @@ impl Service {
     fn wait(&mut self) {
         let now_us = self.clock.now_us();
         let connected = self.servers.clients.as_ref().is_some_and(|clients| clients.count() > 0);
-        let pause = if connected { PAUSE } else { LONG_PAUSE };
+        let pause = match (&self.ends.back, connected) {
+            (Some(_), _) => ROWS_PAUSE,
+            (None, true) => PAUSE,
+            (None, false) => LONG_PAUSE,
+        };
         match &mut self.servers.clients {
             Some(clients) => {
                 if let Err(error) = clients.poll(now_us, pause) {
@@ -390,7 +410,7 @@ impl Service {
             let text = format!("{key} has changed; it is taken over at the next start");
             self.console.say(LogLevel::Warn, &text);
         }
-        let config = reload.settings.config.clone();
+        let config = reload.settings.live();
         let settings = hot::Settings { config, estimator: reload.estimator, refused: None };
         if self.ends.settings.is_full() {
             return Err(anyhow!("earlier settings still wait to be taken over; try again"));

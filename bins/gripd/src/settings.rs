@@ -6,6 +6,7 @@ use grip_daemon::{
     board,
     clients::{self, Brought, ClientsConfig, Setup},
     dump,
+    rows::RowsAddress,
 };
 use grip_link::message::daemon::RealTime;
 use grip_port::DEFAULT_BAUD;
@@ -16,6 +17,7 @@ use grip_session::{
     exit::{WrongArgument, message},
     model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
+    rows::Actuator,
 };
 use std::{
     borrow::Cow,
@@ -24,6 +26,8 @@ use std::{
 
 /// Name and version.
 pub(crate) const PROGRAM: &str = concat!("gripd ", env!("CARGO_PKG_VERSION"));
+/// The fastest rate of the link (Hz).
+const FASTEST_HZ: u32 = 20_000;
 /// The longest value that --check-config shows (characters).
 const LONGEST: usize = 60;
 
@@ -34,6 +38,10 @@ pub(crate) struct Settings {
     pub(crate) port: String,
     pub(crate) baud: u32,
     pub(crate) json: bool,
+    /// Nothing is commanded: there is a sensor alone, or nobody wants more.
+    pub(crate) observe: bool,
+    /// Where rows come from, where they are the sensor.
+    pub(crate) rows: Option<RowsAddress>,
     /// The flags, which stand over every file that is read again.
     cli: Cli,
     layers: Layers,
@@ -83,7 +91,7 @@ impl Settings {
     /// Reads and checks everything but the model.
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
         let layers = layers(cli)?;
-        let settings = Self::of(layers.resolve()?, layers, cli.clone());
+        let settings = Self::of(layers.resolve()?, layers, cli.clone())?;
         if cli.check_config {
             settings.estimator()?;
         } else if settings.port.is_empty() {
@@ -93,16 +101,47 @@ impl Settings {
         Ok(settings)
     }
 
-    fn of(config: HostConfig, layers: Layers, cli: Cli) -> Self {
-        Self {
-            port: config.port.clone().unwrap_or_default(),
+    fn of(config: HostConfig, layers: Layers, cli: Cli) -> Result<Self, WrongArgument> {
+        let port = config.port.clone().unwrap_or_default();
+        let rows = RowsAddress::of_port(&port).map_err(|error| WrongArgument(error.to_string()))?;
+        let observe = only_observes(&cli, &port, rows.is_some())?;
+        if let Some(address) = rows.as_ref().filter(|rows| rows.is_remote() && !config.allow_remote)
+        {
+            return Err(WrongArgument(format!(
+                "rows from {address}: other computers could send them; set allow_remote to true if they shall"
+            )));
+        }
+        if rows == Some(RowsAddress::Stdin) && !observe && !cli.json {
+            let message = "rows:- with a gripper prints commands on standard output: say --json, or --gripper none";
+            return Err(WrongArgument(message.to_owned()));
+        }
+        Ok(Self {
+            observe,
+            rows,
+            port,
             baud: config.baud.unwrap_or(DEFAULT_BAUD),
             json: cli.json,
             cli,
             layers,
             config,
             loaded: None,
+        })
+    }
+
+    /// What the session works with: rows come at the rate of their header, which is the fastest they offer.
+    pub(crate) fn live(&self) -> HostConfig {
+        let mut config = self.config.clone();
+        if self.rows.is_some() {
+            config.link.sample_rate_hz = FASTEST_HZ;
         }
+        config
+    }
+
+    /// The gripper that follows the commands where the program of the rows has one.
+    pub(crate) fn rows_actuator(&self) -> Option<Actuator> {
+        let grip = &self.config.grip;
+        let actuator = Actuator { force_max_n: grip.f_max_n, slew_n_s: grip.slew_n_s };
+        Some(actuator).filter(|_| !self.observe)
     }
 
     /// Reads everything again. On an error the settings in force stay as they are.
@@ -111,7 +150,7 @@ impl Settings {
         let new = layers.resolve()?;
         let config = self.config.taking(&new)?;
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
-        let mut settings = Self::of(config, layers, self.cli.clone());
+        let mut settings = Self::of(config, layers, self.cli.clone())?;
         // Also where another model is in force: it is what that one gives way to.
         settings.estimator()?;
         settings.loaded.clone_from(&self.loaded);
@@ -187,7 +226,7 @@ impl Settings {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             port: self.port.clone(),
             config_files: files,
-            dry_run: self.cli.dry_run,
+            dry_run: self.cli.dry_run || self.observe,
             ..board::About::default()
         }
     }
@@ -197,7 +236,7 @@ impl Settings {
         clients::About {
             name: PROGRAM.to_owned(),
             run_id,
-            dry_run: self.cli.dry_run,
+            dry_run: self.cli.dry_run || self.observe,
             records: self.config.record.is_some(),
             real_time: RealTime::NotAsked,
         }
@@ -268,6 +307,23 @@ pub(crate) fn model_file(data: Vec<u8>) -> Attached {
     Attached { name, media_type, data }
 }
 
+/// Whether nothing is to be commanded.
+fn only_observes(cli: &Cli, port: &str, rows: bool) -> Result<bool, WrongArgument> {
+    let wrong = |message: String| Err(WrongArgument(message));
+    match cli.gripper.as_deref() {
+        None => Ok(cli.sensor.is_some()),
+        Some("none") => Ok(true),
+        Some("rows") if rows => Ok(false),
+        Some(gripper) if gripper == port => Ok(false),
+        Some("rows") => {
+            wrong("--gripper rows: only rows have a way back for commands; see --sensor".to_owned())
+        }
+        Some(gripper) => wrong(format!(
+            "--gripper {gripper}: a gripper on another line than its sensor is not supported; say none, or the sensor's port"
+        )),
+    }
+}
+
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
     files::read(file, files::MOST_MODEL).with_context(|| format!("cannot read {}", file.display()))
 }
@@ -276,8 +332,9 @@ fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
 fn layers(cli: &Cli) -> Result<Layers, HostConfigError> {
     let mut layers = Layers::of_user(cli.config.as_deref())?;
     let text = |path: &Path| path.to_string_lossy().into_owned();
-    let given: [(&str, &str, Option<toml::Value>); 9] = [
+    let given: [(&str, &str, Option<toml::Value>); 10] = [
         ("--port or GRIPD_PORT", "port", cli.port.clone().map(Into::into)),
+        ("--sensor or GRIPD_SENSOR", "port", cli.sensor.clone().map(Into::into)),
         ("--baud or GRIPD_BAUD", "baud", cli.baud.map(|baud| i64::from(baud).into())),
         ("--model or GRIPD_MODEL", "model", cli.model.as_deref().map(|file| text(file).into())),
         ("--listen or GRIPD_LISTEN", "listen", cli.listen.clone().map(Into::into)),

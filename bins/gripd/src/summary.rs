@@ -1,6 +1,7 @@
 //! What happened, at the end.
 
 use grip_daemon::{HotCounters, recorder::RecorderCounters, rings::Dropped};
+use grip_session::rows::RowCounters;
 use grip_sim::Truth;
 use serde::Serialize;
 use std::io::{self, Write as _};
@@ -16,6 +17,8 @@ pub(crate) struct Ended {
     pub(crate) service: Dropped,
     /// What was recorded, where that was wanted.
     pub(crate) recorded: Option<RecorderCounters>,
+    /// What became of the rows, where they were the sensor.
+    pub(crate) rows: Option<RowCounters>,
 }
 
 /// The last line. Fields that only the simulator knows are absent on real hardware.
@@ -47,6 +50,17 @@ pub(crate) struct Summary {
     reconnects: u64,
     floor_lowered: u64,
     stages: Stages,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rows: Option<Rows>,
+}
+
+/// What became of the rows of another program.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Rows {
+    taken: u64,
+    bad: u64,
+    late: u64,
+    missing: u64,
 }
 
 /// From the last byte of a frame to the command written (us).
@@ -72,7 +86,7 @@ impl Summary {
     pub(crate) fn new(ended: &Ended, truth: Option<Truth>) -> Self {
         #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
         let us = |ns: u64| ns as f64 / 1000.0;
-        let Ended { counters, command_n, lost, service, recorded } = *ended;
+        let Ended { counters, command_n, lost, service, recorded, rows } = *ended;
         let unrecorded =
             recorded.map_or(0, |recorded| counters.samples.saturating_sub(recorded.samples));
         let latency = |q| us(counters.latency.quantile_ns(q).unwrap_or(0));
@@ -107,12 +121,19 @@ impl Summary {
                 inferences: counters.stages.inferences,
                 refused_estimates: counters.stages.refused_estimates,
             },
+            rows: rows.map(|RowCounters { rows, bad, late, missing }| Rows {
+                taken: rows,
+                bad,
+                late,
+                missing,
+            }),
         }
     }
 
     /// Whether something that was measured did not arrive, or was not written down.
     pub(crate) fn lost_data(&self) -> bool {
-        self.lost + self.unrecorded_samples + self.untold_notes > 0
+        let rows = self.rows.map_or(0, |rows| rows.bad + rows.late + rows.missing);
+        self.lost + self.unrecorded_samples + self.untold_notes + rows > 0
     }
 
     pub(crate) fn print(&self, json: bool) -> io::Result<()> {
@@ -126,6 +147,9 @@ impl Summary {
             "{} samples, {} lost, {} slips, {} commands, {} unusable readings",
             self.samples, self.lost, self.slips, self.commands, self.unusable_readings
         )?;
+        if let Some(Rows { taken, bad, late, missing }) = self.rows {
+            writeln!(out, "{taken} rows taken, {bad} bad, {late} late, {missing} missing")?;
+        }
         if self.commands > 0 {
             let Latency { p50, p99, max } = self.latency_us;
             writeln!(

@@ -18,6 +18,7 @@ pub mod pages;
 pub mod realtime;
 pub mod recorder;
 pub mod rings;
+pub mod rows;
 pub mod status;
 pub mod supply;
 

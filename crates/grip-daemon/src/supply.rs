@@ -6,7 +6,10 @@ use grip_port::{Backoff, Line, PortError, Source, UsbFilter};
 use grip_session::exit::message;
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
-use std::sync::{Arc, mpsc::Sender};
+use std::sync::{
+    Arc,
+    mpsc::{Receiver, RecvTimeoutError, Sender},
+};
 
 /// The thread looks this often whether it is to end, or a line was lost.
 const LOOK_EVERY: Duration = Duration::from_millis(25);
@@ -47,10 +50,20 @@ pub struct SupplyEnds {
     pub shared: Arc<Shared>,
 }
 
+/// Where lines come from.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it")]
+pub enum Lines {
+    /// A port that is looked for, and looked for again.
+    Port(Source),
+    /// A thread of this program; where it sends none any more, that is the end.
+    Made(Receiver<Line>),
+}
+
 /// Finds, opens and replaces lines.
 #[derive(Debug)]
 pub struct Supply {
-    source: Source,
+    lines: Lines,
     patient: bool,
     ends: SupplyEnds,
     backoff: Backoff,
@@ -60,10 +73,10 @@ pub struct Supply {
 }
 
 impl Supply {
-    /// Lines from `source`. Where it is not `patient`, the first line must be had at once.
+    /// Gives the lines on. Where it is not `patient`, the first line of a port must be had at once.
     #[must_use]
-    pub fn new(source: Source, patient: bool, ends: SupplyEnds) -> Self {
-        Self { source, patient, ends, backoff: Backoff::default(), attached: false, reported: None }
+    pub fn new(lines: Lines, patient: bool, ends: SupplyEnds) -> Self {
+        Self { lines, patient, ends, backoff: Backoff::default(), attached: false, reported: None }
     }
 
     /// Runs until it is told to stop.
@@ -72,7 +85,18 @@ impl Supply {
     /// Where the first line cannot be had and nobody wants to wait, or the choice of the port is a mistake; the loop is then told to stop.
     pub fn run(mut self) -> Result<(), PortError> {
         while !self.stops() {
-            match self.source.line() {
+            let line = match &mut self.lines {
+                Lines::Port(source) => source.line(),
+                Lines::Made(made) => match made.recv_timeout(LOOK_EVERY) {
+                    Ok(line) => Ok(line),
+                    Err(RecvTimeoutError::Timeout) => continue,
+                    Err(RecvTimeoutError::Disconnected) => {
+                        self.ends.shared.stop.store(true, Ordering::Relaxed);
+                        return Ok(());
+                    }
+                },
+            };
+            match line {
                 Ok(line) => self.lend(line),
                 Err(error) if self.waits_after(&error) => {
                     self.report_once(message(&error));
@@ -99,7 +123,10 @@ impl Supply {
     /// Hands a line over and waits until it comes back.
     fn lend(&mut self, line: Line) {
         self.reported = None;
-        let device = self.source.finder().chosen().map(grip_port::describe_usb);
+        let device = match &self.lines {
+            Lines::Port(source) => source.finder().chosen().map(grip_port::describe_usb),
+            Lines::Made(_) => None,
+        };
         self.report(PortUpdate::Opened { device, latency_timer_ms: line.latency_timer_ms() });
         if self.ends.lines.push(line).is_err() {
             return;

@@ -10,6 +10,7 @@ pub mod motion;
 pub mod recording;
 pub mod replay;
 pub mod report;
+pub mod rows;
 pub mod session;
 pub mod status;
 pub mod tape;

@@ -55,7 +55,7 @@ static const refusal TABLE[] = {
     {"tick rate 1000", tick_1000, GL_INIT_OK},
     {"tick rate 0", tick_0, GL_INIT_TICK_RATE},
     {"sample rate 0", rate_0, GL_INIT_LIMITS},
-    {"F_max 0", force_0, GL_INIT_LIMITS},
+    {"F_max 0: no actuator", force_0, GL_INIT_OK},
     {"F_max -1", force_negative, GL_INIT_LIMITS},
     {"slew 0", slew_0, GL_INIT_LIMITS},
     {"hold cap -1", cap_negative, GL_INIT_LIMITS},

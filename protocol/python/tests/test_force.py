@@ -370,3 +370,11 @@ def test_a_fault_is_cleared_and_the_link_configured_again() -> None:
 def test_clamped_names_every_changed_field() -> None:
     other = Config(1, 1, WANTED.format, 20, 1, 1, 1, 1, 100, WANTED.loss_action)
     assert Config().changed(other) == Clamped(0xFF) and WANTED.changed(WANTED) == Clamped(0)
+
+
+def test_a_board_without_an_actuator_is_possible() -> None:
+    limits = replace(ident().limits, force_max_mn=0, hold_cap_mn=0)
+    assert DeviceLink(replace(ident(), limits=limits)).ident.limits.force_max_mn == 0
+    for impossible in (replace(limits, hold_cap_mn=1), replace(limits, force_max_mn=-1, hold_cap_mn=-1)):
+        with pytest.raises(ValueError, match="hold cap"):
+            DeviceLink(replace(ident(), limits=impossible))

@@ -32,7 +32,7 @@ impl Service {
         let estimator = self.settings.estimator_with(model.as_ref()).map_err(words)?;
         let text = self.settings.model_text(model.as_ref()).map_err(words)?;
         self.attach(&Ok(vec![model_file(text)]));
-        let config = self.settings.config.clone();
+        let config = self.settings.live();
         let settings = hot::Settings { config, estimator, refused: None };
         // There is room: nobody else sends settings.
         let _sent = self.ends.settings.push(Box::new(settings));

@@ -7,6 +7,7 @@ mod ports;
 mod recording;
 mod refusals;
 mod reload;
+mod rows;
 mod run;
 mod running;
 mod service_manager;

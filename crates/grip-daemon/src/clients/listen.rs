@@ -59,14 +59,14 @@ pub const REMOTE_WARNING: &str = "other computers can connect: nothing is encryp
 
 /// A socket that takes connections.
 #[derive(Debug)]
-pub(super) enum Listener {
+pub(crate) enum Listener {
     Tcp(TcpListener),
     Unix(UnixListener, PathBuf),
 }
 
 impl Listener {
     /// Opens the socket; `None` for [`Listen::Off`].
-    pub(super) fn open(listen: &Listen) -> Result<Option<Self>, ListenError> {
+    pub(crate) fn open(listen: &Listen) -> Result<Option<Self>, ListenError> {
         let system = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => ListenError::Answered { listen: listen.clone() },
             _ => ListenError::System { listen: listen.clone(), source },
@@ -97,7 +97,7 @@ impl Listener {
         }
     }
 
-    pub(super) fn accept(&self) -> io::Result<Stream> {
+    pub(crate) fn accept(&self) -> io::Result<Stream> {
         let stream = match self {
             Self::Tcp(listener) => Stream::Tcp(listener.accept()?.0),
             Self::Unix(listener, _) => Stream::Unix(listener.accept()?.0),
@@ -106,7 +106,7 @@ impl Listener {
         Ok(stream)
     }
 
-    pub(super) fn fd(&self) -> BorrowedFd<'_> {
+    pub(crate) fn fd(&self) -> BorrowedFd<'_> {
         match self {
             Self::Tcp(listener) => listener.as_fd(),
             Self::Unix(listener, _) => listener.as_fd(),

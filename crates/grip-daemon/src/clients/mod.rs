@@ -26,7 +26,7 @@ use batch::Row;
 use core::time::Duration;
 use grip_link::message::daemon::{Goodbye, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, NackReason, Versions};
-use listen::Listener;
+pub(crate) use listen::Listener;
 use roster::{Known, Roster};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;

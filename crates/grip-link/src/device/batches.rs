@@ -129,6 +129,20 @@ impl Batches {
         }
     }
 
+    /// Ends the open batch, where it has rows.
+    pub(crate) fn flush(&mut self) {
+        if self.open().header.rows > 0 {
+            self.close();
+        }
+    }
+
+    /// Leaves numbers out for rows that are lost.
+    pub(crate) fn skip(&mut self, rows: u32) {
+        self.flush();
+        self.next_index = self.next_index.wrapping_add(rows);
+        self.dropped_rows = self.dropped_rows.wrapping_add(rows);
+    }
+
     fn close(&mut self) {
         self.closed += 1;
         if self.closed > KEPT_BATCHES {

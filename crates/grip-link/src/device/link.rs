@@ -279,6 +279,16 @@ impl DeviceLink {
         Ok(())
     }
 
+    /// Ends the batch that is being filled, for rows that come in bursts: what is there does not wait for the next row.
+    pub fn flush_rows(&mut self) {
+        self.batches.flush();
+    }
+
+    /// Counts rows that were lost before they came here, so that the host sees by the row numbers that they are missing.
+    pub fn skip_rows(&mut self, rows: u32) {
+        self.batches.skip(rows);
+    }
+
     fn check_row(&mut self, format: SampleFormat, got: usize) -> Result<(), RowError> {
         self.ran |= ran::SAMPLING;
         if !self.sampling {

@@ -46,7 +46,7 @@ pub enum DeviceConfigError {
         /// Ticks a second given.
         tick_hz: u32,
     },
-    /// A limit that is zero, negative, or a hold cap over the largest force.
+    /// A rate or slew of zero, a negative force, or a hold cap over the largest force.
     #[error(
         "limits: rate {rate_max_hz} Hz, force {force_max_mn} mN, slew {slew_max_mn_s} mN/s, hold cap {hold_cap_mn} mN"
     )]
@@ -98,7 +98,7 @@ impl DeviceConfig {
         }
         let Limits { rate_max_hz, force_max_mn, slew_max_mn_s, hold_cap_mn, .. } = limits;
         if rate_max_hz == 0
-            || force_max_mn <= 0
+            || force_max_mn < 0
             || slew_max_mn_s == 0
             || !(0..=force_max_mn).contains(&hold_cap_mn)
         {

@@ -90,11 +90,19 @@ message! {
     #[derive(Eq)]
     Limits {
         0 rate_max_hz: u32, "Hz, >= 1", "Fastest sampling.";
-        4 force_max_mn: i32, "mN, > 0", "Largest force.";
+        4 force_max_mn: i32, "mN, >= 0; 0 = no actuator", "Largest force.";
         8 slew_max_mn_s: u32, "mN/s, > 0", "Fastest change of force.";
         12 hold_cap_mn: i32, "mN, 0..= largest force", "Largest force held without commands.";
         16 travel_min_um: i32, "um", "Travel of the fingers: lower end.";
         20 travel_max_um: i32, "um", "Travel of the fingers: upper end.";
+    }
+}
+
+impl Limits {
+    /// Whether there is anything to command: a board of sensors alone has a largest force of 0.
+    #[must_use]
+    pub const fn has_actuator(&self) -> bool {
+        self.force_max_mn > 0
     }
 }
 
@@ -127,7 +135,7 @@ impl fmt::Display for Firmware {
 /// | 24 | 4 | u32 | boot_id | another at every start |
 /// | 28 | 4 | u32 | tick_hz | Hz, 1000..=4e9; at most 65535 * sample rate |
 /// | 32 | 4 | u32 | fastest sampling | Hz, >= 1 |
-/// | 36 | 4 | i32 | largest force | mN, > 0 |
+/// | 36 | 4 | i32 | largest force | mN, >= 0; 0 = no actuator |
 /// | 40 | 4 | u32 | fastest change of force | mN/s, > 0 |
 /// | 44 | 4 | i32 | largest force held without commands | mN, 0..= largest force |
 /// | 48 | 4 | i32 | travel, lower end | um |

@@ -336,6 +336,29 @@ fn rows_must_fit_the_config() {
     assert_eq!(rig.device.push_f32(rig.tick, &[1.0, 2.0]), Err(RowError::Format { wanted }));
 }
 
+#[test]
+fn rows_of_a_burst_do_not_wait_and_lost_ones_leave_a_gap() {
+    let mut rig = Rig::new(&Config { batch: 5, ..CONFIG });
+    rig.send(Kind::START, &[]);
+    let mut frame = [0; MAX_WIRE];
+    let mut frames = |device: &mut DeviceLink, tick| {
+        core::iter::from_fn(|| device.poll_transmit(tick, &mut frame)).count()
+    };
+    frames(&mut rig.device, rig.tick);
+    rig.device.flush_rows();
+    assert_eq!(frames(&mut rig.device, rig.tick), 0, "there is nothing to send");
+    rig.device.push_i16(rig.tick, &[1, 2]).unwrap();
+    assert_eq!(frames(&mut rig.device, rig.tick), 0, "the batch has room for four more");
+    rig.device.flush_rows();
+    assert_eq!(frames(&mut rig.device, rig.tick), 1);
+    rig.device.push_i16(rig.tick, &[1, 2]).unwrap();
+    rig.device.skip_rows(3);
+    rig.device.push_i16(rig.tick, &[1, 2]).unwrap();
+    rig.device.flush_rows();
+    assert_eq!(frames(&mut rig.device, rig.tick), 2, "numbers do not go on within a batch");
+    assert_eq!(rig.device.dropped_rows(), 3);
+}
+
 fn with(change: &dyn Fn(&mut Ident)) -> Result<(), DeviceConfigError> {
     let mut bad = ident(1);
     change(&mut bad);
@@ -358,6 +381,22 @@ fn impossible_grippers_are_refused() {
         Err(DeviceConfigError::Limits { .. })
     ));
     assert!(matches!(with(&|i| i.limits.slew_max_mn_s = 0), Err(DeviceConfigError::Limits { .. })));
+    assert!(matches!(
+        with(&|i| i.limits = Limits { force_max_mn: -1, hold_cap_mn: -1, ..i.limits }),
+        Err(DeviceConfigError::Limits { .. })
+    ));
+}
+
+#[test]
+fn a_board_without_an_actuator_is_possible_and_says_so() {
+    let sensor = |i: &mut Ident| i.limits = Limits { force_max_mn: 0, hold_cap_mn: 0, ..i.limits };
+    assert!(with(&sensor).is_ok());
+    let mut board = ident(1);
+    assert!(board.limits.has_actuator());
+    sensor(&mut board);
+    assert!(!board.limits.has_actuator());
+    // A hold cap needs a force to stay under.
+    assert!(with(&|i| i.limits.force_max_mn = 0).is_err());
 }
 
 #[test]

@@ -129,6 +129,12 @@ impl Session {
         })
     }
 
+    /// Whether nothing is commanded, by choice or because there is no actuator.
+    fn only_observes(&self) -> bool {
+        let has_actuator = self.link.ident().is_none_or(|ident| ident.limits.has_actuator());
+        self.options.observe || !has_actuator
+    }
+
     /// Begins a pipeline with the settings and limits in force.
     pub(super) fn begin(&mut self, carried: Carried) -> Result<(), SessionError> {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
@@ -138,8 +144,11 @@ impl Session {
         self.config.check_signal(rate, signal == Signal::Vibration)?;
         let mut config =
             PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(signal, rate) };
-        config.grip =
-            config.grip.zip(self.link.in_force()).map(|(grip, given)| limited(grip, given));
+        config.grip = config
+            .grip
+            .zip(self.link.in_force())
+            .filter(|_| !self.only_observes())
+            .map(|(grip, given)| limited(grip, given));
         let beginning = Beginning {
             config: carried.noise.map_or(config, |noise| noise.known_to(config)),
             carried_n: carried.force_n,

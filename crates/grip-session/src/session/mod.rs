@@ -50,6 +50,8 @@ const LONGEST_SWAP_US: u64 = 2_000_000;
 pub struct SessionOptions {
     /// Never sends a force command.
     pub dry_run: bool,
+    /// Only observes: no force command is computed. So it is with every board that has no actuator.
+    pub observe: bool,
     /// Runs every stage in every scene.
     pub no_skip: bool,
     /// Only the gripper with this identity is commanded; where none is given, only the first one that answers.
@@ -188,7 +190,7 @@ impl Session {
             clock_health: ClockHealth::Good,
             configured_us: 0,
             refusal: None,
-            motion: OwnMotion::new(!options.dry_run),
+            motion: OwnMotion::new(!(options.dry_run || options.observe)),
             log: EventLog::default(),
             path: Path::default(),
             due: Due::default(),
@@ -420,8 +422,9 @@ impl Session {
             self.wishes.stop(now_us);
             return true;
         }
+        let controls = self.begun.as_ref().is_some_and(|begun| begun.config.grip.is_some());
         // What is asked for while a stop is latched must not wait for its end.
-        let free = !self.options.dry_run && self.latched_n.is_none();
+        let free = controls && !self.options.dry_run && self.latched_n.is_none();
         match &mut self.pipeline {
             Some(pipeline) if free => self.wishes.apply(command, pipeline),
             _ => false,

@@ -8,3 +8,4 @@
 
 mod clocks;
 mod link_loss;
+mod sensor_board;

@@ -57,7 +57,9 @@ def _info(ident: Ident) -> list[str]:
         f"state        {ident.state.name.lower()}, fault {ident.fault:04x} {ident.fault.name.lower()}",
         f"clock        {ident.tick_hz} ticks/s",
         f"force        0 to {limits.force_max_mn / 1000:g} N, {limits.slew_max_mn_s / 1000:g} N/s,"
-        f" held without commands {limits.hold_cap_mn / 1000:g} N",
+        f" held without commands {limits.hold_cap_mn / 1000:g} N"
+        if limits.force_max_mn
+        else "force        none: no actuator",
         f"travel       {limits.travel_min_um / 1000:g} to {limits.travel_max_um / 1000:g} mm",
         f"sampling     up to {limits.rate_max_hz} Hz",
         *(f"channel {bit:2}   {_describe(channel)}" for bit, channel in enumerate(ident.channels)),

@@ -77,9 +77,9 @@ def check_ident(ident: Ident) -> None:
     if ident.tick_hz < 1000:
         raise ValueError(f"tick_hz is {ident.tick_hz}, at least 1000 are needed")
     if not (
-        limits.rate_max_hz > 0 and limits.slew_max_mn_s > 0 and 0 <= limits.hold_cap_mn <= limits.force_max_mn > 0
+        limits.rate_max_hz > 0 and limits.slew_max_mn_s > 0 and 0 <= limits.hold_cap_mn <= limits.force_max_mn
     ):
-        raise ValueError(f"{limits}: expected more than 0, and a hold cap of at most the largest force")
+        raise ValueError(f"{limits}: expected a rate and a slew of more than 0, and a hold cap of at most the largest force")
     if all(channel.kind != ChannelKind.STYLUS for channel in ident.channels):
         raise ValueError(f"none of the {len(ident.channels)} channels is a stylus")
     row = Layout(ident.channels, 0xFFFF).row_bytes(SampleFormat.F32)

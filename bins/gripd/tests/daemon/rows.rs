@@ -1,0 +1,261 @@
+//! Rows of another program in; slips, commands and a summary out, on standard output and back to the program.
+
+use crate::{
+    recording::replays,
+    run::{Ran, command, gripd},
+    running::until,
+};
+use assert_cmd::Command;
+use core::{fmt::Write as _, time::Duration};
+use serde_json::Value;
+use std::{
+    io::{BufRead as _, BufReader, Read, Write},
+    net::{Shutdown, TcpStream, UdpSocket},
+    os::unix::net::UnixStream,
+    path::Path,
+    process::{Child, Stdio},
+};
+
+const RATE: u32 = 1600;
+
+/// A number from -1 to 1.
+fn noise(state: &mut u32) -> f32 {
+    *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    f32::from(u16::try_from(*state >> 16).unwrap()) / 32_768.0 - 1.0
+}
+
+/// Two seconds of an accelerometer (g), ten times as loud from 1.5 s to 1.6 s.
+fn vibration() -> Vec<f32> {
+    let mut seed = 1;
+    (0..2 * RATE)
+        .map(|row| noise(&mut seed) * if (2400..2560).contains(&row) { 0.1 } else { 0.01 })
+        .collect()
+}
+
+fn csv() -> String {
+    let mut text = format!("t_s,vibration,rate={RATE}\n");
+    for (row, value) in (0_u32..).zip(vibration()) {
+        writeln!(text, "{:.6},{value}", f64::from(row) / f64::from(RATE)).unwrap();
+    }
+    text
+}
+
+/// gripd with `input` on standard input, run to its end.
+fn piped(folder: &Path, args: &[&str], input: impl Into<Vec<u8>>) -> Ran {
+    let args = [&["--listen", "off"], args].concat();
+    let output = Command::from_std(command(folder, &args))
+        .write_stdin(input)
+        .timeout(Duration::from_secs(60))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    let (out, err) = (text(output.stdout), text(output.stderr));
+    assert!(!err.contains("panicked"), "{err}");
+    Ran { code: output.status.code().unwrap(), out, err }
+}
+
+/// A slip in the loud part, and all rows counted.
+#[track_caller]
+fn slipped(lines: &[Value]) {
+    let slip = lines.iter().find(|line| line["type"] == "slip");
+    let t_s = slip.and_then(|slip| slip["t_s"].as_f64()).unwrap();
+    assert!((1.5..1.6).contains(&t_s), "{t_s}");
+    let summary = lines.last().unwrap();
+    assert_eq!(summary["type"], "summary", "{summary}");
+    assert_eq!(summary["rows"]["taken"], 2 * RATE, "{summary}");
+}
+
+#[test]
+fn standard_input_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--sensor", "rows:-", "--json", "--record", "run.mcap"];
+    let ran = piped(folder.path(), &args, csv()).done();
+    replays(folder.path(), &ran);
+    slipped(&ran.json());
+    let summary = ran.json().pop().unwrap();
+    assert_eq!(
+        (summary["commands"].clone(), summary["samples"].clone()),
+        (0.into(), (2 * RATE).into())
+    );
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(ran.err.contains("only observing") && ran.err.contains("run in real time"), "{ran:?}");
+}
+
+#[test]
+fn what_is_wrong_with_rows_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |input: &str, words: &[&str]| {
+        piped(folder.path(), &["--sensor", "rows:-"], input).refused(1, words)
+    };
+    refused("", &["rows from standard input: the input ended before its first row"]);
+    refused("vibration\n1\n", &["the rate is missing", "vibration,rate=1600"]);
+    refused("0.1,0.2\n", &["`0.1` is no column", "vibration"]);
+    refused("vibration,rate=1600\n1;2\n", &["row 1: `1;2` is no number (vibration)"]);
+    refused("vibration,rate=1600\n1,2\n", &["row 1: 2 values, the header names 1 column"]);
+    let bad = csv().replace("\n0.500000,", "\n0.500000,x");
+    let ran = piped(folder.path(), &["--sensor", "rows:-", "--json"], bad);
+    let summary = ran.json().pop().unwrap();
+    assert!(ran.err.contains("row 801: `x"), "{}", ran.err);
+    assert_eq!((ran.code, summary["rows"]["bad"].clone()), (3, 1.into()), "data is lost: {ran:?}");
+}
+
+#[test]
+fn ends_that_cannot_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |args: &[&str], words: &[&str]| gripd(folder.path(), args).refused(2, words);
+    refused(&["--sensor", "rows:7750"], &["`rows:7750` is no source of rows", "rows:tcp:IP:PORT"]);
+    refused(&["--sensor", "sim", "--port", "sim"], &["--sensor", "--port"]);
+    refused(&["--sensor", "sim", "--gripper", "/dev/x"], &["another line", "not supported"]);
+    refused(&["--sensor", "sim", "--gripper", "rows"], &["only rows have a way back"]);
+    refused(&["--port", "rows:-"], &["--json", "--gripper none"]);
+    refused(&["--sensor", "rows:udp:0.0.0.0:7750"], &["allow_remote"]);
+}
+
+/// With `--gripper none` the simulated gripper is never commanded, and no command is computed.
+#[test]
+fn an_observer_commands_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for ends in [&["--port", "sim", "--gripper", "none"][..], &["--sensor", "sim"]] {
+        let ran = gripd(folder.path(), &[ends, &["--duration", "1.2", "--json"]].concat()).done();
+        let summary = ran.json().pop().unwrap();
+        assert_eq!(summary["commands"], 0, "{summary}");
+        assert_eq!(summary["command_n"], Value::Null, "{summary}");
+    }
+}
+
+/// gripd on `sensor` with `args`, until it is over.
+struct Served(Option<Child>);
+
+impl Served {
+    fn start(folder: &Path, ends: &[&str]) -> Self {
+        let args = [ends, &["--listen", "off", "--json"]].concat();
+        let mut command = command(folder, &args);
+        Self(Some(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()))
+    }
+
+    fn end(mut self) -> Ran {
+        let output = self.0.take().unwrap().wait_with_output().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Ran {
+            code: output.status.code().unwrap(),
+            out: text(output.stdout),
+            err: text(output.stderr),
+        }
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            child.kill().unwrap();
+            child.wait().unwrap();
+        }
+    }
+}
+
+/// Tries until somebody listens.
+fn connected<S>(connect: impl Fn() -> std::io::Result<S>) -> S {
+    let mut stream = None;
+    let listens = until(|| {
+        stream = connect().ok();
+        stream.is_some()
+    });
+    assert!(listens, "nobody listens");
+    stream.unwrap()
+}
+
+fn free_port() -> u16 {
+    UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
+}
+
+fn json_lines(from: impl Read) -> Vec<Value> {
+    BufReader::new(from).lines().map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect()
+}
+
+#[test]
+fn a_program_that_connects_gets_events_and_commands_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let mut stream = connected(|| TcpStream::connect(&address));
+    stream.write_all(csv().as_bytes()).unwrap();
+    stream.shutdown(Shutdown::Write).unwrap();
+    let back = json_lines(stream);
+    let ran = served.end().done();
+    slipped(&back);
+    let forces: Vec<f64> = back
+        .iter()
+        .filter(|line| line["type"] == "command" && line["mode"] == "force")
+        .map(|line| line["force_n"].as_f64().unwrap())
+        .collect();
+    assert!(forces.iter().any(|force_n| *force_n > 1.0), "{forces:?}");
+    assert!(!ran.out.contains("\"command\","), "standard output has the events: {}", ran.out);
+    slipped(&ran.json());
+}
+
+#[test]
+fn a_connection_that_breaks_is_reported_and_ends_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let mut stream = connected(|| TcpStream::connect(&address));
+    stream.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
+    // A command comes back once the row is there; then the connection is reset.
+    stream.read_exact(&mut [0; 8]).unwrap();
+    rustix::net::sockopt::set_socket_linger(&stream, Some(Duration::ZERO)).unwrap();
+    drop(stream);
+    let ran = served.end().done();
+    assert!(ran.err.contains("the connection broke, and its last rows may be missing"), "{ran:?}");
+    assert_eq!(ran.json().pop().unwrap()["rows"]["taken"], 1, "{ran:?}");
+}
+
+#[test]
+fn a_socket_file_is_an_address_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rows.sock");
+    let served =
+        Served::start(folder.path(), &["--sensor", &format!("rows:unix:{}", path.display())]);
+    let mut stream = connected(|| UnixStream::connect(&path));
+    let mut bytes = format!("vibration,rate={RATE},format=f32\n").into_bytes();
+    bytes.extend(vibration().into_iter().flat_map(f32::to_le_bytes));
+    stream.write_all(&bytes).unwrap();
+    stream.shutdown(Shutdown::Write).unwrap();
+    slipped(&json_lines(stream));
+    let ran = served.end();
+    assert_eq!(ran.code, 0, "{ran:?}");
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_lost_datagram_is_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    socket.connect(&address).unwrap();
+    socket.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
+    let header = format!("vibration,rate={RATE},format=f32");
+    // Until gripd is there, a datagram finds nobody; the header may come again.
+    connected(|| socket.send(header.as_bytes()).and_then(|_| socket.send(header.as_bytes())));
+    let (mut back, mut line) = (String::new(), [0; 4096]);
+    let mut listen = |back: &mut String| {
+        if let Ok(count) = socket.recv(&mut line) {
+            back.push_str(str::from_utf8(&line[..count]).unwrap());
+        }
+    };
+    for (number, rows) in (0_u32..).step_by(16).zip(vibration().chunks(16)) {
+        if number == 1600 {
+            continue;
+        }
+        let mut bytes = number.to_le_bytes().to_vec();
+        bytes.extend(rows.iter().copied().flat_map(f32::to_le_bytes));
+        while socket.send(&bytes).is_err() {}
+        listen(&mut back);
+    }
+    socket.send(&[]).unwrap();
+    let ran = served.end();
+    (0..50).for_each(|_| listen(&mut back));
+    let summary = ran.json().pop().unwrap();
+    assert_eq!((ran.code, summary["rows"]["missing"].clone()), (3, 16.into()), "{ran:?}");
+    assert!(back.contains("\"type\":\"slip\""), "{back}");
+}

@@ -1,0 +1,404 @@
+//! An address in; rows that come from there as an open line to a board, and lines of JSON back: the thread between a program that has
+//! samples and the hot loop.
+//!
+//! The thread drives a [`RowBoard`] over one end of a socket pair, of which the hot loop holds the other, as it holds any line.
+
+mod address;
+mod peer;
+
+pub use address::{RowsAddress, RowsAddressError};
+
+use crate::{clients::ListenError, hot::Shared};
+use core::{sync::atomic::Ordering, time::Duration};
+use grip_link::device::Drive;
+use grip_port::{Line, PortError};
+use grip_session::rows::{Actuator, BoardOptions, RowBoard, RowCounters, RowsError};
+use peer::{Peer, Received};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::{
+    io::{self, Read as _, Write as _},
+    net::Shutdown,
+    os::unix::net::UnixStream,
+    sync::{
+        Arc,
+        mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender},
+    },
+    thread::{self, JoinHandle},
+};
+
+/// Longest time without a look at the clock.
+const TURN: Duration = Duration::from_millis(2);
+/// The same before there is a board, and after its end.
+const IDLE: Duration = Duration::from_millis(25);
+/// How long lines back are still written after the end.
+const FAREWELL: Duration = Duration::from_secs(1);
+/// Lines back that may wait.
+const LINES: usize = 256;
+/// Stack of the thread (bytes).
+const STACK: usize = 256 * 1024;
+/// Bytes read at once.
+const INPUT: usize = 16 * 1024;
+
+/// Why rows cannot be had (any more).
+#[derive(Debug, thiserror::Error)]
+pub enum RowsFault {
+    /// Nobody can connect.
+    #[error(transparent)]
+    Listen(#[from] ListenError),
+    /// The rows themselves.
+    #[error("rows from {place}: {source}")]
+    Rows {
+        /// From where.
+        place: String,
+        /// What is wrong.
+        source: RowsError,
+    },
+    /// The system refuses something.
+    #[error("rows from {place}: {source}")]
+    System {
+        /// From where.
+        place: String,
+        /// What.
+        source: io::Error,
+    },
+    /// The line to the hot loop.
+    #[error(transparent)]
+    Line(#[from] PortError),
+    /// The thread ended by a panic.
+    #[error("the thread of the rows failed")]
+    Thread,
+}
+
+/// The running thread.
+#[derive(Debug)]
+pub struct Rows {
+    back: Back,
+    ended: Receiver<Result<RowCounters, RowsFault>>,
+    thread: JoinHandle<()>,
+}
+
+/// The way back to the program: lines of JSON, which wait for nobody.
+#[derive(Clone, Debug)]
+pub struct Back {
+    lines: SyncSender<String>,
+    wake: Arc<UnixStream>,
+}
+
+impl Back {
+    /// Sends a line, without its end; `false` where it finds no room.
+    #[must_use]
+    pub fn line(&self, text: String) -> bool {
+        let sent = self.lines.try_send(text).is_ok();
+        // A full pipe wakes as well.
+        let _woken = (&*self.wake).write(&[0]);
+        sent
+    }
+}
+
+/// What the thread works with.
+struct Thread<C> {
+    clock: C,
+    board: RowBoard,
+    peer: Peer,
+    place: String,
+    shared: Arc<Shared>,
+    lines: Option<Sender<Line>>,
+    reports: Sender<String>,
+    back: Receiver<String>,
+    wake: UnixStream,
+    /// This end of the line, and the other one until the board is ready.
+    ours: Option<UnixStream>,
+    theirs: Option<UnixStream>,
+    driven: Option<Drive>,
+    /// No more rows come.
+    ended: bool,
+}
+
+impl Rows {
+    /// Opens `address` and starts the thread. Lines to the board come out of the first receiver, sentences for people out of the second.
+    /// `actuator` is the gripper that follows the commands, where the program has one; `clock` gives microseconds and never goes back.
+    ///
+    /// # Errors
+    /// Where the address cannot be opened.
+    pub fn start(
+        address: &RowsAddress,
+        actuator: Option<Actuator>,
+        clock: impl Fn() -> u64 + Send + 'static,
+        shared: Arc<Shared>,
+    ) -> Result<(Self, Receiver<Line>, Receiver<String>), RowsFault> {
+        let place = address.to_string();
+        let system = |source| RowsFault::System { place: place.clone(), source };
+        let peer = Peer::open(address)?;
+        let (ours, theirs) = line_ends().map_err(system)?;
+        let (wake, waker) = UnixStream::pair().map_err(system)?;
+        wake.set_nonblocking(true).map_err(system)?;
+        waker.set_nonblocking(true).map_err(system)?;
+        let (line_in, lines) = mpsc::channel();
+        let (report_in, reports) = mpsc::channel();
+        let (back_in, back) = mpsc::sync_channel(LINES);
+        let (ended_in, ended) = mpsc::channel();
+        let datagrams = matches!(address, RowsAddress::Udp(_));
+        let mut thread = Thread {
+            clock,
+            board: RowBoard::new(BoardOptions { actuator, datagrams }),
+            peer,
+            place: place.clone(),
+            shared,
+            lines: Some(line_in),
+            reports: report_in,
+            back,
+            wake,
+            ours: Some(ours),
+            theirs: Some(theirs),
+            driven: None,
+            ended: false,
+        };
+        let run = move || {
+            let ended = thread.run().map(|()| thread.board.counters());
+            thread.close();
+            // Nobody waits for it any more where the program ends by another fault.
+            let _sent = ended_in.send(ended);
+            thread.farewell();
+        };
+        let thread = thread::Builder::new().name("rows".to_owned()).stack_size(STACK).spawn(run);
+        let thread = thread.map_err(system)?;
+        let back = Back { lines: back_in, wake: Arc::new(waker) };
+        Ok((Self { back, ended, thread }, lines, reports))
+    }
+
+    /// The way back to the program.
+    #[must_use]
+    pub fn back(&self) -> Back {
+        self.back.clone()
+    }
+
+    /// What became of the rows, once the run is over.
+    ///
+    /// # Errors
+    /// Why there were none, or no more.
+    pub fn ended(&self) -> Result<RowCounters, RowsFault> {
+        self.ended.recv().unwrap_or(Err(RowsFault::Thread))
+    }
+
+    /// Waits until the last line back is written, or the program does not take it.
+    pub fn finish(self) {
+        let Self { back, ended, thread } = self;
+        drop((back, ended));
+        let _joined = thread.join();
+    }
+}
+
+impl<C: Fn() -> u64> Thread<C> {
+    /// Takes rows until they end, or the daemon does.
+    fn run(&mut self) -> Result<(), RowsFault> {
+        let mut input = vec![0; INPUT];
+        while !self.shared.stop.load(Ordering::Relaxed) && !self.board.is_over() {
+            self.wait().map_err(|source| self.system(source))?;
+            self.read(&mut input)?;
+            let now_us = (self.clock)();
+            self.board.turn(now_us).map_err(|source| self.rows(source))?;
+            self.hand_over()?;
+            self.exchange(now_us, &mut input)?;
+            self.command(now_us);
+            self.write_back();
+            for text in self.board.take_reports() {
+                let _sent = self.reports.send(text);
+            }
+        }
+        Ok(())
+    }
+
+    fn rows(&self, source: RowsError) -> RowsFault {
+        RowsFault::Rows { place: self.place.clone(), source }
+    }
+
+    fn system(&self, source: io::Error) -> RowsFault {
+        RowsFault::System { place: self.place.clone(), source }
+    }
+
+    /// Waits until there is something to do.
+    fn wait(&mut self) -> io::Result<()> {
+        let is_ready = self.board.is_ready();
+        let pause = if is_ready { self.board.pause((self.clock)(), TURN) } else { IDLE };
+        let mut polled = Vec::with_capacity(3);
+        polled.push(PollFd::new(&self.wake, PollFlags::IN));
+        if let Some(ours) = self.ours.as_ref().filter(|_| is_ready) {
+            let unsent = !self.board.unsent().is_empty();
+            let flags = if unsent { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN };
+            polled.push(PollFd::new(ours, flags));
+        }
+        let wanted = if self.has_room() { PollFlags::IN } else { PollFlags::empty() };
+        let waiting = if self.peer.has_unsent() { PollFlags::OUT } else { PollFlags::empty() };
+        if !(wanted | waiting).is_empty() {
+            polled.push(PollFd::from_borrowed_fd(self.peer.fd(), wanted | waiting));
+        }
+        match poll(&mut polled, Some(&timespec(pause))) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Whether more comes, and a whole read has room; otherwise it stays where it is.
+    fn has_room(&self) -> bool {
+        !self.ended && (self.board.room() > INPUT || !self.board.is_ready())
+    }
+
+    fn read(&mut self, input: &mut [u8]) -> Result<(), RowsFault> {
+        let room = self.board.room().min(input.len());
+        let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else { return Ok(()) };
+        let received = self.peer.receive(input).map_err(|source| self.system(source))?;
+        match received {
+            Received::Nothing => Ok(()),
+            Received::Bytes(bytes) => self.board.push(bytes),
+            Received::Datagram(bytes) => self.board.push_datagram(bytes),
+            Received::End => {
+                self.ended = true;
+                self.board.end()
+            }
+            Received::Broken(error) => {
+                self.ended = true;
+                let text =
+                    format!("the connection broke, and its last rows may be missing: {error}");
+                let _sent = self.reports.send(text);
+                self.board.end()
+            }
+        }
+        .map_err(|source| self.rows(source))
+    }
+
+    /// Gives the hot loop its end of the line, once there is a board to answer.
+    fn hand_over(&mut self) -> Result<(), RowsFault> {
+        if self.board.is_ready()
+            && let Some((theirs, lines)) = self.theirs.take().zip(self.lines.as_ref())
+        {
+            let _sent = lines.send(Line::from_fd(theirs.into())?);
+        }
+        Ok(())
+    }
+
+    /// Bytes to and from the hot loop. Where it gave up its end of the line, it gets another one.
+    fn exchange(&mut self, now_us: u64, input: &mut [u8]) -> Result<(), RowsFault> {
+        let Some(ours) = self.ours.as_mut().filter(|_| self.theirs.is_none()) else {
+            return Ok(());
+        };
+        match ours.read(input) {
+            Ok(0) => {
+                let (ours, theirs) = line_ends().map_err(|source| self.system(source))?;
+                (self.ours, self.theirs) = (Some(ours), Some(theirs));
+                // What was meant for the old line is lost with it.
+                self.board.sent(self.board.unsent().len());
+                return Ok(());
+            }
+            Ok(count) => self.board.receive(now_us, input.get(..count).unwrap_or(&[])),
+            Err(_) => {}
+        }
+        while let Ok(count @ 1..) = ours.write(self.board.unsent()) {
+            self.board.sent(count);
+        }
+        Ok(())
+    }
+
+    /// Gives the program what its gripper is to do, where that has changed.
+    fn command(&mut self, now_us: u64) {
+        let Some((t_us, drive)) = self.board.drive(now_us) else { return };
+        if self.driven.replace(drive) != Some(drive) {
+            self.peer.command(&command_line(t_us, drive));
+        }
+    }
+
+    fn write_back(&mut self) {
+        let _woken = self.wake.read(&mut [0; 512]);
+        while let Ok(line) = self.back.try_recv() {
+            self.peer.line(&line);
+        }
+        self.peer.write();
+    }
+
+    /// Ends the line: the hot loop reads what is left of it. This end stays open, or its next write would fail before.
+    fn close(&mut self) {
+        if let Some(ours) = &self.ours {
+            let _gone = ours.shutdown(Shutdown::Write);
+        }
+        (self.theirs, self.lines) = (None, None);
+    }
+
+    /// Writes the last lines back until nobody sends any.
+    fn farewell(&mut self) {
+        loop {
+            match self.back.recv_timeout(IDLE) {
+                Ok(line) => self.peer.line(&line),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            self.peer.write();
+        }
+        let mut left = FAREWELL;
+        while self.peer.has_unsent() && !left.is_zero() {
+            self.peer.write();
+            let _waited = poll(&mut [], Some(&timespec(TURN)));
+            left = left.saturating_sub(TURN);
+        }
+    }
+}
+
+/// This end of a line, which never waits, and that of the hot loop.
+fn line_ends() -> io::Result<(UnixStream, UnixStream)> {
+    let (ours, theirs) = UnixStream::pair()?;
+    ours.set_nonblocking(true)?;
+    Ok((ours, theirs))
+}
+
+/// A force command as a line of JSON.
+fn command_line(t_us: u64, drive: Drive) -> String {
+    let (mode, force_mn) = match drive {
+        Drive::Force(force_mn) => ("force", force_mn),
+        Drive::Open => ("open", 0),
+        Drive::Passive => ("passive", 0),
+    };
+    let (s, us) = (t_us / 1_000_000, t_us % 1_000_000);
+    let force_n = f64::from(force_mn) / 1e3;
+    format!(r#"{{"type":"command","t_s":{s}.{us:06},"mode":"{mode}","force_n":{force_n}}}"#)
+}
+
+fn timespec(time: Duration) -> Timespec {
+    Timespec { tv_sec: 0, tv_nsec: i64::from(time.subsec_nanos()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Drive, Rows, RowsAddress, command_line};
+    use crate::hot::Shared;
+    use core::{sync::atomic::Ordering, time::Duration};
+    use grip_session::config::Listen;
+    use std::{io::Write as _, os::unix::net::UnixStream, sync::Arc};
+
+    #[test]
+    fn a_command_is_a_line_of_json() {
+        let lines = [Drive::Force(5250), Drive::Open, Drive::Passive].map(|drive| {
+            let line = command_line(1_700_000_000_000_001, drive);
+            serde_json::from_str::<serde_json::Value>(&line).unwrap()
+        });
+        assert_eq!(lines[0]["force_n"], 5.25);
+        assert_eq!(lines[0]["t_s"], 1_700_000_000.000_001);
+        assert_eq!((&lines[1]["mode"], &lines[2]["mode"]), (&"open".into(), &"passive".into()));
+    }
+
+    #[test]
+    fn a_line_that_was_given_up_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows");
+        let address = RowsAddress::Stream(Listen::Unix(path.clone()));
+        let shared = Arc::new(Shared::default());
+        let (rows, lines, _reports) =
+            Rows::start(&address, None, || 0, Arc::clone(&shared)).unwrap();
+        let mut program = UnixStream::connect(&path).unwrap();
+        program.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
+        for _ in 0..3 {
+            drop(lines.recv_timeout(Duration::from_secs(20)).unwrap());
+        }
+        shared.stop.store(true, Ordering::Relaxed);
+        assert_eq!(rows.ended().unwrap().rows, 0, "nobody wanted them");
+        rows.finish();
+        assert!(lines.try_recv().is_err());
+    }
+}

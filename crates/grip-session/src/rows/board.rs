@@ -1,0 +1,523 @@
+//! Bytes of rows and bytes of the host in; frames to the host and the force for a gripper out: a virtual board, sans-IO.
+
+use super::{
+    clock::{Placed, RowClock},
+    cut::{CutError, RowCutter},
+    header::{Header, HeaderError, RowFormat},
+};
+use core::time::Duration;
+use grip_link::{
+    device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive},
+    frame::MAX_WIRE,
+    message::{
+        Channel, DeviceState, FaultCode, Firmware, Ident, Limits, Reaction, ResetReason, Versions,
+    },
+};
+
+/// Longest header (bytes).
+const HEADER: usize = 2048;
+/// Bytes for the host that may wait before rows wait too.
+const UNSENT: usize = 16 * 1024;
+/// Rows after which times and rate are compared, and how many periods apart all of these are where the times are in another unit.
+const COMPARED: u64 = 4;
+const OTHER_UNIT: f64 = 10.0;
+/// Rows in this time (us) that are all older than one before: their source has set its clock back.
+const REFUSED_US: f64 = 1e6;
+/// Reports of the same kind that are written out.
+const WRITTEN_OUT: u64 = 3;
+
+/// What a gripper that follows the commands may be asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Actuator {
+    /// Largest force (N).
+    pub force_max_n: f32,
+    /// Fastest change of force (N/s).
+    pub slew_n_s: f32,
+}
+
+/// What is known before the first byte.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoardOptions {
+    /// The gripper, where commands go back to the program.
+    pub actuator: Option<Actuator>,
+    /// Rows come as datagrams: they cannot wait, and can be lost.
+    pub datagrams: bool,
+}
+
+/// Why there are no rows (any more).
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RowsError {
+    /// The header.
+    #[error(transparent)]
+    Header(#[from] HeaderError),
+    /// The first row: nothing is known of the rest.
+    #[error("{0}; so the header does not fit the rows")]
+    First(#[source] CutError),
+    /// The input ended before its first row.
+    #[error("the input ended before its first row")]
+    Empty,
+    /// CSV without a time in datagrams.
+    #[error("datagrams of CSV need t_s: a lost one cannot be noticed otherwise")]
+    DatagramTime,
+    /// Times that do not fit the rate.
+    #[error(
+        "the first rows are {by_time_s} s apart by t_s and {by_rate_s} s by rate=: is t_s in seconds?"
+    )]
+    Rate {
+        /// By their times.
+        by_time_s: f64,
+        /// By the rate.
+        by_rate_s: f64,
+    },
+    /// The columns make no board.
+    #[error("the columns do not fit a frame of the link: {0}")]
+    Board(#[from] DeviceConfigError),
+}
+
+/// What became of the rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RowCounters {
+    /// Rows taken.
+    pub rows: u64,
+    /// Rows that could not be read; each counts as lost too.
+    pub bad: u64,
+    /// Rows that were no newer than one before, and were left out.
+    pub late: u64,
+    /// Rows that did not arrive, by their times or numbers.
+    pub missing: u64,
+}
+
+/// The board.
+#[derive(Debug)]
+pub struct RowBoard {
+    options: BoardOptions,
+    header: Vec<u8>,
+    cutter: Option<RowCutter>,
+    board: Option<Board>,
+    /// No more bytes come; and everything that came is cut.
+    ended: bool,
+    cut: bool,
+    times: Times,
+    counters: RowCounters,
+    reports: Vec<String>,
+}
+
+/// What there is from the first row on.
+#[derive(Debug)]
+struct Board {
+    link: DeviceLink,
+    clock: RowClock,
+    /// Whether the host wants rows.
+    sampling: bool,
+    /// Time (us) of the row that was cut and not taken yet.
+    waiting: Option<u64>,
+    /// Host time (us) at which it may be taken.
+    due_us: u64,
+    /// How far (us) the clock is ahead of the times of rows, since their source stopped.
+    jumped_us: u64,
+    unsent: Vec<u8>,
+}
+
+/// Times of rows (us): as sent, and what is added to them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Times {
+    last_us: f64,
+    /// The shortest time (periods) between two of the first rows.
+    least: Option<f64>,
+    shift_us: f64,
+    refused: u32,
+}
+
+impl RowBoard {
+    /// A board that waits for its header.
+    #[must_use]
+    pub fn new(options: BoardOptions) -> Self {
+        Self {
+            options,
+            header: Vec::new(),
+            cutter: None,
+            board: None,
+            ended: false,
+            cut: false,
+            times: Times::default(),
+            counters: RowCounters::default(),
+            reports: Vec::new(),
+        }
+    }
+
+    /// Bytes of input that can be taken now.
+    #[must_use]
+    pub fn room(&self) -> usize {
+        self.cutter.as_ref().map_or(HEADER, RowCutter::room)
+    }
+
+    /// Whether the first row is there: the host may call.
+    #[must_use]
+    pub fn is_ready(&self) -> bool {
+        self.board.is_some()
+    }
+
+    /// Whether the input has ended and all of it is on its way to the host.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        let empty = |board: &Board| board.waiting.is_none() && board.unsent.is_empty();
+        self.cut && self.board.as_ref().is_some_and(empty)
+    }
+
+    /// What became of the rows so far.
+    #[must_use]
+    pub fn counters(&self) -> RowCounters {
+        self.counters
+    }
+
+    /// Sentences for people since the last call.
+    pub fn take_reports(&mut self) -> Vec<String> {
+        core::mem::take(&mut self.reports)
+    }
+
+    /// Takes bytes of a stream, at most [`RowBoard::room`].
+    ///
+    /// # Errors
+    /// Where they begin with no header.
+    pub fn push(&mut self, bytes: &[u8]) -> Result<(), RowsError> {
+        if let Some(cutter) = &mut self.cutter {
+            cutter.push(bytes);
+            return Ok(());
+        }
+        let Some(end) = bytes.iter().position(|byte| *byte == b'\n') else {
+            self.header.extend_from_slice(bytes);
+            let long = self.header.len() > HEADER;
+            return if long { Err(HeaderError::NoText.into()) } else { Ok(()) };
+        };
+        let (line, rest) = bytes.split_at(end);
+        self.header.extend_from_slice(line);
+        self.begin()?;
+        self.push(rest.get(1..).unwrap_or(&[]))
+    }
+
+    /// Takes one datagram: the header, or whole rows. Packed rows begin with the number of the first one, a u32 in little endian.
+    /// The header may come again.
+    ///
+    /// # Errors
+    /// Where the first one is no header.
+    pub fn push_datagram(&mut self, bytes: &[u8]) -> Result<(), RowsError> {
+        let Some(cutter) = &mut self.cutter else {
+            self.push(bytes)?;
+            return if self.cutter.is_some() { Ok(()) } else { self.begin() };
+        };
+        if let Err(what) = cutter.push_datagram(bytes) {
+            self.report_bad(what);
+        }
+        Ok(())
+    }
+
+    /// No more bytes come.
+    ///
+    /// # Errors
+    /// Where there was no header.
+    pub fn end(&mut self) -> Result<(), RowsError> {
+        if self.cutter.is_none() && !self.header.is_empty() {
+            self.begin()?;
+        }
+        self.ended = true;
+        if let Some(cutter) = &mut self.cutter {
+            cutter.end();
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self) -> Result<(), RowsError> {
+        let line = core::mem::take(&mut self.header);
+        let header: Header = str::from_utf8(&line).map_err(|_| HeaderError::NoText)?.parse()?;
+        if self.options.datagrams && header.format == RowFormat::Csv && header.time.is_none() {
+            return Err(RowsError::DatagramTime);
+        }
+        self.cutter = Some(RowCutter::new(header));
+        Ok(())
+    }
+
+    /// Takes the rows that are there and may be taken now, and makes frames of them.
+    ///
+    /// # Errors
+    /// Where the first row does not fit the header, times do not fit the rate, or the input ended before.
+    pub fn turn(&mut self, now_us: u64) -> Result<(), RowsError> {
+        while self.board.as_ref().is_none_or(Board::wants_rows) {
+            let waits = self.board.as_ref().is_some_and(|board| board.waiting.is_some());
+            if !waits && !self.cut_row(now_us)? {
+                break;
+            }
+            if !self.take_row(now_us) {
+                break;
+            }
+        }
+        if let Some(board) = &mut self.board {
+            board.link.flush_rows();
+            board.transmit(now_us);
+        }
+        Ok(())
+    }
+
+    /// Cuts the next row that can be used; `false` where none is there.
+    fn cut_row(&mut self, now_us: u64) -> Result<bool, RowsError> {
+        loop {
+            let Some(cutter) = &mut self.cutter else { return self.none() };
+            let Some(row) = cutter.next_row() else { return self.none() };
+            let timed = cutter.time_s();
+            let (number, period_us) = (cutter.row() - 1, cutter.header().period_us());
+            match (row, self.board.is_some()) {
+                (Err(error), false) => return Err(RowsError::First(error)),
+                (Err(error), true) => {
+                    let is_timed = cutter.is_timed();
+                    self.report_bad(&error.to_string());
+                    if !is_timed {
+                        self.skip(1);
+                    }
+                }
+                (Ok(()), _) => {
+                    #[expect(clippy::cast_precision_loss, reason = "below 2^53 rows")]
+                    let t_us = timed.map_or(number as f64 * period_us, |s| 1e6 * s);
+                    if self.follows(t_us, timed.is_some())? {
+                        self.wait(now_us)?;
+                        return Ok(true);
+                    }
+                }
+            }
+        }
+    }
+
+    /// No row is there; where none comes any more, that is the end.
+    fn none(&mut self) -> Result<bool, RowsError> {
+        self.cut = self.ended;
+        if self.ended && self.board.is_none() { Err(RowsError::Empty) } else { Ok(false) }
+    }
+
+    /// Whether the row that was cut is newer than the one before; what is missing between them is counted.
+    fn follows(&mut self, t_us: f64, timed: bool) -> Result<bool, RowsError> {
+        let Some(cutter) = &self.cutter else { return Ok(false) };
+        let (row, period_us) = (cutter.row(), cutter.header().period_us());
+        let is_first = self.board.is_none();
+        let gap = (t_us + self.times.shift_us - self.times.last_us) / period_us;
+        if !is_first && row <= COMPARED {
+            let least = self.times.least.map_or(gap, |least| least.min(gap));
+            self.times.least = Some(least);
+            if row == COMPARED && least > OTHER_UNIT {
+                let (by_time_s, by_rate_s) = (1e-6 * least * period_us, 1e-6 * period_us);
+                return Err(RowsError::Rate { by_time_s, by_rate_s });
+            }
+        }
+        if !is_first && gap <= 0.0 {
+            self.counters.late += 1;
+            if self.counters.late <= WRITTEN_OUT {
+                let text = format!("row {row} is no newer than the one before and was left out");
+                self.reports.push(text);
+            }
+            self.times.refused += 1;
+            if f64::from(self.times.refused) * period_us < REFUSED_US {
+                return Ok(false);
+            }
+            self.times.shift_us += (1.0 - gap) * period_us;
+            self.reports
+                .push(format!("t_s went back at row {row}; times go on from where they were"));
+        }
+        self.times.refused = 0;
+        self.times.last_us = t_us + self.times.shift_us;
+        // Datagrams are lost one by one; in a stream only what a program left out is missing, and its times may be those of a loop.
+        let (least, least_us) = if self.options.datagrams { (1.5, 0.0) } else { (10.0, 20_000.0) };
+        if !is_first && timed && gap >= least && gap * period_us >= least_us {
+            self.count_missing(row, gap.round() - 1.0);
+        }
+        Ok(true)
+    }
+
+    fn count_missing(&mut self, row: u64, missing: f64) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded")]
+        let missing = missing.clamp(0.0, 1e9) as u32;
+        if self.counters.missing == 0 {
+            let text = format!(
+                "{missing} rows are missing before row {row}; further ones are only counted"
+            );
+            self.reports.push(text);
+        }
+        self.counters.missing += u64::from(missing);
+        self.skip(missing);
+    }
+
+    fn skip(&mut self, rows: u32) {
+        if let Some(board) = &mut self.board {
+            board.link.skip_rows(rows);
+        }
+    }
+
+    /// Keeps the row until it may be taken; with the first one the board comes to life.
+    fn wait(&mut self, now_us: u64) -> Result<(), RowsError> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1e18")]
+        let tick = self.times.last_us.round() as u64;
+        if let Some(board) = &mut self.board {
+            board.waiting = Some(tick);
+        } else if let Some(cutter) = &self.cutter {
+            let mut link = DeviceLink::new(device_config(cutter.header(), &self.options))?;
+            link.ready(tick);
+            self.board = Some(Board {
+                link,
+                clock: RowClock::new(now_us, tick, !self.options.datagrams),
+                sampling: false,
+                waiting: Some(tick),
+                due_us: now_us,
+                jumped_us: 0,
+                unsent: Vec::new(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Gives the row that waits to the link; `false` where it is not time yet.
+    fn take_row(&mut self, now_us: u64) -> bool {
+        let Self { board: Some(board), cutter: Some(cutter), .. } = self else { return false };
+        let Some(tick) = board.waiting.filter(|_| board.sampling) else { return false };
+        let paced = board.clock.is_paced();
+        let placed = board.clock.place(now_us, tick);
+        if let Placed::Early(due_us) = placed {
+            board.due_us = due_us;
+            if !paced {
+                let text = "rows come faster than rate= says: they wait, and run in real time";
+                self.reports.push(text.to_owned());
+            }
+            return false;
+        }
+        board.waiting = None;
+        if board.link.push_f32(tick, cutter.values()).is_ok() {
+            self.counters.rows += 1;
+        }
+        board.transmit(now_us);
+        if let Placed::After(late_us) = placed {
+            board.jumped_us += late_us;
+            #[expect(clippy::cast_precision_loss, reason = "a time")]
+            let late_us = late_us as f64;
+            self.times.shift_us += late_us;
+            self.times.last_us += late_us;
+            let text = format!(
+                "rows stayed {:.1} s late: their source had stopped, and times go on from the clock",
+                1e-6 * late_us
+            );
+            self.reports.push(text);
+        }
+        true
+    }
+
+    fn report_bad(&mut self, text: &str) {
+        self.counters.bad += 1;
+        if self.counters.bad <= WRITTEN_OUT {
+            let last = if self.counters.bad == WRITTEN_OUT {
+                "; further bad rows are only counted"
+            } else {
+                ""
+            };
+            self.reports.push(format!("{text}; it is left out{last}"));
+        }
+    }
+
+    /// Takes bytes of the host.
+    pub fn receive(&mut self, now_us: u64, mut bytes: &[u8]) {
+        let Some(board) = &mut self.board else { return };
+        let tick = board.clock.tick(now_us);
+        while let Some(event) = board.link.receive(tick, &mut bytes) {
+            match event {
+                DeviceEvent::Started => board.sampling = true,
+                DeviceEvent::Stopped | DeviceEvent::Configured(_) | DeviceEvent::Linked { .. } => {
+                    board.sampling = false;
+                }
+                _ => {}
+            }
+        }
+        board.transmit(now_us);
+    }
+
+    /// Time of the rows (us), and what a gripper is to do at it; `None` before there is a board, or without a gripper.
+    pub fn drive(&mut self, now_us: u64) -> Option<(u64, Drive)> {
+        let board = self.board.as_mut()?;
+        let tick = board.clock.tick(now_us);
+        let drive = board.link.drive(tick);
+        self.options.actuator.map(|_| (tick.saturating_sub(board.jumped_us), drive))
+    }
+
+    /// Bytes for the host.
+    #[must_use]
+    pub fn unsent(&self) -> &[u8] {
+        self.board.as_ref().map_or(&[], |board| &board.unsent)
+    }
+
+    /// The host's line has taken so many bytes.
+    pub fn sent(&mut self, count: usize) {
+        if let Some(board) = &mut self.board {
+            board.unsent.drain(..count.min(board.unsent.len()));
+        }
+    }
+
+    /// How long nothing is to do, unless bytes come.
+    #[must_use]
+    pub fn pause(&self, now_us: u64, longest: Duration) -> Duration {
+        let due_us =
+            |board: &Board| board.waiting.filter(|_| board.wants_rows()).map(|_| board.due_us);
+        self.board.as_ref().and_then(due_us).map_or(longest, |due_us| {
+            longest.min(Duration::from_micros(due_us.saturating_sub(now_us)))
+        })
+    }
+}
+
+impl Board {
+    fn wants_rows(&self) -> bool {
+        self.sampling && self.unsent.len() <= UNSENT
+    }
+
+    /// Writes the frames that are due.
+    fn transmit(&mut self, now_us: u64) {
+        let tick = self.clock.tick(now_us);
+        let mut frame = [0; MAX_WIRE];
+        while self.unsent.len() <= UNSENT
+            && let Some(length) = self.link.poll_transmit(tick, &mut frame)
+        {
+            self.unsent.extend(frame.iter().take(length));
+        }
+    }
+}
+
+/// What the rows are to the host: a board with these channels at this rate.
+fn device_config(header: &Header, options: &BoardOptions) -> DeviceConfig {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "50 to 20000")]
+    let rate_max_hz = header.rate_hz.round() as u32;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    let milli = |value: f32| (1e3 * f64::from(value)).round().clamp(0.0, 2e9) as u32;
+    let force_max_mn =
+        options.actuator.map_or(0, |actuator| milli(actuator.force_max_n)).cast_signed();
+    let slew_max_mn_s = options.actuator.map_or(1, |actuator| milli(actuator.slew_n_s).max(1));
+    let mut channels = [Ident::NO_CHANNEL; grip_link::message::MAX_CHANNELS];
+    for (slot, channel) in channels.iter_mut().zip(&header.channels) {
+        *slot = Channel { ..*channel };
+    }
+    let ident = Ident {
+        versions: Versions::OURS,
+        max_rx: 480,
+        caps: 0,
+        uid: *b"rows of samples ",
+        boot_id: 1,
+        tick_hz: 1_000_000,
+        limits: Limits {
+            rate_max_hz,
+            force_max_mn,
+            slew_max_mn_s,
+            hold_cap_mn: force_max_mn,
+            travel_min_um: 0,
+            travel_max_um: 0,
+        },
+        firmware: Firmware { major: 0, minor: 1, patch: 0 },
+        reset: ResetReason::PowerOn,
+        state: DeviceState::Boot,
+        fault: FaultCode::NONE,
+        channels,
+        channel_count: u8::try_from(header.channels.len()).unwrap_or(0),
+    };
+    DeviceConfig { ident, estop: Reaction::Hold }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,278 @@
+use super::{Actuator, BoardOptions, RowBoard, RowCounters, RowsError};
+use crate::{HostConfig, Session, SessionOptions, Update, model, report::Event};
+use core::fmt::Write as _;
+use core::time::Duration;
+use grip_link::device::Drive;
+use grip_link::frame::MAX_WIRE;
+use proptest::prelude::*;
+
+const STREAM: BoardOptions = BoardOptions { actuator: None, datagrams: false };
+
+/// A board and a session that talk to each other, 500 us a turn.
+struct Bench {
+    board: RowBoard,
+    session: Session,
+    now_us: u64,
+    slips_s: Vec<f64>,
+    samples: Vec<(u64, f32)>,
+    reports: Vec<String>,
+    drives: Vec<(u64, Drive)>,
+}
+
+impl Bench {
+    fn new(options: BoardOptions) -> Self {
+        let mut config = HostConfig::default();
+        config.link.sample_rate_hz = 20_000;
+        let estimator = model::default_estimator().unwrap();
+        let mut session = Session::new(config, estimator, SessionOptions::default()).unwrap();
+        session.open(0, 7).unwrap();
+        Self {
+            board: RowBoard::new(options),
+            session,
+            now_us: 0,
+            slips_s: Vec::new(),
+            samples: Vec::new(),
+            reports: Vec::new(),
+            drives: Vec::new(),
+        }
+    }
+
+    fn turn(&mut self) -> Result<(), RowsError> {
+        let mut frame = [0; MAX_WIRE];
+        self.now_us += 500;
+        self.board.turn(self.now_us)?;
+        let bytes = self.board.unsent().to_vec();
+        self.board.sent(bytes.len());
+        let mut left = &bytes[..];
+        while let Some(update) = self.session.receive(self.now_us, &mut left).unwrap() {
+            match update {
+                Update::Event(Event::Slip(slip)) => self.slips_s.push(slip.t.as_seconds()),
+                Update::Step { sample, .. } => self.samples.push((sample.t.0, sample.stylus)),
+                _ => {}
+            }
+        }
+        let mut host = Vec::new();
+        while let Some(len) = self.session.poll_transmit(self.now_us, &mut frame) {
+            host.extend_from_slice(&frame[..len]);
+        }
+        if let Some(len) = self.session.command(self.now_us, &mut frame) {
+            host.extend_from_slice(&frame[..len]);
+        }
+        if self.board.is_ready() {
+            self.board.receive(self.now_us, &host);
+        }
+        self.drives.extend(self.board.drive(self.now_us));
+        self.reports.extend(self.board.take_reports());
+        Ok(())
+    }
+
+    /// Gives all of `text`, ends the input and runs until everything has arrived.
+    fn run(&mut self, text: &[u8]) -> Result<(), RowsError> {
+        let mut left = text;
+        while !self.board.is_over() {
+            let (now, later) = left.split_at(left.len().min(self.board.room()));
+            self.board.push(now)?;
+            left = later;
+            if left.is_empty() {
+                self.board.end()?;
+            }
+            self.turn()?;
+            assert!(self.now_us < 60_000_000, "it ends");
+        }
+        self.turn()
+    }
+}
+
+/// A number from -1 to 1.
+fn noise(state: &mut u32) -> f64 {
+    *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    f64::from(*state >> 16) / 32_768.0 - 1.0
+}
+
+/// Two seconds at 1600 Hz, ten times as loud from 1.5 s to 1.6 s.
+fn vibration(first_s: f64) -> String {
+    let (mut text, mut seed) = ("t_s,vibration,rate=1600\n".to_owned(), 1);
+    for row in 0..3200 {
+        let size = if (2400..2560).contains(&row) { 0.1 } else { 0.01 };
+        let t_s = first_s + f64::from(row) / 1600.0;
+        writeln!(text, "{t_s:.6},{:.6}", size * noise(&mut seed)).unwrap();
+    }
+    text
+}
+
+#[test]
+fn rows_become_samples_and_slips_at_the_times_of_the_rows() {
+    for first_s in [0.0, 1_700_000_000.0] {
+        let mut bench = Bench::new(STREAM);
+        bench.run(vibration(first_s).as_bytes()).unwrap();
+        let counters = RowCounters { rows: 3200, ..RowCounters::default() };
+        assert_eq!((bench.board.counters(), bench.session.lost()), (counters, 0));
+        assert_eq!(bench.samples.len(), 3200, "each row arrives once");
+        let first = bench.slips_s[0] - first_s;
+        assert!((1.5..1.6).contains(&first), "{first}");
+        assert_eq!(bench.session.counters().commands, 0);
+        // A file runs in real time, and says so once.
+        assert!((1_500_000..2_200_000).contains(&bench.now_us), "{}", bench.now_us);
+        assert_eq!(bench.reports.len(), 1, "{:?}", bench.reports);
+    }
+}
+
+#[test]
+fn packed_rows_give_the_same_samples() {
+    let text = vibration(0.0);
+    let mut csv = Bench::new(STREAM);
+    csv.run(text.as_bytes()).unwrap();
+    let mut bytes = b"vibration,rate=1600,format=f32\n".to_vec();
+    for line in text.lines().skip(1) {
+        let value: f32 = line.split_once(',').unwrap().1.parse().unwrap();
+        bytes.extend(value.to_le_bytes());
+    }
+    let mut packed = Bench::new(STREAM);
+    packed.run(&bytes).unwrap();
+    let values = |bench: &Bench| bench.samples.iter().map(|(_, value)| *value).collect::<Vec<_>>();
+    assert_eq!(values(&csv), values(&packed));
+    assert_eq!(csv.slips_s.len(), packed.slips_s.len());
+}
+
+#[test]
+fn the_first_row_decides_and_later_ones_are_left_out_where_they_are_bad() {
+    let fails = |text: &str| Bench::new(STREAM).run(text.as_bytes()).unwrap_err().to_string();
+    assert!(fails("vibration,rate=100\n1,2\n").contains("row 1: 2 values, the header names 1"));
+    assert!(fails("vibration\n1\n").contains("rate is missing"));
+    assert!(fails("").contains("before its first row"));
+    assert!(fails("vibration,rate=100").contains("before its first row"));
+    assert!(fails(&"x".repeat(3000)).contains("no line of text"));
+    let mut milliseconds = "t_s,vibration,rate=1000\n".to_owned();
+    (0..200).for_each(|row| writeln!(milliseconds, "{row},1").unwrap());
+    assert!(fails(&milliseconds).contains("is t_s in seconds?"));
+    let mut bench = Bench::new(STREAM);
+    let mut text = "vibration,rate=1000\n".to_owned();
+    for row in 0..500 {
+        text += if row % 100 == 50 { "nan\n" } else { "1.5\n" };
+    }
+    bench.run(text.as_bytes()).unwrap();
+    let counters = RowCounters { rows: 495, bad: 5, ..RowCounters::default() };
+    assert_eq!((bench.board.counters(), bench.session.lost()), (counters, 5));
+    assert!(
+        bench.reports[0].contains("row 51: vibration has no finite value"),
+        "{:?}",
+        bench.reports
+    );
+    assert!(bench.reports.len() <= 4, "{:?}", bench.reports);
+}
+
+#[test]
+fn late_and_missing_rows_are_counted() {
+    let mut bench = Bench::new(STREAM);
+    let mut text = "t_s,vibration,rate=1000\n".to_owned();
+    for row in 0..1000 {
+        let t_ms = match row {
+            300 => 290,
+            301.. => row + 100,
+            _ => row,
+        };
+        writeln!(text, "{},1", f64::from(t_ms) / 1e3).unwrap();
+    }
+    bench.run(text.as_bytes()).unwrap();
+    let counters = RowCounters { rows: 999, late: 1, missing: 101, ..RowCounters::default() };
+    assert_eq!((bench.board.counters(), bench.session.lost()), (counters, 101));
+    assert!(bench.reports.iter().any(|text| text.contains("row 301 is no newer")));
+}
+
+#[test]
+fn a_time_that_is_set_back_does_not_end_the_rows() {
+    let mut bench = Bench::new(STREAM);
+    let mut text = "t_s,vibration,rate=1000\n".to_owned();
+    for row in 0..4000 {
+        let t_ms = if row < 1000 { 50_000 + row } else { row };
+        writeln!(text, "{},1", f64::from(t_ms) / 1e3).unwrap();
+    }
+    bench.run(text.as_bytes()).unwrap();
+    let counters = bench.board.counters();
+    assert!((998..1001).contains(&counters.late) && counters.rows > 2998, "{counters:?}");
+    assert!(bench.samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
+}
+
+#[test]
+fn datagrams_may_be_lost_doubled_or_late() {
+    let options = BoardOptions { datagrams: true, ..STREAM };
+    let error = RowBoard::new(options).push_datagram(b"vibration,rate=1000").unwrap_err();
+    assert_eq!(error, RowsError::DatagramTime);
+    let mut bench = Bench::new(options);
+    let header = b"vibration,rate=1000,format=f32";
+    bench.board.push_datagram(header).unwrap();
+    for first in (0_u32..2000).step_by(4) {
+        let numbers: &[u32] = match first {
+            400 => &[],
+            800 => &[800, 800],
+            1200 => &[1204],
+            1204 => &[1200],
+            _ => &[first],
+        };
+        for number in numbers {
+            let mut bytes = number.to_le_bytes().to_vec();
+            (0..4).for_each(|_| bytes.extend(1.0_f32.to_le_bytes()));
+            bench.board.push_datagram(&bytes).unwrap();
+        }
+        if first == 600 {
+            bench.board.push_datagram(header).unwrap();
+            bench.board.push_datagram(&[0; 7]).unwrap();
+        }
+        (0..8).for_each(|_| bench.turn().unwrap());
+    }
+    let counters = RowCounters { rows: 1992, bad: 1, late: 8, missing: 8 };
+    assert_eq!((bench.board.counters(), bench.session.lost()), (counters, 8));
+}
+
+#[test]
+fn a_gripper_of_the_program_gets_the_force() {
+    let actuator = Some(Actuator { force_max_n: 20.0, slew_n_s: 200.0 });
+    let mut bench = Bench::new(BoardOptions { actuator, ..STREAM });
+    bench.run(vibration(0.0).as_bytes()).unwrap();
+    assert!(bench.session.counters().commands > 0);
+    let forces: Vec<i32> = bench.drives.iter().map(|(_, drive)| drive.force_mn()).collect();
+    let most = forces.iter().copied().max().unwrap();
+    assert!((1000..=20_000).contains(&most), "{most}");
+    // 500 us at 200 N/s.
+    assert!(forces.windows(2).all(|pair| pair[1] - pair[0] <= 101), "within the slew rate");
+    assert!(forces.windows(2).all(|pair| pair[1] >= pair[0]), "nothing lets go at the end");
+}
+
+#[test]
+fn a_pause_is_at_most_as_long_as_a_row_waits() {
+    let mut bench = Bench::new(STREAM);
+    let longest = Duration::from_millis(2);
+    assert_eq!(bench.board.pause(0, longest), longest);
+    bench.board.push(vibration(0.0).as_bytes()).unwrap();
+    while bench.reports.is_empty() {
+        bench.turn().unwrap();
+    }
+    assert!(bench.board.pause(bench.now_us, longest) < Duration::from_millis(1));
+}
+
+proptest! {
+    /// Whatever comes, in whatever pieces: no panic, and no more memory than there is room for.
+    #[test]
+    fn any_bytes_are_survived(
+        packed in any::<bool>(),
+        pieces in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..40),
+        datagrams in any::<bool>(),
+    ) {
+        let mut bench = Bench::new(BoardOptions { datagrams, ..STREAM });
+        let header: &[u8] =
+            if packed { b"force_n,stylus,rate=500,format=f32\n" } else { b"t_s,vibration,rate=500\n" };
+        bench.board.push(header).unwrap();
+        bench.board.push(if packed { &[0; 8] } else { b"0,1\n" }).unwrap();
+        for piece in pieces {
+            if datagrams {
+                bench.board.push_datagram(&piece).unwrap();
+            } else {
+                bench.board.push(&piece).unwrap();
+            }
+            if bench.turn().is_err() {
+                break;
+            }
+            prop_assert!(bench.board.room() <= 64 * 1024);
+        }
+    }
+}
