@@ -31,6 +31,19 @@ extern "C" {
 #define GL_MAX_WIRE 496u    /* the same between two delimiters */
 #define GL_NO_READING INT16_MIN /* i16 element of a channel without a reading */
 
+/* An AVR has a few kilobytes of RAM, and ports that are no quicker for it. */
+#ifdef __AVR__
+#ifndef GL_CHANNELS
+#define GL_CHANNELS 4
+#endif
+#ifndef GL_BATCH_BYTES
+#define GL_BATCH_BYTES 64
+#endif
+#ifndef GL_BATCH_MS
+#define GL_BATCH_MS 4
+#endif
+#endif
+
 #ifndef GL_CHANNELS
 #define GL_CHANNELS 16 /* most channels described, 1..16 */
 #endif

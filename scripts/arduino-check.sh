@@ -1,0 +1,69 @@
+#!/bin/sh
+# The Arduino library: packed, its sketches compiled for an ATmega2560 with the core of Arduino and for a Cortex-M0+ without one, and both run
+# in simavr, where the Python peer reads their samples over the link. Installs the compilers and simavr (Debian) where they are missing.
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+. "$root/scripts/missing.sh"
+target=${CARGO_TARGET_DIR:-$root/target}
+work=$target/arduino
+mkdir -p "$work"
+work=$(cd "$work" && pwd)
+
+core=/usr/share/arduino/hardware/arduino/avr
+packages=
+command -v avr-g++ >/dev/null || packages="gcc-avr avr-libc"
+[ -f "$core/cores/arduino/Arduino.h" ] || packages="$packages arduino-core-avr"
+[ -f /usr/include/simavr/sim_avr.h ] || packages="$packages libsimavr-dev libelf-dev"
+command -v arm-none-eabi-g++ >/dev/null || packages="$packages gcc-arm-none-eabi"
+# shellcheck disable=SC2086 # a list of packages
+[ -z "$packages" ] || install_packages $packages
+
+"$root/scripts/arduino-library.sh" "$work"
+library=$work/GripLink
+# What is packed is what the Rust and Python peers are compared with.
+cmp "$library/src/grip_link.c" "$root/protocol/c/grip_link.c"
+cmp "$library/src/grip_link.h" "$root/protocol/c/grip_link.h"
+# Each keyword is a word of the headers.
+cut -f 1 "$library/keywords.txt" | while read -r word; do
+    [ "$word" = GripLink ] || grep -qw "$word" "$library/src/"*.h || { echo "keywords.txt: $word is in no header" >&2; exit 1; }
+done
+
+# Debian's compiler for AVR has DECIMAL_DIG for C alone.
+chip="-mmcu=atmega2560 -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MEGA2560 -DARDUINO_ARCH_AVR -DDECIMAL_DIG=__DECIMAL_DIG__"
+search="-I$core/cores/arduino -I$core/variants/mega -I$library/src"
+build=$work/build
+rm -rf "$build"
+mkdir -p "$build/core"
+for source in "$core/cores/arduino/"*.c "$core/cores/arduino/"*.S; do
+    # shellcheck disable=SC2086 # lists of flags
+    avr-gcc $chip $search -w -Os -ffunction-sections -fdata-sections -c "$source" -o "$build/core/$(basename "$source").o"
+done
+for source in "$core/cores/arduino/"*.cpp; do
+    # shellcheck disable=SC2086
+    avr-g++ $chip $search -w -Os -std=gnu++11 -fno-exceptions -fno-threadsafe-statics -ffunction-sections -fdata-sections -c "$source" \
+        -o "$build/core/$(basename "$source").o"
+done
+avr-ar rcs "$build/core.a" "$build/core/"*.o
+warnings="-Wall -Wextra -Werror"
+# shellcheck disable=SC2086
+avr-gcc $chip $search $warnings -std=c99 -Os -ffunction-sections -c "$library/src/grip_link.c" -o "$build/grip_link.o"
+for sketch in piezo loadcell; do
+    # shellcheck disable=SC2086
+    avr-g++ $chip $search $warnings -Os -std=gnu++11 -fno-exceptions -fno-threadsafe-statics -ffunction-sections -fdata-sections \
+        -x c++ -include Arduino.h -c "$library/examples/$sketch/$sketch.ino" -o "$build/$sketch.o"
+    # shellcheck disable=SC2086
+    avr-g++ $chip -Os -Wl,--gc-sections "$build/$sketch.o" "$build/grip_link.o" "$build/core.a" -lm -o "$build/$sketch.elf"
+    avr-size "$build/$sketch.elf" | awk -v name="$sketch" 'NR == 2 { print name ", ATmega2560: flash " $1 + $2 ", static RAM " $2 + $3 " bytes" }'
+    # The same text for a Cortex-M0+, against the few functions of a core that it uses.
+    arm-none-eabi-g++ -mcpu=cortex-m0plus -mthumb -ffreestanding -std=c++11 -fno-exceptions -fno-threadsafe-statics $warnings -Os \
+        "-I$root/protocol/arduino/test/core" "-I$root/protocol/firmware/include" "-I$library/src" \
+        -x c++ -include Arduino.h -c "$library/examples/$sketch/$sketch.ino" -o "$build/$sketch-m0.o"
+done
+arm-none-eabi-gcc -mcpu=cortex-m0plus -mthumb -ffreestanding -std=c99 $warnings -Os "-I$root/protocol/firmware/include" \
+    -c "$library/src/grip_link.c" -o "$build/grip_link-m0.o"
+arm-none-eabi-size "$build/grip_link-m0.o" | awk 'NR == 2 { print "grip_link.c, Cortex-M0+: flash " $1 + $2 " bytes" }'
+
+cc -std=c99 -D_POSIX_C_SOURCE=200809L -O2 "$root/protocol/arduino/test/board.c" -o "$build/board" -lsimavr -lelf -lm
+for sketch in piezo loadcell; do
+    python3 "$root/protocol/arduino/test/check.py" "$sketch" "$build/board" "$build/$sketch.elf"
+done
