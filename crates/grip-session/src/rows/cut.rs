@@ -71,7 +71,7 @@ pub struct RowCutter {
 }
 
 impl RowCutter {
-    /// For rows as `header` says.
+    /// For rows as `header` describes them.
     #[must_use]
     pub fn new(header: Header) -> Self {
         let values = Vec::with_capacity(header.values());

@@ -18,7 +18,7 @@ pub enum RowFormat {
     F32,
 }
 
-/// What the first line says.
+/// The content of the first line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// Names of the columns as they were written, without `t_s`.

@@ -107,7 +107,7 @@ fn session(config: HostConfig, observe: bool) -> Session {
 }
 
 #[test]
-fn a_board_without_an_actuator_tells_slips_in_any_unit_and_gets_no_command() {
+fn a_board_without_an_actuator_finds_slips_in_any_unit_and_gets_no_command() {
     for (unit, size) in [(Unit::MetrePerSecond2, 0.01), (Unit::None, 300.0), (Unit::None, 1e-4)] {
         let ran = run(board(unit, 0), session(HostConfig::default(), false), size);
         assert_eq!(ran.signal, Some(Signal::Vibration), "{ran:?}");
