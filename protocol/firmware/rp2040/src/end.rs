@@ -1,0 +1,151 @@
+//! The board's end of the link: what it offers, readings and slips in, frames out.
+
+use crate::detector::{RATE_HZ, centred};
+use crate::notice::Line;
+use grip_link::{
+    device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink},
+    frame::MAX_WIRE,
+    message::{
+        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, LogLevel,
+        MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Unit, Versions,
+    },
+};
+
+/// Lines of slips that wait for the port.
+const WAITING: usize = 8;
+
+/// One link with the frame that is being sent.
+#[derive(Debug)]
+pub struct End {
+    link: DeviceLink,
+    lines: [Option<Line>; WAITING],
+    frame: [u8; MAX_WIRE],
+    left: core::ops::Range<usize>,
+    /// Readings that make a row: their mean is sent.
+    readings_a_row: i32,
+    sum: i32,
+    summed: i32,
+}
+
+impl End {
+    /// A link that waits for a host. `boot_id` is another one at every start.
+    ///
+    /// # Errors
+    /// None with this IDENT; the link checks each.
+    pub fn new(boot_id: u32) -> Result<Self, DeviceConfigError> {
+        let mut link =
+            DeviceLink::new(DeviceConfig { ident: ident(boot_id), estop: Reaction::Passive })?;
+        link.ready(0);
+        Ok(Self {
+            link,
+            lines: [None; WAITING],
+            frame: [0; MAX_WIRE],
+            left: 0..0,
+            readings_a_row: 1,
+            sum: 0,
+            summed: 0,
+        })
+    }
+
+    /// Takes what the port gave, perhaps nothing.
+    pub fn receive(&mut self, tick_us: u64, mut bytes: &[u8]) {
+        while let Some(event) = self.link.receive(tick_us, &mut bytes) {
+            if let DeviceEvent::Configured(config) = event {
+                let readings = RATE_HZ / config.sample_rate_hz.max(1);
+                self.readings_a_row = i32::try_from(readings).unwrap_or(1).max(1);
+                (self.sum, self.summed) = (0, 0);
+            }
+        }
+        // There is no actuator; the link wants to be asked all the same.
+        let _ = self.link.drive(tick_us);
+    }
+
+    /// Takes a reading of the converter.
+    pub fn reading(&mut self, tick_us: u64, code: u16) {
+        self.sum += i32::from(centred(code));
+        self.summed += 1;
+        if self.summed < self.readings_a_row {
+            return;
+        }
+        let mean = self.sum / self.summed;
+        (self.sum, self.summed) = (0, 0);
+        let format = self.link.in_force().map(|config| config.format);
+        // A row that nobody wants now is none.
+        let _ = match format {
+            Some(SampleFormat::F32) => self.link.push_f32(tick_us, &[mean as f32]),
+            _ => self.link.push_i16(tick_us, &[mean as i16]),
+        };
+    }
+
+    /// Takes the line of a slip; it goes out before the next samples. While nobody listens the newest ones are kept.
+    pub fn slip(&mut self, line: Line) {
+        match self.lines.iter_mut().find(|line| line.is_none()) {
+            Some(free) => *free = Some(line),
+            None => {
+                self.lines.rotate_left(1);
+                if let Some(last) = self.lines.last_mut() {
+                    *last = Some(line);
+                }
+            }
+        }
+    }
+
+    /// Bytes that wait for the port; nothing where there is nothing to send.
+    pub fn waiting(&mut self, tick_us: u64) -> &[u8] {
+        if self.left.is_empty() {
+            let length = self.next_frame(tick_us);
+            self.left = 0..length.unwrap_or(0);
+        }
+        self.frame.get(self.left.clone()).unwrap_or(&[])
+    }
+
+    /// The port took so many of them.
+    pub fn sent(&mut self, bytes: usize) {
+        self.left.start = (self.left.start + bytes).min(self.left.end);
+    }
+
+    fn next_frame(&mut self, tick_us: u64) -> Option<usize> {
+        if let Some(Some(line)) = self.lines.first() {
+            let line = *line;
+            let length = self.link.log(tick_us, LogLevel::Info, line.text(), &mut self.frame);
+            // None without a host: the line waits for one.
+            if length.is_some() {
+                self.lines.rotate_left(1);
+                if let Some(last) = self.lines.last_mut() {
+                    *last = None;
+                }
+                return length;
+            }
+        }
+        self.link.poll_transmit(tick_us, &mut self.frame)
+    }
+}
+
+/// A vibration without a unit at up to 10 kHz.
+fn ident(boot_id: u32) -> Ident {
+    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
+    channels[0] = Channel { unit: Unit::None, ..Channel::single(ChannelKind::Stylus, 1.0) };
+    Ident {
+        versions: Versions::OURS,
+        max_rx: 480,
+        caps: 0,
+        uid: *b"slip-rp2040-0001",
+        boot_id,
+        tick_hz: 1_000_000,
+        limits: Limits {
+            rate_max_hz: RATE_HZ,
+            // Nothing follows these. The link has no board without an actuator, and gripd works with no less.
+            force_max_mn: 10_000,
+            slew_max_mn_s: 100_000,
+            hold_cap_mn: 0,
+            travel_min_um: 0,
+            travel_max_um: 0,
+        },
+        firmware: Firmware { major: 0, minor: 1, patch: 0 },
+        reset: ResetReason::Unknown,
+        state: DeviceState::Boot,
+        fault: FaultCode::NONE,
+        channels,
+        channel_count: 1,
+    }
+}

@@ -1,0 +1,7 @@
+//! What the board and the host have in common: readings of a converter in, slips and frames of the link out.
+#![cfg_attr(not(test), no_std)]
+
+pub mod detector;
+pub mod end;
+pub mod float;
+pub mod notice;

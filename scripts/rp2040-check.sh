@@ -1,0 +1,66 @@
+#!/bin/sh
+# The detector as firmware of an RP2040: builds it into a UF2, and runs that in an emulator (rp2040js) with slips on its converter. What comes
+# back over the emulated USB port must be what the same detector finds on this computer.
+#
+#   rp2040-check.sh               everything; --recordings N takes N fingertip recordings (2)
+#   rp2040-check.sh --build       only target/rp2040/slip.uf2
+#
+# Needs rustup (for the target thumbv6m-none-eabi), Python 3, Node.js with npm. GRIP_ALLOW_MISSING: thumb, node, data.
+set -eu
+root=$(cd "$(dirname "$0")/.." && pwd)
+. "$root/scripts/missing.sh"
+target=${CARGO_TARGET_DIR:-$root/target}
+mkdir -p "$target/rp2040"
+target=$(cd "$target" && pwd)
+work=$target/rp2040
+only_build=
+most=2
+while [ $# -gt 0 ]; do
+    case "$1" in
+    --build) only_build=1 ;;
+    --recordings) most=$2; shift ;;
+    *) echo "rp2040-check: unknown argument $1" >&2; exit 2 ;;
+    esac
+    shift
+done
+
+cd "$root/protocol/firmware/rp2040"
+triple=thumbv6m-none-eabi
+core=$(rustc --print sysroot)/lib/rustlib/$triple
+[ -d "$core" ] || { command -v rustup >/dev/null && rustup target add "$triple" >&2; } || true
+[ -d "$core" ] || { missing thumb "Rust's core for $triple (rustup target add)"; exit 0; }
+
+# No flag of the caller may leak in. What was built before counts only where this build succeeds.
+rm -f "$work/slip.uf2"
+env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo build --release --locked --quiet --features board --target "$triple"
+python3 test/uf2.py "$work/$triple/release/slip-rp2040" "$work/slip.uf2"
+echo "$work/slip.uf2"
+[ -z "$only_build" ] || exit 0
+
+cargo fmt --check
+python3 "$root/scripts/licence-check.py"
+# That file needs no other, and no link-time optimization, which would take a minute.
+rustc --edition 2024 -O --test src/float.rs -o "$work/float"
+"$work/float" --quiet
+env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo build --release --locked --quiet --example host
+python3 - "$work/$triple/release/slip-rp2040" <<'PY'
+import struct, sys
+elf = open(sys.argv[1], "rb").read()
+# Program headers: what is loaded from the file is flash, what has memory in RAM is static RAM.
+(table,), (size, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
+segments = [struct.unpack_from("<6I", elf, table + k * size) for k in range(count)]
+flash = sum(s[4] for s in segments if s[0] == 1)
+ram = sum(s[5] for s in segments if s[0] == 1 and s[2] >= 0x20000000)
+print(f"flash {flash} bytes, static RAM {ram} bytes")
+PY
+
+command -v node >/dev/null && command -v npm >/dev/null || { missing node "Node.js with npm: the firmware is not run"; exit 0; }
+[ -d "$work/node_modules/rp2040js" ] || npm install --silent --no-save --no-audit --no-fund --prefix "$work" rp2040js@1.4.1 >&2
+set -- --modules "$work/node_modules" --uf2 "$work/slip.uf2" --host "$work/release/examples/host" --work "$work/run"
+recordings=${GRIP_DATA:-$root/../shared/data}/biotac_slide
+if [ -f "$recordings/labels.csv" ]; then
+    set -- "$@" --recordings "$recordings" --most "$most"
+else
+    missing data "$recordings: simulated signals only"
+fi
+python3 test/check.py "$@"
