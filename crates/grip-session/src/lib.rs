@@ -11,6 +11,7 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod session;
+pub mod shadow;
 pub mod status;
 pub mod tape;
 pub mod utc;

@@ -10,5 +10,6 @@ mod reload;
 mod run;
 mod running;
 mod service_manager;
+mod shadow;
 mod taxels;
 mod watching;
