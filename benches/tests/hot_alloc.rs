@@ -74,7 +74,7 @@ impl Reported {
                 LinkNote::State(LinkState::Degraded) => self.degraded = true,
                 _ => {}
             },
-            Item::Wire { .. } => {}
+            Item::Evidence { .. } | Item::Wire { .. } => {}
         }
     }
 }

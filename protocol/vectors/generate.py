@@ -52,10 +52,10 @@ FIELDS = {
 DAEMON_KINDS = {
     "WELCOME": 0xA0, "SLIP": 0xA1, "STATE": 0xA2, "HEALTH": 0xA3, "GRIPPER": 0xA4, "ROWS": 0xA5, "NOTICE": 0xA6,
     "SETUP": 0xA7, "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA, "LOAD": 0xAB,
-    "OBJECT": 0xAC,
+    "OBJECT": 0xAC, "SHADOW": 0xAD, "ESTIMATES": 0xAE,
 }  # fmt: skip
 KINDS.update(DAEMON_KINDS)
-TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD", "OBJECT"}
+TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD", "OBJECT", "SHADOW"}
 TEXTS = ("WELCOME", "NOTICE", "SETUP", "OBJECT")
 ACK_REQ |= TO_DAEMON
 FIELDS.update({
@@ -100,6 +100,11 @@ FIELDS.update({
     ],
     "LOAD": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
     "OBJECT": [],
+    "SHADOW": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
+    "ESTIMATES": [
+        ("slip", "I"), ("device_us", "Q"), ("host_us", "Q"), ("slipped", "f"), ("in_force", "f"), ("shadow", "f"), ("unsure", "H"),
+        (None, "H"),
+    ],
 })  # fmt: skip
 
 
@@ -152,7 +157,7 @@ def payload(kind, v):
     data = pack(table_of(kind, v), v)
     if kind in TEXTS:
         data += bytes([len(v["text"])]) + v["text"]
-    if kind == "LOAD":
+    if kind in ("LOAD", "SHADOW"):
         data += bytes([len(v["bytes"])]) + v["bytes"]
     if kind == "ROWS":
         data += b"".join(struct.pack("<I" + "f" * (len(row) - 1), *row) for row in v["rows"])
@@ -184,7 +189,7 @@ def frame(kind, data, **header):
 def show(kind, v):
     table = CONFIG if kind == "CONFIG_ACK" else table_of(kind, v)
     names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
-    names = names + [name for name, _ in table if name] + ["text"] * (kind in TEXTS) + ["bytes"] * (kind == "LOAD")
+    names = names + [name for name, _ in table if name] + ["text"] * (kind in TEXTS) + ["bytes"] * (kind in ("LOAD", "SHADOW"))
     words = []
     for name in names:
         value = v[name]
@@ -320,6 +325,8 @@ for kind, values in (
     ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16)),
     ("ROWS", rows), ("NOTICE", notice), ("SUBSCRIBE", subscribe), ("COMMAND", command), ("QUERY", {}),
     ("SETUP", setup), ("LOAD", load), ("OBJECT", dict(text="Größe 1".encode())),
+    ("SHADOW", load),
+    ("ESTIMATES", dict(slip=3, device_us=5000000, host_us=5000321, slipped=2.5, in_force=4.25, shadow=3.75, unsure=2)),
 ):  # fmt: skip
     valid(kind.lower(), kind, values, rows=CLIENTS)
 valid("welcome_no_text", "WELCOME", dict(welcome, flags=0, token=0, text=b""), rows=CLIENTS, seq=0)
@@ -351,6 +358,9 @@ valid("load_the_model_of_the_configuration", "LOAD", dict(sha256=bytes(32), size
 valid("load_full_piece", "LOAD", dict(load, size=1 << 20, offset=0, bytes=bytes(range(255))), rows=CLIENTS, ack=False)
 valid("command_expect", "COMMAND", dict(operation=6, fault=0, force_mn=9500, token=0), rows=CLIENTS)
 valid("object_none", "OBJECT", dict(text=b""), rows=CLIENTS)
+valid("shadow_none", "SHADOW", dict(sha256=bytes(32), size=0, offset=0, bytes=b""), rows=CLIENTS)
+valid("estimates_nothing_known", "ESTIMATES", dict(slip=2**32 - 1, device_us=0, host_us=2**64 - 1, slipped=NAN, in_force=NAN,
+      shadow=NAN, unsure=0), rows=CLIENTS)  # fmt: skip
 valid("command_grown", "COMMAND", command, use="decode", extra=b"\x01\x02\x03\x00", rows=CLIENTS)
 
 BAD_CLIENTS = []
@@ -438,6 +448,7 @@ invalid("daemon_operation_7", "daemon", frame("COMMAND", b"\x07" + COMMAND[1:], 
 invalid("daemon_object_short", "daemon", frame("OBJECT", b"\x05cup", **DOWN), "ok", "short", "malformed")
 invalid("daemon_negative_force", "daemon", frame("COMMAND", payload("COMMAND", dict(command, force_mn=-1)), **DOWN), "ok", "value@4", "malformed")
 invalid("daemon_load_short", "daemon", frame("LOAD", payload("LOAD", load)[:-1], **DOWN), "ok", "short", "malformed")
+invalid("daemon_shadow_short", "daemon", frame("SHADOW", payload("SHADOW", load)[:-1], **DOWN), "ok", "short", "malformed")
 invalid("daemon_load_too_long", "daemon", frame("LOAD", payload("LOAD", dict(load, size=(1 << 20) + 1)), **DOWN), "ok", "value@32", "malformed")
 invalid("client_status_of_the_line", "client", frame("STATUS", STATUS, **UP), "unknown")
 invalid("client_samples_of_the_line", "client", frame("SAMPLES", payload("SAMPLES", samples), **UP), "unknown")

@@ -293,3 +293,35 @@ fn a_damaged_folder_of_models_keeps_nobody_from_holding() {
     assert!(reported.contains("the folder of models cannot be used"), "{reported}");
     running.stop();
 }
+
+/// A second model is asked beside the one in force, as long as somebody watches it, and on recordings: the one in force stays.
+#[test]
+fn a_model_is_asked_beside_the_one_in_force_and_on_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let top = "allow_models = true\nrecord = \"run-{start}.mcap\"\nlink.sample_rate_hz = 1000";
+    configure(folder.path(), &endpoint, top, "models = \"models\"");
+    let session = session(&endpoint);
+    let pair = Pair::holding(folder.path(), &[]);
+    let who = member(&pair);
+    let order = |lease_s| Offer { lease_s, ..offer(&same(1)) };
+    let standing = ask(&session, &who, &Order::Shadow(order(2))).unwrap();
+    assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
+    assert_eq!(standing.shadow.unwrap().model.name, "new.json");
+    pair.gripd.until_reported("of a client estimates beside the one in force");
+    pair.fleet.until_reported("nobody watches it");
+    pair.gripd.until_reported("no model estimates beside the one in force any more");
+    assert_eq!(ask(&session, &who, &Order::Notify).unwrap().shadow, None);
+    let mut replay = None;
+    assert!(until(|| {
+        replay = ask(&session, &who, &Order::Replay(order(3600))).unwrap().replay;
+        replay.as_ref().is_some_and(|replay| !replay.running)
+    }));
+    let shown = replay.unwrap().rehearsal;
+    // The only recording is being written.
+    assert_eq!((shown.recordings, shown.skipped.len(), shown.grasps.len()), (0, 1, 0));
+    assert_eq!(shown.skipped[0], "no recording has ended here that could be replayed");
+    assert_eq!(ask(&session, &who, &Order::Notify).unwrap().in_force.name, "default");
+    pair.stop();
+}

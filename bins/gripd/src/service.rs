@@ -17,7 +17,7 @@ use core::{
     time::Duration,
 };
 use grip_daemon::{
-    Board, HotCounters,
+    Board, HotCounters, Item,
     board::Grant,
     clients::{Clients, Loading, health},
     dump::{Cause, Dumped, FlightRecorder},
@@ -32,7 +32,10 @@ use grip_daemon::{
     supply::PortUpdate,
 };
 use grip_record::mcap::Attached;
-use grip_session::exit::{WrongArgument, message};
+use grip_session::{
+    HostEstimator,
+    exit::{WrongArgument, message},
+};
 use objects::Objects;
 use rtrb::{Consumer, Producer};
 use slip_core::ClientCommand;
@@ -115,6 +118,8 @@ pub(crate) struct Service {
     commands_lost: u64,
     /// What is remembered of objects.
     objects: Option<Objects>,
+    /// A model of a client that is asked about slips and moves nothing.
+    shadow: Option<HostEstimator>,
 }
 
 impl Service {
@@ -153,6 +158,7 @@ impl Service {
             pending: VecDeque::new(),
             commands_lost: 0,
             objects,
+            shadow: None,
         })
     }
 
@@ -263,12 +269,15 @@ impl Service {
     }
 
     fn drain(&mut self) {
-        let Self { ends, console, board, servers, flight, objects, .. } = self;
+        let Self { ends, console, board, servers, flight, objects, shadow, .. } = self;
         let (mut cause, mut remembered) = (None, Vec::new());
         ends.inbox.drain(&mut |item| {
             board.take(&item);
             if let Some(clients) = &mut servers.clients {
                 clients.take(&item);
+                if let (Item::Evidence { host_us, evidence }, Some(shadow)) = (&item, &*shadow) {
+                    clients.estimates(*host_us, &evidence.beside(shadow));
+                }
             }
             cause = flight.take(&item).or_else(|| cause.take());
             console.take(&item);

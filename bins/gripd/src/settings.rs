@@ -67,6 +67,16 @@ impl Loaded {
         let estimator = model::parse_estimator(&client_model(&sha256), &text);
         Ok(Self { sha256, text, estimator: estimator.map_err(|error| message(&error))? })
     }
+
+    /// How people know it.
+    pub(crate) fn name(&self) -> String {
+        client_model(&self.sha256)
+    }
+
+    /// What it runs as.
+    pub(crate) fn into_estimator(self) -> HostEstimator {
+        self.estimator
+    }
 }
 
 /// How people know a model of a client.

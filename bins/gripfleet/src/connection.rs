@@ -6,7 +6,7 @@ use crate::{
     common::{Common, Message, PAUSE, pause},
     curator::Curator,
     keeper::{Keeper, KeeperEnds},
-    lending::Lending,
+    lending::{Lending, own_recordings},
     network::{Place, Speaker, SpeakerEnds},
     ros::Ros,
     settings::{Settings, network},
@@ -55,7 +55,8 @@ impl Connection {
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
         let (answer, answers) = mpsc::channel();
-        let (curator, models, desk) = Curator::new(fleet.models.clone(), common.clone(), clock);
+        let files = (fleet.models.clone(), own_recordings(config));
+        let (curator, models, desk) = Curator::new(files, common.clone(), clock);
         let ends = KeeperEnds { common: common.clone(), sender, orders, answer, desk, clock };
         let keeper = Keeper::new(bridge, fleet.clone(), run(), ends);
         let lending = Lending::new(config);

@@ -12,8 +12,9 @@ use core::{
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
-    deploy::{Examined, MOST_BYTES, Models, Notice, Order, Standing},
+    deploy::{Examined, MOST_BYTES, Models, Notice, Order, Put, Rehearsal, Standing, rehearse},
     net::{NetError, Question},
+    recordings::Shelf,
     rollout::Finished,
 };
 use grip_link::message::FaultCode;
@@ -25,6 +26,7 @@ use std::{
         Arc,
         mpsc::{self, Receiver, RecvTimeoutError, Sender},
     },
+    thread::{self, JoinHandle},
 };
 
 /// An order, with a number that the answer has too.
@@ -43,8 +45,8 @@ const ANSWERED: Duration = Duration::from_secs(10);
 /// What the thread that talks to gripd has to do with models.
 #[derive(Debug)]
 pub(crate) struct Desk {
-    /// Models to be put in force; none is that of the configuration.
-    pub(crate) wanted: Receiver<Option<Examined>>,
+    /// Models to be put in force, or beside the one in force.
+    pub(crate) wanted: Receiver<Wanted>,
     /// What became of them: how many grasps had begun then.
     pub(crate) swapped: Sender<Result<u64, String>>,
     /// What gripd works with, and whether it takes models.
@@ -55,18 +57,30 @@ pub(crate) struct Desk {
     pub(crate) fault: Arc<AtomicU16>,
 }
 
+/// A model, and where it goes.
+#[derive(Debug)]
+pub(crate) struct Wanted {
+    /// None is that of the configuration, or no shadow.
+    pub(crate) model: Option<Examined>,
+    /// It estimates beside the one in force, and moves nothing.
+    pub(crate) beside: bool,
+}
+
 /// The thread.
 pub(crate) struct Curator {
     folder: Option<PathBuf>,
     common: Common,
     asked: Receiver<Asked>,
     answered: Sender<Answered>,
-    wanted: Sender<Option<Examined>>,
+    wanted: Sender<Wanted>,
     swapped: Receiver<Result<u64, String>>,
     setups: Receiver<(Setup, bool)>,
     grasped: Receiver<Finished>,
     fault: Arc<AtomicU16>,
     clock: Clock,
+    /// The recordings of gripd, or why there are none; and a replay of them.
+    recordings: Result<Shelf, String>,
+    replay: Option<JoinHandle<Rehearsal>>,
 }
 
 /// What the thread of the network has of it.
@@ -111,7 +125,11 @@ impl Line {
 
 impl Curator {
     /// The thread's body, and the ends of its neighbours.
-    pub(crate) fn new(folder: Option<PathBuf>, common: Common, clock: Clock) -> (Self, Line, Desk) {
+    pub(crate) fn new(
+        (folder, recordings): (Option<PathBuf>, Result<Shelf, String>),
+        common: Common,
+        clock: Clock,
+    ) -> (Self, Line, Desk) {
         let (asked_in, asked) = mpsc::channel();
         let (answered, answered_out) = mpsc::channel();
         let (wanted, wanted_out) = mpsc::channel();
@@ -139,6 +157,8 @@ impl Curator {
             grasped,
             fault,
             clock,
+            recordings,
+            replay: None,
         };
         (curator, line, desk)
     }
@@ -155,7 +175,7 @@ impl Curator {
                 Err(RecvTimeoutError::Disconnected) => return,
             };
             let now_us = self.clock.now().host_us;
-            let swap = &mut |model: Option<&Examined>| self.swap(model);
+            let swap = &mut |put: Put<'_>| self.swap(put);
             let latest = self.setups.try_iter().last();
             let before = setup.settings;
             if let Some((latest, _)) = latest {
@@ -181,7 +201,7 @@ impl Curator {
                     }
                     // The way back is always open.
                     (Err(_), Order::Back { .. }) => {
-                        swap(None).map(|_| Standing::configured(&setup.configured))
+                        swap(Put::InForce(None)).map(|_| Standing::configured(&setup.configured))
                     }
                     (Err(reason), _) => Err((*reason).to_owned()),
                 };
@@ -191,6 +211,7 @@ impl Curator {
                 let _gone = self.answered.send((ticket, answer));
             }
             if let Ok(models) = &mut models {
+                self.rehearse(models);
                 self.report(models);
             }
         }
@@ -214,7 +235,7 @@ impl Curator {
         };
         opened
             .map(|mut models| {
-                models.resume(&setup.in_force, &mut |model| self.swap(model));
+                models.resume(&setup.in_force, &mut |put| self.swap(put));
                 models
             })
             .inspect_err(|reason| {
@@ -222,21 +243,41 @@ impl Curator {
                     self.common.report(LogLevel::Warn, reason);
                 }
                 if setup.in_force != setup.configured.sha256
-                    && let Err(reason) = self.swap(None)
+                    && let Err(reason) = self.swap(Put::InForce(None))
                 {
                     self.common.report(LogLevel::Error, &reason);
                 }
             })
     }
 
-    /// Puts a model in force; waits for the border of a frame, for two seconds for one at which nothing slips.
-    fn swap(&self, model: Option<&Examined>) -> Result<u64, String> {
+    /// Puts a model in force, or beside that; waits for the border of a frame, for two seconds for one at which nothing slips.
+    fn swap(&self, put: Put<'_>) -> Result<u64, String> {
+        let wanted = match put {
+            Put::InForce(model) => Wanted { model: model.cloned(), beside: false },
+            Put::Beside(model) => Wanted { model: model.cloned(), beside: true },
+        };
         let ending = |_| "the connection to gripd has ended".to_owned();
-        self.wanted.send(model.cloned()).map_err(|_| ending(()))?;
+        self.wanted.send(wanted).map_err(|_| ending(()))?;
         self.swapped.recv_timeout(ANSWERED).unwrap_or_else(|_| {
             self.common.end();
             Err(ending(()))
         })
+    }
+
+    /// Replays recordings in a thread of its own: that takes longer than anybody waits here.
+    fn rehearse(&mut self, models: &mut Models) {
+        if let Some(model) = models.rehearsing() {
+            let shelf = self.recordings.clone();
+            let replay = move || rehearse(&shelf, &model.estimator);
+            match thread::Builder::new().name("replay".to_owned()).spawn(replay) {
+                Ok(thread) => self.replay = Some(thread),
+                Err(error) => models.rehearsed(not_replayed(error.to_string())),
+            }
+        }
+        if let Some(over) = self.replay.take_if(|thread| thread.is_finished()) {
+            let failed = |_| not_replayed("the replay has failed".to_owned());
+            models.rehearsed(over.join().unwrap_or_else(failed));
+        }
     }
 
     fn report(&self, models: &mut Models) {
@@ -247,4 +288,9 @@ impl Curator {
             }
         }
     }
+}
+
+/// Recordings that were not replayed, and why.
+fn not_replayed(reason: String) -> Rehearsal {
+    Rehearsal { skipped: vec![reason], ..Rehearsal::default() }
 }

@@ -3,7 +3,7 @@
 use crate::{
     clock::Clock,
     common::{Answered, Common, Order, Outgoing},
-    curator::Desk,
+    curator::{Desk, Wanted},
 };
 use core::{mem, sync::atomic::Ordering};
 use grip_daemon::{clients::Stream, log::LogLevel};
@@ -54,7 +54,7 @@ pub(super) struct Keeper {
     start_ns: u64,
     slipped_ns: Option<u64>,
     /// A model on its way: the number of its answer.
-    loading: Option<(u16, Option<Examined>)>,
+    loading: Option<(u16, Wanted)>,
     /// The last model that came over the network.
     loaded: Option<Examined>,
     greeting: Option<Greeting>,
@@ -128,23 +128,29 @@ impl Keeper {
         if self.loading.is_some() {
             return Ok(());
         }
-        let Ok(model) = self.desk.wanted.try_recv() else { return Ok(()) };
-        let text = model.as_ref().map(|model| model.text.as_bytes());
+        let Ok(wanted) = self.desk.wanted.try_recv() else { return Ok(()) };
+        let text = wanted.model.as_ref().map(|model| model.text.as_bytes());
         let sha256 = text.map(digest);
-        let (seq, wire) = self.bridge.load(sha256.as_ref().zip(text));
-        self.loading = Some((seq, model));
+        let file = sha256.as_ref().zip(text);
+        let (seq, wire) =
+            if wanted.beside { self.bridge.shadow(file) } else { self.bridge.load(file) };
+        self.loading = Some((seq, wanted));
         stream.write_all(&wire)
     }
 
     /// gripd answers in the order in which it is asked, but for models; what it had no room to answer is passed over.
     fn answer(&mut self, seq: u16, answer: Result<(), NackReason>) {
-        if let Some((_, model)) = self.loading.take_if(|(asked, _)| *asked == seq) {
-            let swapped = answer.map_err(|reason| format!("gripd has refused it: {reason}"));
-            if swapped.is_ok() {
-                self.loaded = model;
-            }
+        if let Some((_, wanted)) = self.loading.take_if(|(asked, _)| *asked == seq) {
+            let begun = match answer {
+                Ok(()) if wanted.beside => Ok(self.grasps.cast()),
+                Ok(()) => {
+                    self.loaded = wanted.model;
+                    Ok(self.grasps.swapped())
+                }
+                Err(reason) => Err(format!("gripd has refused it: {reason}")),
+            };
             // A thread that is gone waits for nothing.
-            let _gone = self.desk.swapped.send(swapped.map(|()| self.grasps.swapped()));
+            let _gone = self.desk.swapped.send(begun);
             return;
         }
         while let Some((asked, number)) = self.open.pop_front() {
@@ -190,6 +196,7 @@ impl Keeper {
                     self.slipped_ns = Some(self.start_ns + 1000 * slip.host.0);
                     self.grasps.slip(&slip);
                 }
+                Incoming::Estimates(made) => self.grasps.estimates(&made),
                 Incoming::Goodbye(text) => {
                     self.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
                 }
@@ -208,7 +215,7 @@ impl Keeper {
     /// What the gripper is made of, for those who ask.
     fn meet(&mut self, setup: Setup) {
         let Some(greeting) = &self.greeting else { return };
-        let coming = self.loading.as_ref().and_then(|(_, model)| model.as_ref());
+        let coming = self.loading.as_ref().and_then(|(_, wanted)| wanted.model.as_ref());
         let ours = coming.into_iter().chain(&self.loaded);
         let ours = ours.map(|model| &model.id).find(|id| id.sha256 == setup.in_force);
         let model = if setup.in_force == setup.configured.sha256 {

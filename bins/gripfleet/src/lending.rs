@@ -10,6 +10,14 @@ use std::collections::VecDeque;
 /// Answers that are under way at once; who asks for more has to ask again.
 const MOST_READINGS: usize = 8;
 
+/// The recordings of gripd, or why there are none. They need not be given away to be replayed here.
+pub(super) fn own_recordings(config: &HostConfig) -> Result<Shelf, String> {
+    let Some(template) = &config.record else {
+        return Err("nothing is recorded here; record = \"...\" does that".to_owned());
+    };
+    Shelf::new(template).map_err(|error| error.to_string())
+}
+
 /// The recordings of gripd, as far as the configuration gives them away.
 #[derive(Debug)]
 pub(super) struct Lending {
@@ -22,10 +30,8 @@ impl Lending {
     pub(super) fn new(config: &HostConfig) -> Self {
         let shelf = if !config.fleet.recordings {
             Err("recordings are not given away here; fleet.recordings = true does that".to_owned())
-        } else if let Some(template) = &config.record {
-            Shelf::new(template).map_err(|error| error.to_string())
         } else {
-            Err("nothing is recorded here; record = \"...\" does that".to_owned())
+            own_recordings(config)
         };
         Self { shelf, open: VecDeque::new() }
     }

@@ -169,7 +169,10 @@ impl Board {
             Item::Client { .. } => self.client_commands += 1,
             Item::Link { host_us, note } => self.note(host_us, note),
             // Counted by the hot thread.
-            Item::Sample { .. } | Item::Command { .. } | Item::Wire { .. } => {}
+            Item::Sample { .. }
+            | Item::Evidence { .. }
+            | Item::Command { .. }
+            | Item::Wire { .. } => {}
         }
     }
 

@@ -83,6 +83,11 @@ impl ClientLink {
         self.request(Kind::LOAD, |out| piece.write(out))
     }
 
+    /// Bytes of SHADOW, a piece of a model that estimates beside the one in force.
+    pub fn shadow(&mut self, piece: &Load<'_>) -> Vec<u8> {
+        self.request(Kind::SHADOW, |out| piece.write(out))
+    }
+
     /// Bytes of OBJECT, the name of the next object.
     pub fn object(&mut self, name: &str) -> Vec<u8> {
         let object = Object { text: name.as_bytes() };
@@ -205,6 +210,15 @@ impl Client {
     /// [`ClientError`].
     pub fn load(&mut self, piece: &Load<'_>) -> Result<(), ClientError> {
         let bytes = self.link.load(piece);
+        self.send(&bytes)
+    }
+
+    /// Brings a piece of a model that estimates beside the one in force; ACK of the last one confirms that it does.
+    ///
+    /// # Errors
+    /// [`ClientError`].
+    pub fn shadow(&mut self, piece: &Load<'_>) -> Result<(), ClientError> {
+        let bytes = self.link.shadow(piece);
         self.send(&bytes)
     }
 

@@ -15,11 +15,14 @@ use grip_link::{
     message::{EventKind, Grip},
 };
 use grip_port::{Line, PortError, READ_TIMEOUT, nonce};
-use grip_session::{HostConfig, HostEstimator, Session, SessionError, Update, session::explain};
+use grip_session::{
+    HostConfig, HostEstimator, Session, SessionError, Update, report::Event, session::explain,
+    shadow::SlipEvidence,
+};
 use rtrb::{Consumer, Producer};
 use rustix::event::{Timespec, poll};
 use slip_core::ClientCommand;
-use slip_core::{PipelineState, units::Micros};
+use slip_core::{Phase, PipelineState, SlipReport, units::Micros};
 use std::sync::Arc;
 
 /// Counters are copied this often (us).
@@ -75,6 +78,8 @@ pub struct Shared {
     pub beat: AtomicU64,
     /// Whether somebody wants every sample and state beside the recorder.
     pub wants_samples: AtomicBool,
+    /// Whether there is a shadow model to be asked about slips.
+    pub wants_evidence: AtomicBool,
 }
 
 /// Settings on their way in, and what they replaced on its way back.
@@ -160,6 +165,8 @@ struct Turn {
     configured: bool,
     other: bool,
     stepped: bool,
+    /// When a slip has ended.
+    slip_ended: Option<Micros>,
 }
 
 impl<C: Fn() -> u64> Hot<C> {
@@ -285,6 +292,9 @@ impl<C: Fn() -> u64> Hot<C> {
         let mut left = bytes;
         while let Some(updates) = self.session.receive(host_us, &mut left)? {
             turn.take(&mut self.ends, host_us, &updates);
+            if let Some(t) = turn.slip_ended.take() {
+                self.report_evidence(host_us, t);
+            }
         }
         let Some(len) = self.session.command(host_us, &mut out) else { return Ok(turn) };
         let frame = out.get(..len).unwrap_or(&out);
@@ -297,6 +307,16 @@ impl<C: Fn() -> u64> Hot<C> {
             put(&mut self.ends, &Item::Command { host_us, grip: &grip });
         }
         Ok(turn)
+    }
+
+    /// What the slip that has just ended showed, where somebody asks a shadow model about it. That happens in another thread.
+    #[cold]
+    fn report_evidence(&mut self, host_us: u64, t: Micros) {
+        if self.ends.shared.wants_evidence.load(Ordering::Relaxed)
+            && let Some(evidence) = SlipEvidence::of(self.session.log(), t)
+        {
+            self.ends.service.put(&Item::Evidence { host_us, evidence: &evidence });
+        }
     }
 
     /// How old the newest row was at the command that was just written.
@@ -436,7 +456,12 @@ impl Turn {
                     ends.service.put(&item);
                 }
             }
-            Update::Event(event) => put(ends, &Item::Event { host_us, event: &event }),
+            Update::Event(event) => {
+                if let Event::Slip(SlipReport { phase: Phase::Ended, t, .. }) = event {
+                    self.slip_ended = Some(t);
+                }
+                put(ends, &Item::Event { host_us, event: &event });
+            }
             Update::Began(beginning) => {
                 self.configured = true;
                 put(ends, &Item::Began { host_us, beginning });

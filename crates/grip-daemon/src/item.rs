@@ -8,6 +8,7 @@ use grip_session::{
     config::Uid,
     report::Event,
     session::{Beginning, explain},
+    shadow::SlipEvidence,
 };
 use slip_core::ClientCommand;
 use slip_core::{PipelineState, Sample};
@@ -41,6 +42,13 @@ pub enum Item<'a> {
         host_us: u64,
         /// What.
         event: &'a Event,
+    },
+    /// What a slip that has ended showed, where there is a shadow model to be asked about it.
+    Evidence {
+        /// Host time (us).
+        host_us: u64,
+        /// What.
+        evidence: &'a SlipEvidence,
     },
     /// A force command was written to the gripper.
     Command {

@@ -7,7 +7,7 @@
 use crate::item::{Item, LinkNote};
 use core::sync::atomic::{AtomicU64, Ordering};
 use grip_link::message::{Grip, MAX_ELEMENTS};
-use grip_session::{report::Event, session::Beginning};
+use grip_session::{report::Event, session::Beginning, shadow::SlipEvidence};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
@@ -34,6 +34,8 @@ impl Sizes {
 
 /// Room for events, notes of the link and commands of clients.
 const RARE: usize = 512;
+/// Room for what slips showed: the other end looks every few milliseconds.
+const EVIDENCE: usize = 16;
 /// Room for beginnings of pipelines.
 const BEGINNINGS: usize = 8;
 /// Taxels with each sample for which there is room.
@@ -45,6 +47,7 @@ enum Token {
     Sample,
     State,
     Event,
+    Evidence,
     Command,
     Client,
     Link,
@@ -78,6 +81,7 @@ macro_rules! ends {
             taxels: $end<f32>,
             states: $end<PipelineState>,
             events: $end<(u64, Event)>,
+            evidence: $end<(u64, SlipEvidence)>,
             commands: $end<(u64, Grip)>,
             clients: $end<(u64, ClientCommand)>,
             links: $end<(u64, LinkNote)>,
@@ -117,7 +121,7 @@ pub struct Dropped {
     pub states: u64,
     /// Reads from and writes to the line.
     pub wire: u64,
-    /// Events, commands, notes of the link and beginnings of pipelines.
+    /// Events and what slips showed, commands, notes of the link and beginnings of pipelines.
     pub others: u64,
 }
 
@@ -151,6 +155,7 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
     let taxels = RingBuffer::new(TAXELS * sizes.samples);
     let states = RingBuffer::new(sizes.frames);
     let events = RingBuffer::new(RARE);
+    let evidence = RingBuffer::new(EVIDENCE);
     let commands = RingBuffer::new(sizes.frames);
     let clients = RingBuffer::new(RARE);
     // The gripper tells its state with every frame.
@@ -165,6 +170,7 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
         taxels: taxels.0,
         states: states.0,
         events: events.0,
+        evidence: evidence.0,
         commands: commands.0,
         clients: clients.0,
         links: links.0,
@@ -179,6 +185,7 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
         taxels: taxels.1,
         states: states.1,
         events: events.1,
+        evidence: evidence.1,
         commands: commands.1,
         clients: clients.1,
         links: links.1,
@@ -227,6 +234,7 @@ impl Outbox {
             Item::Sample { .. } => Token::Sample,
             Item::State(_) => Token::State,
             Item::Event { .. } => Token::Event,
+            Item::Evidence { .. } => Token::Evidence,
             Item::Command { .. } => Token::Command,
             Item::Client { .. } => Token::Client,
             Item::Link { .. } => Token::Link,
@@ -245,6 +253,9 @@ impl Outbox {
             }
             Item::State(state) => self.states.push(*state).is_ok(),
             Item::Event { host_us, event } => self.events.push((host_us, *event)).is_ok(),
+            Item::Evidence { host_us, evidence } => {
+                self.evidence.push((host_us, *evidence)).is_ok()
+            }
             Item::Command { host_us, grip } => self.commands.push((host_us, *grip)).is_ok(),
             Item::Client { host_us, command } => self.clients.push((host_us, command)).is_ok(),
             Item::Link { host_us, note } => self.links.push((host_us, *note)).is_ok(),
@@ -308,6 +319,10 @@ impl Inbox {
             Token::Event => {
                 let (host_us, event) = self.events.pop().ok()?;
                 report(Item::Event { host_us, event: &event });
+            }
+            Token::Evidence => {
+                let (host_us, evidence) = self.evidence.pop().ok()?;
+                report(Item::Evidence { host_us, evidence: &evidence });
             }
             Token::Command => {
                 let (host_us, grip) = self.commands.pop().ok()?;

@@ -11,8 +11,8 @@ use grip_link::{
     message::{
         Ack, Kind, Nack, NackReason, PayloadError, Versions,
         daemon::{
-            self, Command, DroppedClass, Gripper, Load, Notice, NoticeKind, PipelineState,
-            SlipReport, Subscribe, Topics, Welcome, WelcomeFlags,
+            self, Command, DroppedClass, Estimates, Gripper, Load, Notice, NoticeKind,
+            PipelineState, SlipReport, Subscribe, Topics, Welcome, WelcomeFlags,
         },
     },
 };
@@ -47,6 +47,8 @@ pub enum Incoming {
     State(PipelineState),
     /// A slip that was not received before; it is published too.
     Slip(SlipReport),
+    /// What two models made of the last slip.
+    Estimates(Estimates),
     /// The daemon closes this connection, for this reason.
     Goodbye(String),
 }
@@ -147,6 +149,15 @@ impl Bridge {
 
     /// A model file, or that of the configuration, to be put in force, and the number of its answer in [`Incoming::Answer`].
     pub fn load(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        self.bring(Kind::LOAD, file)
+    }
+
+    /// A model file that is to estimate beside the one in force, or none any more, and the number of its answer.
+    pub fn shadow(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        self.bring(Kind::SHADOW, file)
+    }
+
+    fn bring(&mut self, kind: Kind, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
         let (sha256, file) = file.unwrap_or((&[0; 32], &[]));
         let size = u32::try_from(file.len()).unwrap_or(u32::MAX);
         let mut wire = Vec::new();
@@ -156,7 +167,7 @@ impl Bridge {
             let bytes = pieces.next().unwrap_or_default();
             let load = Load { sha256: *sha256, size, offset, bytes };
             let is_last = pieces.peek().is_none();
-            let (seq, piece) = self.request(Kind::LOAD, is_last, |out| load.write(out));
+            let (seq, piece) = self.request(kind, is_last, |out| load.write(out));
             wire.extend_from_slice(&piece);
             if is_last {
                 return (seq, wire);
@@ -273,7 +284,7 @@ fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
         Kind::NACK => Nack::parse(payload).ok().map(|no| (no.kind, (no.seq, Err(no.reason))))?,
         _ => return None,
     };
-    Some(answer).filter(|_| of == Kind::COMMAND || of == Kind::LOAD)
+    Some(answer).filter(|_| [Kind::COMMAND, Kind::LOAD, Kind::SHADOW].contains(&of))
 }
 
 /// What is of use here, beside what is published.
@@ -297,6 +308,7 @@ fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
             Incoming::Setup(Setup { settings, firmware, in_force, configured })
         }
         Kind::STATE => Incoming::State(PipelineState::parse(payload).ok()?),
+        Kind::ESTIMATES => Incoming::Estimates(Estimates::parse(payload).ok()?),
         Kind::NOTICE => {
             let notice = Notice::parse(payload).ok()?;
             if notice.kind != NoticeKind::Goodbye {

@@ -1,5 +1,6 @@
 //! Twenty simulated grippers with one router on loopback, each with its models on disk and grasps that are played with the model in force: whole
-//! objects are lifted slowly, each grasp another one. A model that is worse gets no further than the first; what is no model for
+//! objects are lifted slowly, each grasp another one. A model that is worse is stopped as a shadow, and without that stage gets no further than
+//! the first; what is no model for
 //! them is refused by each; one that is as good reaches all.
 //!
 //! A model that asks for 23 % less force than is right passes the self-test, whose bounds are wider. gripd makes up for it while an object
@@ -12,9 +13,9 @@ use core::{
 };
 use grip_fleet::{
     EventLog, Member, Part, Uid,
-    deploy::{Examined, How, ModelId, Models, Offer, Order, digest},
+    deploy::{Examined, How, ModelId, Models, Offer, Order, Put, Rehearsal, digest},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
-    rollout::{Finished, Grasp, Progress, Report, RolloutConfig, Stop, Worse},
+    rollout::{Finished, Grasp, Progress, Report, RolloutConfig, Stop, Worse, Wrong},
 };
 use grip_link::message::FaultCode;
 use grip_session::{
@@ -42,8 +43,8 @@ const OBJECTS: u64 = 60;
 const PATIENCE: Duration = Duration::from_secs(120);
 const SCENE: &str = include_str!("../examples/rollouts/slow_lift.toml");
 
-/// Grasps that were played, by model and object.
-type Played = Mutex<BTreeMap<(String, u64), Grasp>>;
+/// Grasps that were played, by models and object.
+type Played = Mutex<BTreeMap<(String, Option<String>, u64), Grasp>>;
 
 /// A gripper with its daemon's part of this.
 struct Hand {
@@ -51,6 +52,7 @@ struct Hand {
     _session: Session,
     models: Models,
     estimator: HostEstimator,
+    shadow: Option<Examined>,
     number: u64,
     seed: u64,
     scene: Scene,
@@ -75,6 +77,7 @@ impl Hand {
             _session: session,
             models: Models::open(&folder, configured).unwrap(),
             estimator: default_estimator().unwrap(),
+            shadow: None,
             number: 0,
             seed: 7 * u64::from(number),
             scene: Scene::from_toml(SCENE).unwrap(),
@@ -88,15 +91,17 @@ impl Hand {
     /// One more object. Who has enough to compare with and is on no trial rests, so that the others have the processor.
     fn work(&mut self) {
         let standing = self.models.standing();
-        if standing.trial.is_none() && standing.grasped >= BEFORE {
+        if standing.trial.is_none() && self.shadow.is_none() && standing.grasped >= BEFORE {
             return thread::park_timeout(Duration::from_millis(20));
         }
         self.seed += 1;
-        let key = (standing.in_force.sha256, self.seed % OBJECTS);
+        let shadow = self.shadow.as_ref().map(|model| model.id.sha256.clone());
+        let key = (standing.in_force.sha256, shadow, self.seed % OBJECTS);
         let known = self.played.lock().unwrap().get(&key).copied();
         let grasp = known.unwrap_or_else(|| {
             // The gripper holds each object, or loses it.
-            grasp(&self.scene, key.1, &self.estimator, 2).unwrap().unwrap()
+            let shadow = self.shadow.as_ref().map(|model| &model.estimator);
+            grasp(&self.scene, key.2, (&self.estimator, shadow), 2).unwrap().unwrap()
         });
         thread::park_timeout(Duration::from_millis(2));
         self.played.lock().unwrap().insert(key, grasp);
@@ -104,8 +109,9 @@ impl Hand {
         self.models.grasped(&Finished { number: self.number, grasp });
         let now_us = self.now_us.load(Ordering::Relaxed);
         let (had, member, number) = (&self.had, &self.member, self.number);
-        self.models.tick(now_us, FaultCode::NONE, &mut |model| {
-            put(model, &mut self.estimator, (had, member));
+        let (estimator, shadow) = (&mut self.estimator, &mut self.shadow);
+        self.models.tick(now_us, FaultCode::NONE, &mut |to| {
+            put(to, (estimator, shadow), (had, member));
             Ok(number)
         });
     }
@@ -120,11 +126,16 @@ impl Hand {
 
     fn obey(&mut self, question: &Question) {
         let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-        let Self { models, estimator, had, member, number, now_us, .. } = self;
-        let obeyed = models.obey(order, now_us.load(Ordering::Relaxed), &mut |model| {
-            put(model, estimator, (had, member));
+        let Self { models, estimator, shadow, had, member, number, now_us, .. } = self;
+        let obeyed = models.obey(order, now_us.load(Ordering::Relaxed), &mut |to| {
+            put(to, (estimator, shadow), (had, member));
             Ok(*number)
         });
+        // These grippers record nothing.
+        if models.rehearsing().is_some() {
+            let skipped = vec!["nothing is recorded here".to_owned()];
+            models.rehearsed(Rehearsal { skipped, ..Rehearsal::default() });
+        }
         match obeyed {
             Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
             Err(fault) => question.refuse(&fault.to_string()).unwrap(),
@@ -132,17 +143,32 @@ impl Hand {
     }
 }
 
-fn put(model: Option<&Examined>, estimator: &mut HostEstimator, (had, member): (&Had, &Member)) {
+fn put(
+    to: Put<'_>,
+    (estimator, shadow): (&mut HostEstimator, &mut Option<Examined>),
+    (had, member): (&Had, &Member),
+) {
+    let model = match to {
+        Put::InForce(model) => model,
+        Put::Beside(model) => {
+            *shadow = model.cloned();
+            return;
+        }
+    };
     *estimator = model.map_or_else(|| default_estimator().unwrap(), |new| new.estimator.clone());
     if let Some(model) = model {
         had.lock().unwrap().insert((member.clone(), model.id.sha256.clone()));
     }
 }
 
-/// A roll-out to its end: the stages it went through, and what was told.
-fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Happening>) {
-    let grasps = Some(GRASPS);
-    let config = RolloutConfig { grasps, silence_us: 600_000_000, ..RolloutConfig::default() };
+/// A roll-out to its end, with so many grasps in the shadow stage: the stages it went through, and what was reported.
+fn roll_out(
+    session: &Session,
+    text: &str,
+    shadow: Option<usize>,
+) -> (Deployer, BTreeSet<usize>, Vec<Happening>) {
+    let (grasps, silence_us) = (Some(GRASPS), 600_000_000);
+    let config = RolloutConfig { grasps, shadow, silence_us, ..RolloutConfig::default() };
     let file = ("model.json".to_owned(), text.as_bytes().to_vec());
     let members = (0..GRIPPERS).map(member);
     let mut deployer = Deployer::new(session.clone(), config, file, members, (PATIENCE, 3600));
@@ -151,7 +177,11 @@ fn roll_out(session: &Session, text: &str) -> (Deployer, BTreeSet<usize>, Vec<Ha
         reported.extend(deployer.turn(&|| 100_000 * now));
         match deployer.progress() {
             Progress::Stage(stage) => stages.insert(stage),
-            Progress::Checking | Progress::Accepting | Progress::Stopped(1..) => true,
+            Progress::Replay
+            | Progress::Shadow
+            | Progress::Checking
+            | Progress::Accepting
+            | Progress::Stopped(1..) => true,
             Progress::Done | Progress::Stopped(0) => break,
         };
         thread::park_timeout(Duration::from_millis(50));
@@ -212,7 +242,7 @@ fn check_none(session: &Session, had: &Had) {
             .all(|reported| reported.contains("`temperature_k` is no feature of a slip"))
     );
     assert_eq!((reported.len(), in_force(session)), (20, BTreeSet::from([default])));
-    let (stopped, stages, reported) = roll_out(session, &foreign);
+    let (stopped, stages, reported) = roll_out(session, &foreign, None);
     assert!(matches!(stopped.stopped(), Some(Stop::Refused { .. })), "{reported:?}");
     let refused =
         |happening: &&Happening| matches!(happening, Happening::Reported(_, Report::Refused(_)));
@@ -226,14 +256,22 @@ fn check_none(session: &Session, had: &Had) {
 
 fn check_worse(session: &Session, had: &Had) {
     let worse = scaled(0.77).unwrap();
-    let (stopped, stages, reported) = roll_out(session, &worse);
+    let sha256 = digest(worse.as_bytes());
+    // As a shadow it is stopped before a finger has moved.
+    let (stopped, stages, reported) = roll_out(session, &worse, None);
+    let why = stopped.stopped();
+    assert!(matches!(why, Some(Stop::Wrong { what: Wrong::Low, .. })), "{why:?} {reported:?}");
+    assert_eq!((stopped.progress(), stages.len()), (Progress::Stopped(0), 0));
+    let has = |had: &BTreeSet<(Member, String)>| had.iter().any(|(_, sha)| *sha == sha256);
+    assert!(!has(&had.lock().unwrap()), "nobody had it in force");
+    // Without a shadow stage the first one tries it.
+    let (stopped, stages, reported) = roll_out(session, &worse, Some(0));
     let why = stopped.stopped();
     assert!(matches!(why, Some(Stop::Worse { what: Worse::Hold, .. })), "{why:?} {reported:?}");
     assert_eq!(stopped.progress(), Progress::Stopped(0));
     assert_eq!(stages, BTreeSet::from([1]));
     let default = digest(default_text().as_bytes());
     assert_eq!(in_force(session), BTreeSet::from([default]));
-    let sha256 = digest(worse.as_bytes());
     let got: Vec<Member> = had
         .lock()
         .unwrap()
@@ -246,7 +284,9 @@ fn check_worse(session: &Session, had: &Had) {
 
 fn check_better(session: &Session) {
     let better = scaled(1.02).unwrap();
-    let (done, stages, reported) = roll_out(session, &better);
+    let (done, stages, reported) = roll_out(session, &better, None);
+    let (wanted, tally) = done.shadow();
+    assert!(wanted >= 10 && tally.grasps >= wanted, "{wanted} {tally}");
     assert_eq!((done.stopped(), done.progress()), (None, Progress::Done), "{reported:?}");
     assert_eq!(stages, BTreeSet::from([1, 2, 3]));
     assert_eq!(in_force(session), BTreeSet::from([digest(better.as_bytes())]));
@@ -257,7 +297,7 @@ fn check_better(session: &Session) {
 
 /// The model of the configuration is deployed as any other one, and needs no trial.
 fn check_back(session: &Session) {
-    let (done, stages, reported) = roll_out(session, default_text());
+    let (done, stages, reported) = roll_out(session, default_text(), None);
     assert_eq!((done.stopped(), done.progress()), (None, Progress::Done), "{reported:?}");
     assert_eq!((stages.last(), done.grasps()), (Some(&1), None));
     assert_eq!(in_force(session), BTreeSet::from([digest(default_text().as_bytes())]));
@@ -272,7 +312,9 @@ fn check_lease(session: &Session, common: &Common) {
     }
     let begin = || {
         let file = ("model.json".to_owned(), text.as_bytes().to_vec());
-        let config = RolloutConfig { grasps: Some(GRASPS), ..RolloutConfig::default() };
+        let (grasps, shadow) = (Some(GRASPS), Some(0));
+        let replay = false;
+        let config = RolloutConfig { grasps, replay, shadow, ..RolloutConfig::default() };
         let times = (PATIENCE, 3600);
         let mut deployer = Deployer::new(session.clone(), config, file, [member(0)], times);
         (0..3).for_each(|_| drop(deployer.turn(&|| 0)));

@@ -58,6 +58,8 @@ kinds! {
     0xAA QUERY: DAEMON, "A client asks for everything known now.";
     0xAB LOAD: DAEMON, "A client brings a piece of a model.";
     0xAC OBJECT: DAEMON, "A client names the next object.";
+    0xAD SHADOW: DAEMON, "A client brings a piece of a model that estimates beside the one in force.";
+    0xAE ESTIMATES: CLIENT, "What two models made of a slip.";
 }
 
 impl Kind {

@@ -12,6 +12,7 @@ pub mod replay;
 pub mod report;
 pub mod rows;
 pub mod session;
+pub mod shadow;
 pub mod status;
 pub mod tape;
 pub mod utc;

@@ -8,7 +8,10 @@ use crate::{
 };
 use grip_record::mcap::{Entry, EventRecord, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
-use slip_core::{ClientCommand, ConfigError, Pipeline, Sample, Step, esc::Reading, units::Micros};
+use slip_core::{
+    ClientCommand, ConfigError, Pipeline, Sample, Step, esc::Reading, grip::GripState,
+    units::Micros,
+};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -45,6 +48,8 @@ pub enum Played<'a> {
         sample: &'a Sample,
         /// What the pipeline made of it.
         step: &'a Step,
+        /// What the force controller does after it; `None` where there is none.
+        grip: Option<GripState>,
     },
     /// Names and values under a title.
     Metadata {
@@ -327,7 +332,8 @@ impl Tape {
                 report(Played::Line(&line));
             }
         }
-        report(Played::Step { sample, step: &step });
+        let grip = run.pipeline.grip_state();
+        report(Played::Step { sample, step: &step, grip });
     }
 
     /// A client's command acts on the pipeline here, between the same samples as it did live. What went to the gripper itself shows

@@ -19,6 +19,7 @@ from grip_link.decoder import Decoder, Role, Verdict
 from grip_link.messages import Ack, BadValue, Kind, Nack, NackReason, ShortPayload
 from grip_link.messages.daemon import (
     Command,
+    Estimates,
     Gripper,
     Health,
     Load,
@@ -44,7 +45,8 @@ from vectors import BAD_CLIENTS, CLIENTS, Invalid, Valid, words
 MESSAGES: dict[int, Any] = {
     Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
     Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SUBSCRIBE: Subscribe, Kind.COMMAND: Command,
-    Kind.SETUP: Setup, Kind.LOAD: Load, Kind.OBJECT: Object,
+    Kind.SETUP: Setup, Kind.LOAD: Load, Kind.OBJECT: Object, Kind.SHADOW: Load,
+    Kind.ESTIMATES: Estimates,
 }  # fmt: skip
 LISTEN = Path(__file__).resolve().parents[1] / "examples" / "listen.py"
 

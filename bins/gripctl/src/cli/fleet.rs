@@ -133,6 +133,12 @@ pub(crate) struct DeployArgs {
     /// Grasps of a stage; computed from the two differences below, where absent.
     #[arg(long, value_name = "COUNT", conflicts_with_all = ["notice_lost", "notice_force"])]
     pub(crate) grasps: Option<u16>,
+    /// Do not let the grippers replay their own recordings with the model first.
+    #[arg(long)]
+    pub(crate) no_replay: bool,
+    /// Grasps with a slip in which the model is asked beside those in force, before a finger moves; computed where absent, 0: none.
+    #[arg(long, value_name = "COUNT")]
+    pub(crate) shadow: Option<u16>,
     /// Share of the grasps that may not be lost beside those that were before, noticed nine times in ten.
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, allow_negative_numbers = true)]
     pub(crate) notice_lost: f64,

@@ -4,9 +4,9 @@ use crate::run::{Ran, gripctl};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
     About, EventLog, Member, Part, Spool, Topic, Uid,
-    deploy::{Models, Order, digest, examine},
+    deploy::{Models, Order, Rehearsal, digest, examine},
     net::{Announced, Network, Question},
-    rollout::{Finished, Grasp},
+    rollout::{Compared, Finished, Grasp},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},
@@ -223,7 +223,11 @@ fn try_models(endpoint: &str, folder: &Path, lost: u64, (end, there): (&AtomicBo
         let is_own = models.standing().in_force.name == "own";
         let lost = !is_own && lost > 0 && number % lost == 0;
         let force_ratio = Some([1.0, 1.2, 1.1][usize::try_from(number % 3).unwrap()]);
-        let grasp = Grasp { lost, regrasps: 1, slip_mm: 0.5, force_ratio };
+        // As a shadow it asks for what the model in force asks for.
+        let (in_force_n, shadow_n, held_n) = (Some(6.0), Some(6.0), Some(6.0));
+        let beside = models.standing().shadow.is_some();
+        let compared = beside.then_some(Compared { in_force_n, shadow_n, slipped_n: 3.0, held_n });
+        let grasp = Grasp { lost, regrasps: 1, slip_mm: 0.5, force_ratio, compared };
         models.grasped(&Finished { number, grasp });
     };
     (0..200).for_each(|_| grasp(&mut models));
@@ -240,7 +244,12 @@ fn try_models(endpoint: &str, folder: &Path, lost: u64, (end, there): (&AtomicBo
         announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
         while let Some(question) = announced.question() {
             let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
-            match models.obey(order, now_us, &mut |_| Ok(0)) {
+            let obeyed = models.obey(order, now_us, &mut |_| Ok(0));
+            if models.rehearsing().is_some() {
+                let skipped = vec!["nothing is recorded here".to_owned()];
+                models.rehearsed(Rehearsal { skipped, ..Rehearsal::default() });
+            }
+            match obeyed {
                 Ok(standing) => question.reply(&serde_json::to_vec(&standing).unwrap()).unwrap(),
                 Err(fault) => question.refuse(&fault.to_string()).unwrap(),
             }
@@ -282,9 +291,14 @@ fn a_model_is_given_to_a_gripper_that_keeps_it() {
     let ran = deployed(0, &other, &["--notice-lost", "0.3"]);
     assert_eq!(ran.code, 0, "{ran:?}");
     let lines: Vec<&str> = ran.out.lines().collect();
-    let plan = "everybody was asked and would take it; a stage takes ";
-    assert!(lines[0].starts_with(plan) && lines[1] == "stage 1 begins", "{ran:?}");
-    assert!(lines[2].starts_with(&format!("{MEMBER}  tries it; it has made ")), "{ran:?}");
+    let plan = "everybody was asked and would take it; beside the models in force it is asked in ";
+    assert!(lines[0].starts_with(plan) && lines[0].contains("; a stage takes "), "{ran:?}");
+    let at = |words: &str| lines.iter().position(|line| line.starts_with(words));
+    let replayed = format!("{MEMBER}  could not try it on recordings; nothing is recorded here");
+    let beside = format!("{MEMBER}  lets it estimate beside the model in force; it moves nothing");
+    let tries = format!("{MEMBER}  tries it; it has made ");
+    let order = [at(&replayed), at(&beside), at("stage 1 begins"), at(&tries)];
+    assert!(order.is_sorted() && order[0].is_some(), "{order:?} {ran:?}");
     assert!(ran.out.contains(&format!("{MEMBER}  keeps it\n")), "{ran:?}");
     assert!(
         ran.out

@@ -1,7 +1,8 @@
-//! Models that clients bring in; put in force by the hot thread, in the recording and in the settings, out.
+//! Models that clients bring in; put in force by the hot thread, in the recording and in the settings, or as a shadow here, out.
 
 use super::{Pending, Service};
 use crate::settings::{Loaded, model_file};
+use core::sync::atomic::Ordering;
 use grip_daemon::{clients::Loading, hot, log::LogLevel};
 use grip_link::message::NackReason;
 use grip_session::{SessionError, exit::message};
@@ -14,7 +15,9 @@ impl Service {
         }
         let clients = self.servers.clients.as_mut();
         let Some(mut load) = clients.and_then(|clients| clients.next_load()) else { return };
-        if let Err(reason) = self.send_model(&mut load) {
+        let taken =
+            if load.is_shadow() { self.cast_shadow(&mut load) } else { self.send_model(&mut load) };
+        if let Err(reason) = taken {
             self.refuse_model(&load, NackReason::Malformed, &reason);
         }
     }
@@ -40,6 +43,25 @@ impl Service {
         Ok(())
     }
 
+    /// A model that is asked about slips from now on, in this thread; or none any more.
+    fn cast_shadow(&mut self, load: &mut Loading) -> Result<(), String> {
+        let model = load.model.take().map(Loaded::new).transpose()?;
+        let text = match &model {
+            Some(model) => format!("model {} estimates beside the one in force", model.name()),
+            None => "no model estimates beside the one in force any more".to_owned(),
+        };
+        if model.is_some() || self.shadow.is_some() {
+            self.console.say(LogLevel::Info, &text);
+        }
+        self.shadow = model.map(Loaded::into_estimator);
+        let is_there = self.shadow.is_some();
+        self.ends.shared.wants_evidence.store(is_there, Ordering::Relaxed);
+        if let Some(clients) = &mut self.servers.clients {
+            clients.loaded(load, Ok(is_there));
+        }
+        Ok(())
+    }
+
     /// The hot thread has taken a model, or has not.
     pub(super) fn model_swapped(
         &mut self,
@@ -60,7 +82,8 @@ impl Service {
     }
 
     fn refuse_model(&mut self, load: &Loading, reason: NackReason, text: &str) {
-        let text = format!("the model that a client asked for is not put in force: {text}");
+        let what = if load.is_shadow() { "taken as a shadow" } else { "put in force" };
+        let text = format!("the model that a client asked for is not {what}: {text}");
         self.console.say(LogLevel::Warn, &text);
         if let Some(clients) = &mut self.servers.clients {
             clients.loaded(load, Err(reason));

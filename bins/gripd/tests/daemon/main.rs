@@ -11,5 +11,6 @@ mod rows;
 mod run;
 mod running;
 mod service_manager;
+mod shadow;
 mod taxels;
 mod watching;

@@ -24,7 +24,7 @@ pub use session::{
 use crate::Item;
 use batch::Row;
 use core::time::Duration;
-use grip_link::message::daemon::{Goodbye, Health, RealTime, Welcome, WelcomeFlags};
+use grip_link::message::daemon::{Estimates, Goodbye, Health, RealTime, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, NackReason, Versions};
 pub(crate) use listen::Listener;
 use roster::{Known, Roster};
@@ -145,14 +145,23 @@ struct Client {
     id: u64,
 }
 
-/// A model that a client wants in force; it is answered when that is so.
+/// A model that a client wants in force, or as a shadow; it is answered when that is so.
 #[derive(Clone, Debug)]
 pub struct Loading {
+    kind: Kind,
     /// The client, and the number of its request where it wants an answer.
     client: u64,
     ack: Option<u16>,
-    /// The whole file; none is the model of the configuration.
+    /// The whole file; none is the model of the configuration, or no shadow.
     pub model: Option<Brought>,
+}
+
+impl Loading {
+    /// Whether the model is only asked beside the one in force.
+    #[must_use]
+    pub fn is_shadow(&self) -> bool {
+        self.kind == Kind::SHADOW
+    }
 }
 
 /// A name that a client gives to the next object.
@@ -189,9 +198,10 @@ pub struct Clients {
     roster: Roster,
     known: Known,
     commands: VecDeque<ClientCommand>,
-    /// A model that waits to be fetched, and the client whose model is in force.
+    /// A model that waits to be fetched, and the clients whose model is in force, and is the shadow.
     load: Option<Loading>,
     bearer: Option<u64>,
+    shadow_bearer: Option<u64>,
     /// The name of the next object that waits to be fetched.
     naming: Option<Naming>,
     counters: ClientCounters,
@@ -234,6 +244,7 @@ impl Clients {
             commands: VecDeque::with_capacity(MOST_COMMANDS),
             load: None,
             bearer: None,
+            shadow_bearer: None,
             naming: None,
             counters: ClientCounters::default(),
             of_gone: Blame::default(),
@@ -277,20 +288,26 @@ impl Clients {
         self.commands.pop_front()
     }
 
-    /// The model that a client wants in force, if one does; that of the configuration once the client that brought another has gone.
-    /// [`Clients::loaded`] answers it.
+    /// The model that a client wants in force or as a shadow, if one does; that of the configuration, or no shadow, once the client that
+    /// brought another has gone. [`Clients::loaded`] answers it.
     pub fn next_load(&mut self) -> Option<Loading> {
         let gone = |id: &mut u64| self.roster.clients.iter().all(|client| client.id != *id);
         self.load.take().or_else(|| {
-            let client = self.bearer.take_if(gone)?;
-            Some(Loading { client, ack: None, model: None })
+            let (kind, client) = match self.bearer.take_if(gone) {
+                Some(client) => (Kind::LOAD, client),
+                None => (Kind::SHADOW, self.shadow_bearer.take_if(gone)?),
+            };
+            Some(Loading { kind, client, ack: None, model: None })
         })
     }
 
     /// Answers [`Clients::next_load`], unless the client has gone: whether a model of its own is in force now, or why nothing has changed.
     pub fn loaded(&mut self, load: &Loading, outcome: Result<bool, NackReason>) {
         match outcome {
+            Ok(own) if load.is_shadow() => self.shadow_bearer = own.then_some(load.client),
             Ok(own) => self.bearer = own.then_some(load.client),
+            // The last one stays.
+            Err(_) if load.is_shadow() => {}
             // A slip goes on: asked for again. What fails otherwise fails again.
             Err(NackReason::WrongState) => self.bearer = self.bearer.or(Some(load.client)),
             Err(_) => {}
@@ -298,9 +315,14 @@ impl Clients {
         let client = self.roster.clients.iter_mut().find(|client| client.id == load.client);
         let Some(Client { session, .. }) = client else { return };
         match outcome {
-            Ok(_) => session.accept(load.ack, Kind::LOAD),
-            Err(reason) => session.decline(load.ack, Kind::LOAD, reason),
+            Ok(_) => session.accept(load.ack, load.kind),
+            Err(reason) => session.decline(load.ack, load.kind, reason),
         }
+    }
+
+    /// What two models made of the last slip, for those who subscribed to it; its number and `host_us` are filled in.
+    pub fn estimates(&mut self, host_us: u64, estimates: &Estimates) {
+        self.known.estimates(host_us, estimates, &mut self.roster);
     }
 
     /// The name of the next object that a client has given, if one has; [`Clients::named`] answers it.
@@ -358,7 +380,7 @@ impl Clients {
                 Known::client(host_us, command, &mut self.roster);
             }
             Item::Link { host_us, note } => self.known.link(host_us, note, &mut self.roster),
-            Item::Command { .. } | Item::Wire { .. } => {}
+            Item::Evidence { .. } | Item::Command { .. } | Item::Wire { .. } => {}
         }
     }
 
@@ -511,11 +533,19 @@ impl Clients {
                 Asked::Object { ack, name } => {
                     self.naming = Some(Naming { client: client.id, ack, name });
                 }
-                Asked::Load { ack, .. } if self.load.is_some() => {
-                    client.session.decline(ack, Kind::LOAD, NackReason::Busy);
+                Asked::Load { kind: Kind::SHADOW, ack, model }
+                    if self.shadow_bearer.is_some_and(|bearer| bearer != client.id) =>
+                {
+                    match model {
+                        Some(_) => client.session.decline(ack, Kind::SHADOW, NackReason::Busy),
+                        None => client.session.accept(ack, Kind::SHADOW),
+                    }
                 }
-                Asked::Load { ack, model } => {
-                    self.load = Some(Loading { client: client.id, ack, model });
+                Asked::Load { kind, ack, .. } if self.load.is_some() => {
+                    client.session.decline(ack, kind, NackReason::Busy);
+                }
+                Asked::Load { kind, ack, model } => {
+                    self.load = Some(Loading { kind, client: client.id, ack, model });
                 }
             }
         }

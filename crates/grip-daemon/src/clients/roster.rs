@@ -5,8 +5,8 @@ use super::{Class, Client, ClientSession};
 use crate::{Beginning, LinkNote};
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
-    self, Dropped, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, SlipReport,
-    Topics,
+    self, Dropped, Estimates, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState,
+    SlipReport, Topics,
 };
 use grip_link::message::{DeviceState, EventKind, FaultCode, Firmware, Kind, PayloadError};
 use grip_session::report::{Condition, Event};
@@ -213,6 +213,13 @@ impl Known {
         }
         self.slips.push_back(slip);
         roster.report(Class::News, Topics::SLIP, Kind::SLIP, |out| slip.write(out));
+    }
+
+    /// Of the slip that was reported last.
+    pub(super) fn estimates(&self, host_us: u64, estimates: &Estimates, roster: &mut Roster) {
+        let (slip, host) = (self.number, Micros(host_us));
+        let estimates = Estimates { slip, host, ..*estimates };
+        roster.report(Class::News, Topics::ESTIMATES, Kind::ESTIMATES, |out| estimates.write(out));
     }
 
     pub(super) fn began(&mut self, _host_us: u64, beginning: &Beginning, roster: &mut Roster) {

@@ -55,8 +55,10 @@ pub enum Asked {
     },
     /// It wants the gripper to do something, and may.
     Command(ClientCommand),
-    /// It wants this model in force, and may; none is that of the configuration.
+    /// It wants this model in force, or as a shadow, and may; none is that of the configuration, or no shadow.
     Load {
+        /// [`Kind::LOAD`] or [`Kind::SHADOW`].
+        kind: Kind,
         /// Number of the request, where it wants an answer.
         ack: Option<u16>,
         /// The whole file.
@@ -88,6 +90,7 @@ pub struct ClientSession {
     next_state_us: u64,
     dropped: u32,
     loading: Pieces,
+    shadowing: Pieces,
 }
 
 /// A model of which pieces have come, and the bytes that it will have.
@@ -153,6 +156,7 @@ impl ClientSession {
             next_state_us: 0,
             dropped: 0,
             loading: Pieces::default(),
+            shadowing: Pieces::default(),
         }
     }
 
@@ -176,12 +180,13 @@ impl ClientSession {
                     continue;
                 }
                 Some(Verdict::Frame(frame)) => {
-                    let loading = &mut self.loading;
+                    let Self { loading, shadowing, .. } = self;
                     let request = read(&frame).map(|message| match message {
                         ToDaemon::Subscribe(subscribe) => Request::Subscribe(subscribe),
                         ToDaemon::Command(command) => Request::Command(command),
                         ToDaemon::Query => Request::Query,
                         ToDaemon::Load(load) => Request::Load(loading.take(&load, terms)),
+                        ToDaemon::Shadow(load) => Request::Load(shadowing.take(&load, terms)),
                         ToDaemon::Object(object) => Request::Object(object.name().to_owned()),
                     });
                     (frame.header, request)
@@ -238,7 +243,7 @@ impl ClientSession {
             Ok(Request::Load(piece)) => {
                 let ack = header.ack_req.then_some(header.seq);
                 match piece {
-                    Ok(Some(model)) => return Some(Asked::Load { ack, model }),
+                    Ok(Some(model)) => return Some(Asked::Load { kind: header.kind, ack, model }),
                     Ok(None) => self.accept(ack, header.kind),
                     Err(reason) => self.refuse(header, reason),
                 }

@@ -143,6 +143,7 @@ impl Tape {
                 };
                 self.writer.write(host_us, &Record::Command(record))
             }
+            Item::Evidence { .. } => Ok(()),
             Item::Client { host_us, command } => {
                 self.writer.write(host_us, &Record::Client(command))
             }

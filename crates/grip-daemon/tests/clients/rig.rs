@@ -7,7 +7,7 @@ use grip_daemon::{Item, LinkNote};
 use grip_link::host::LinkState;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{
-    Goodbye, NoticeKind, RealTime, RowSet, Subscribe, ToClient, Topics,
+    Estimates, Goodbye, NoticeKind, RealTime, RowSet, Subscribe, ToClient, Topics,
 };
 use slip_core::PipelineState;
 use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
@@ -131,6 +131,7 @@ pub(crate) struct Seen {
     pub(crate) acks: Vec<u16>,
     pub(crate) nacks: Vec<(u16, String)>,
     pub(crate) setups: Vec<[u8; 32]>,
+    pub(crate) estimates: Vec<Estimates>,
     pub(crate) goodbye: Option<Goodbye>,
     pub(crate) texts: Vec<String>,
     pub(crate) closed: bool,
@@ -164,6 +165,7 @@ impl Seen {
                 }
                 self.texts.push(notice.as_str().to_owned());
             }
+            ToClient::Estimates(estimates) => self.estimates.push(*estimates),
             ToClient::Setup(setup) => self.setups.push(setup.in_force),
             ToClient::Ack(ack) => self.acks.push(ack.seq),
             ToClient::Nack(nack) => self.nacks.push((nack.seq, format!("{:?}", nack.reason))),

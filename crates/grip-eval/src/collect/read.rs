@@ -155,7 +155,7 @@ fn tape(
         reading.file = file.display().to_string();
         let played = tape.play(file, &mut |played| match played {
             Played::Began => reading.end(),
-            Played::Step { sample, step } => reading.step(sample, step),
+            Played::Step { sample, step, .. } => reading.step(sample, step),
             Played::Metadata { name, values } => reading.origin.metadata(name, values),
             Played::Attached { name, data } => reading.origin.attachment(name, data),
             Played::Line(_) | Played::Recorded(_) | Played::Note(_) => {}

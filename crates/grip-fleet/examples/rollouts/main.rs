@@ -78,6 +78,8 @@ fn main() -> anyhow::Result<()> {
     let config = RolloutConfig {
         judge,
         grasps: Some(grasps),
+        replay: false,
+        shadow: Some(0),
         idle_us: u64::MAX,
         ..RolloutConfig::default()
     };
@@ -107,7 +109,8 @@ fn pool(args: &Args, scene: &Scene, share: f64) -> anyhow::Result<Vec<Grasp>> {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
     let some = |first: u64| {
         let seeds = (args.seed + first..args.seed + args.objects).step_by(usize::try_from(cores)?);
-        let all = seeds.map(|seed| Ok((seed, hand::grasp(scene, seed, &estimator, args.seconds)?)));
+        let all = seeds
+            .map(|seed| Ok((seed, hand::grasp(scene, seed, (&estimator, None), args.seconds)?)));
         all.collect::<anyhow::Result<Vec<_>>>()
     };
     let mut all = thread::scope(|scope| {
@@ -180,6 +183,8 @@ impl Draws {
                         history.insert(member.clone(), grasps.clone());
                         (member, Report::Fit(grasps))
                     }
+                    Order::Replay(member) => (member, Report::Replaying),
+                    Order::Shadow(member) => (member, Report::Beside),
                     Order::Take(member) => {
                         trying.insert(member.clone(), 0);
                         let grasps = history.get(&member).cloned().unwrap_or_default();

@@ -8,14 +8,18 @@
 mod examine;
 mod models;
 mod order;
+mod rehearsal;
 mod shelf;
 mod standing;
 
 pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
-pub use models::{Models, Notice, OrderFault, Swap};
+pub use models::{Models, Notice, OrderFault, Put, Swap};
 pub use order::{Offer, Order, OrderError};
+pub use rehearsal::{Rehearsal, rehearse, replay};
 pub use shelf::{Shelf, ShelfError};
-pub use standing::{Ended, How, Lasting, ModelId, Standing, TrialReport};
+pub use standing::{
+    Ended, How, Lasting, ModelId, ReplayReport, ShadowReport, Standing, TrialReport,
+};
 
 use crate::rollout::{Finished, Grasp};
 use grip_link::message::FaultCode;
@@ -60,6 +64,19 @@ struct Trial {
     watched_us: u64,
 }
 
+/// A model that estimates beside the one in force.
+#[derive(Clone, Debug, PartialEq)]
+struct Beside {
+    model: ModelId,
+    lease_s: u32,
+    /// When it was watched last (us).
+    watched_us: u64,
+    /// Grasps of higher numbers are its own.
+    since: u64,
+    /// Those in which both were asked.
+    grasps: Vec<Grasp>,
+}
+
 /// The models of one gripper.
 #[derive(Clone, Debug)]
 pub struct Deployment {
@@ -67,6 +84,7 @@ pub struct Deployment {
     configured: ModelId,
     lasting: Lasting,
     trial: Option<Trial>,
+    shadow: Option<Beside>,
     fault: FaultCode,
     /// Grasps of higher numbers are those of the model in force.
     since: u64,
@@ -83,6 +101,7 @@ impl Deployment {
             configured,
             lasting,
             trial: None,
+            shadow: None,
             fault: FaultCode::NONE,
             since: 0,
             grasps: Vec::new(),
@@ -155,7 +174,35 @@ impl Deployment {
         Ok(Step::Swap(Some(model)))
     }
 
-    /// Somebody watches the trial of this model.
+    /// Whether a model that has passed its examination is to estimate beside the one in force; `false` where it does so already, or is in force.
+    ///
+    /// # Errors
+    /// [`Declined`].
+    pub fn check_shadow(&self, model: &ModelId, lease_s: u32) -> Result<bool, Declined> {
+        let known = self.shadow.as_ref().is_some_and(|shadow| shadow.model == *model);
+        Ok(self.check(model, lease_s)? && !known)
+    }
+
+    /// The model estimates beside the one in force; grasps of higher numbers than this are its own.
+    pub fn cast(&mut self, model: ModelId, lease_s: u32, since: u64, now_us: u64) {
+        let (watched_us, grasps) = (now_us, Vec::new());
+        self.shadow = Some(Beside { model, lease_s, watched_us, since, grasps });
+    }
+
+    /// The shadow has to go: another model takes over, or nobody watches it any more. Whether there was one.
+    pub fn end_shadow(&mut self) -> bool {
+        self.shadow.take().is_some()
+    }
+
+    /// Whether nobody watches the shadow any more.
+    #[must_use]
+    pub fn is_shadow_left(&self, now_us: u64) -> bool {
+        self.shadow
+            .as_ref()
+            .is_some_and(|shadow| is_over(now_us, shadow.watched_us, shadow.lease_s))
+    }
+
+    /// Somebody watches the trial of this model, or its work as a shadow.
     ///
     /// # Errors
     /// [`Declined::NoTrial`] where there is none, and it is not in force.
@@ -169,7 +216,10 @@ impl Deployment {
 
     fn renew(&mut self, sha256: &str, now_us: u64) -> bool {
         let trial = self.trial.as_mut().filter(|trial| trial.model.sha256 == sha256);
-        trial.map(|trial| trial.watched_us = now_us).is_some()
+        let shadow = self.shadow.as_mut().filter(|shadow| shadow.model.sha256 == sha256);
+        let watched = trial.map(|trial| &mut trial.watched_us);
+        let watched = watched.or_else(|| shadow.map(|shadow| &mut shadow.watched_us));
+        watched.map(|watched_us| *watched_us = now_us).is_some()
     }
 
     /// An order to keep the model on trial.
@@ -216,6 +266,13 @@ impl Deployment {
 
     /// A grasp has ended. One of another model is too late.
     pub fn grasped(&mut self, finished: &Finished) {
+        if let Some(shadow) = &mut self.shadow
+            && finished.number > shadow.since
+            && finished.grasp.compared.is_some()
+            && shadow.grasps.len() < MOST_GRASPS
+        {
+            shadow.grasps.push(finished.grasp);
+        }
         if finished.number <= self.since || self.grasps.len() >= MOST_GRASPS && self.trial.is_some()
         {
             return;
@@ -229,9 +286,7 @@ impl Deployment {
     /// The time, and the latched fault of the gripper.
     pub fn tick(&mut self, now_us: u64, fault: FaultCode) -> Step {
         self.fault = fault;
-        let late = |trial: &Trial| {
-            now_us.saturating_sub(trial.watched_us) > 1_000_000 * u64::from(trial.lease_s)
-        };
+        let late = |trial: &Trial| is_over(now_us, trial.watched_us, trial.lease_s);
         if self.trial.as_ref().is_some_and(late) { self.end(How::Unwatched) } else { Step::Stay }
     }
 
@@ -257,7 +312,21 @@ impl Deployment {
             trial.map(|trial| TrialReport { lease_s: trial.lease_s, before: trial.before.len() });
         let (in_force, last) = (self.in_force().clone(), self.lasting.last.clone());
         let (grasped, grasps) = (self.grasps.len(), Vec::new());
-        Standing { in_force, configured: configured(), before, trial, grasped, grasps, last }
+        let shadow = self.shadow.as_ref().map(|shadow| ShadowReport {
+            model: shadow.model.clone(),
+            lease_s: shadow.lease_s,
+            compared: shadow.grasps.len(),
+        });
+        let configured = configured();
+        let replay = None;
+        Standing { in_force, configured, before, trial, shadow, replay, grasped, grasps, last }
+    }
+
+    /// Grasps with this model that somebody watches, from that many on: those of its trial, or those in which it was asked as a shadow.
+    #[must_use]
+    pub fn grasps_of(&self, sha256: &str, from: usize) -> &[Grasp] {
+        let shadow = self.shadow.as_ref().filter(|shadow| shadow.model.sha256 == sha256);
+        shadow.map_or(self.grasps(from), |shadow| shadow.grasps.get(from..).unwrap_or_default())
     }
 
     /// Grasps with the model in force, from that many on.
@@ -286,6 +355,11 @@ impl Deployment {
         self.lasting.last = Some(Ended { model, how });
         Step::Swap(self.lasting.accepted.clone())
     }
+}
+
+/// Whether a lease is over.
+fn is_over(now_us: u64, watched_us: u64, lease_s: u32) -> bool {
+    now_us.saturating_sub(watched_us) > 1_000_000 * u64::from(lease_s)
 }
 
 #[cfg(test)]

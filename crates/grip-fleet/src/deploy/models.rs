@@ -1,16 +1,25 @@
 //! Orders and counts in; answers, notices for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
 
 use super::{
-    Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Shelf, ShelfError, Standing,
-    Step, examine,
+    Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Rehearsal, ReplayReport, Shelf,
+    ShelfError, Standing, Step, examine,
 };
 use crate::rollout::Finished;
 use grip_link::message::FaultCode;
 use grip_session::exit::message;
 use std::path::Path;
 
-/// Puts a model in force and waits until it is; none is that of the configuration. How many grasps had begun then.
-pub type Swap<'a> = dyn FnMut(Option<&Examined>) -> Result<u64, String> + 'a;
+/// Where a model goes.
+#[derive(Clone, Copy, Debug)]
+pub enum Put<'a> {
+    /// In force; none is that of the configuration.
+    InForce(Option<&'a Examined>),
+    /// Beside the one in force, without touching the force; none ends that.
+    Beside(Option<&'a Examined>),
+}
+
+/// Puts a model where it goes and waits until it is there. How many grasps had begun then.
+pub type Swap<'a> = dyn FnMut(Put<'_>) -> Result<u64, String> + 'a;
 
 /// Something that a person should know.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +45,9 @@ pub enum OrderFault {
     /// It cannot be put in force.
     #[error("the model cannot be put in force: {0}")]
     Swap(String),
+    /// It cannot be asked beside the one in force.
+    #[error("the model cannot estimate beside the one in force: {0}")]
+    Shadow(String),
 }
 
 /// The models of one gripper, in force and on disk.
@@ -46,6 +58,10 @@ pub struct Models {
     /// The model that is wanted could not be put in force yet.
     due: bool,
     notices: Vec<Notice>,
+    /// A replay of recordings: of which model, until when its end is kept (us), and what it has shown, once it is over.
+    replay: Option<(ModelId, u64, Option<Rehearsal>)>,
+    /// The model of a replay that has not begun.
+    rehearsing: Option<Examined>,
 }
 
 impl Models {
@@ -56,7 +72,14 @@ impl Models {
     pub fn open(folder: &Path, configured: ModelId) -> Result<Self, ShelfError> {
         let (shelf, lasting) = Shelf::open(folder)?;
         let deployment = Deployment::new(configured, lasting);
-        let mut models = Self { deployment, shelf, due: false, notices: Vec::new() };
+        let mut models = Self {
+            deployment,
+            shelf,
+            due: false,
+            notices: Vec::new(),
+            replay: None,
+            rehearsing: None,
+        };
         if let Some(last) = &models.deployment.lasting().last {
             models.notices.push(Notice::Done(format!("the last {}: {}", last.model, last.how)));
         }
@@ -84,7 +107,7 @@ impl Models {
         now_us: u64,
         swap: &mut Swap<'_>,
     ) -> Result<Standing, OrderFault> {
-        let mut grasps = Vec::new();
+        let (mut grasps, mut replay) = (Vec::new(), None);
         match order {
             Order::Notify => {}
             Order::Check(Offer { name, sha256, lease_s, bytes }) => {
@@ -94,13 +117,21 @@ impl Models {
                 let known = &self.deployment;
                 grasps = if trial { known.grasps_before() } else { known.grasps(0) }.to_vec();
             }
+            Order::Replay(Offer { name, sha256, lease_s, bytes }) => {
+                let model = examine(&name, &sha256, &bytes)?;
+                self.deployment.check(&model.id, lease_s)?;
+                replay = Some(self.replay(model, lease_s, now_us));
+            }
+            Order::Shadow(Offer { name, sha256, lease_s, bytes }) => {
+                self.cast(&examine(&name, &sha256, &bytes)?, lease_s, now_us, swap)?;
+            }
             Order::Take(Offer { name, sha256, lease_s, bytes }) => {
                 self.take(&examine(&name, &sha256, &bytes)?, lease_s, now_us, swap)?;
                 grasps = self.deployment.grasps_before().to_vec();
             }
             Order::Watch { sha256, from } => {
                 self.deployment.watch(&sha256, now_us)?;
-                grasps = self.deployment.grasps(from).to_vec();
+                grasps = self.deployment.grasps_of(&sha256, from).to_vec();
             }
             Order::Accept { sha256 } => {
                 let was = self.deployment.lasting().clone();
@@ -115,7 +146,75 @@ impl Models {
                 self.go_back(&step, swap)?;
             }
         }
-        Ok(Standing { grasps, ..self.deployment.standing() })
+        Ok(Standing { grasps, replay, ..self.deployment.standing() })
+    }
+
+    /// What the recordings have shown of the model; where nobody has asked within the lease, they are replayed.
+    fn replay(&mut self, model: Examined, lease_s: u32, now_us: u64) -> ReplayReport {
+        let until_us = now_us.saturating_add(1_000_000 * u64::from(lease_s));
+        match &mut self.replay {
+            // One at a time: the next model waits.
+            Some((_, _, None)) => {}
+            Some((known, until, Some(rehearsal))) if *known == model.id && now_us < *until => {
+                *until = until_us;
+                return ReplayReport { running: false, rehearsal: rehearsal.clone() };
+            }
+            replay => {
+                *replay = Some((model.id.clone(), until_us, None));
+                self.report(format!("{} is tried on the recordings of this gripper", model.id));
+                self.rehearsing = Some(model);
+            }
+        }
+        ReplayReport { running: true, rehearsal: Rehearsal::default() }
+    }
+
+    /// The model of which recordings are to be replayed, once for each; [`Models::rehearsed`] takes what they show.
+    pub fn rehearsing(&mut self) -> Option<Examined> {
+        self.rehearsing.take()
+    }
+
+    /// The replay is over.
+    pub fn rehearsed(&mut self, rehearsal: Rehearsal) {
+        if let Some((model, _, shown)) = &mut self.replay {
+            let (recordings, grasps) = (rehearsal.recordings, rehearsal.grasps.len());
+            let text = format!(
+                "{model} was tried on {recordings} recordings of this gripper: {grasps} grasps compared"
+            );
+            *shown = Some(rehearsal);
+            self.report(text);
+        }
+    }
+
+    /// The model estimates beside the one in force: nothing of it is kept, and an end of the daemon ends it.
+    fn cast(
+        &mut self,
+        model: &Examined,
+        lease_s: u32,
+        now_us: u64,
+        swap: &mut Swap<'_>,
+    ) -> Result<(), OrderFault> {
+        if !self.deployment.check_shadow(&model.id, lease_s)? {
+            // Who asks again watches it.
+            self.deployment.watch(&model.id.sha256, now_us)?;
+            return Ok(());
+        }
+        let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
+        self.deployment.cast(model.id.clone(), lease_s, since, now_us);
+        let text = format!("{} estimates beside the one in force, and moves nothing", model.id);
+        self.report(text);
+        Ok(())
+    }
+
+    /// The shadow goes.
+    fn end_shadow(&mut self, why: &str, swap: &mut Swap<'_>) {
+        if self.deployment.end_shadow() {
+            let text = match swap(Put::Beside(None)) {
+                Ok(_) => format!("no model estimates beside the one in force any more: {why}"),
+                // Without the connection to gripd it has ended too.
+                Err(reason) => format!("the model beside the one in force is left there: {reason}"),
+            };
+            self.report(text);
+        }
     }
 
     fn take(
@@ -129,6 +228,7 @@ impl Models {
         if step == Step::Stay {
             return Ok(());
         }
+        self.end_shadow("a model is put in force", swap);
         if self.standing().trial.is_none() {
             return self.go_back(&step, swap);
         }
@@ -153,6 +253,9 @@ impl Models {
     pub fn tick(&mut self, now_us: u64, fault: FaultCode, swap: &mut Swap<'_>) {
         let step = self.deployment.tick(now_us, fault);
         self.follow(&step, swap);
+        if self.deployment.is_shadow_left(now_us) {
+            self.end_shadow("nobody watches it", swap);
+        }
         if self.due {
             self.restore(swap);
         }
@@ -181,7 +284,7 @@ impl Models {
         let begun = kept
             .and_then(|()| self.shelf.note(self.deployment.lasting()))
             .map_err(OrderFault::Shelf)
-            .and_then(|()| swap(Some(model)).map_err(OrderFault::Swap));
+            .and_then(|()| swap(Put::InForce(Some(model))).map_err(OrderFault::Swap));
         match begun {
             Ok(begun) => {
                 self.deployment.swapped(begun);
@@ -207,7 +310,7 @@ impl Models {
     fn restore(&mut self, swap: &mut Swap<'_>) {
         let wanted = self.deployment.wanted();
         let model = wanted.map(|model| self.fetch(model).map_err(|error| message(&error)));
-        match model.transpose().and_then(|model| swap(model.as_ref())) {
+        match model.transpose().and_then(|model| swap(Put::InForce(model.as_ref()))) {
             Ok(begun) => {
                 self.due = false;
                 self.deployment.swapped(begun);
@@ -249,10 +352,10 @@ impl Models {
 
 #[cfg(test)]
 mod tests {
-    use super::{Models, Notice, Offer, Order, Standing};
+    use super::{Models, Notice, Offer, Order, Put, Rehearsal, Standing};
     use crate::{
-        deploy::{Examined, How, ModelId, digest},
-        rollout::{Finished, Grasp},
+        deploy::{How, ModelId, digest},
+        rollout::{Compared, Finished, Grasp},
     };
     use grip_link::message::FaultCode;
     use grip_session::model::default_text;
@@ -282,7 +385,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [other, third] = [" ", "  "].map(|spaces| format!("{}{spaces}", default_text()));
         let mut in_force = Vec::new();
-        let mut swap = |model: Option<&Examined>| {
+        let mut swap = |put: Put<'_>| {
+            let Put::InForce(model) = put else { panic!("{put:?}") };
             in_force.push(model.map(|model| model.id.name.clone()));
             Ok(4)
         };
@@ -321,8 +425,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut models = open(folder.path());
         let other = format!("{} ", default_text());
-        let no = &mut |_: Option<&Examined>| Err("no".to_owned());
-        let yes = &mut |_: Option<&Examined>| Ok(0);
+        let no = &mut |_: Put<'_>| Err("no".to_owned());
+        let yes = &mut |_: Put<'_>| Ok(0);
         let reported = models.obey(take("a", &other), 0, no).unwrap_err().to_string();
         assert_eq!(reported, "the model cannot be put in force: no");
         assert_eq!(models.standing().in_force.name, "file");
@@ -339,5 +443,75 @@ mod tests {
             models.notices(),
             [Notice::Done(format!("{} is in force", model("file", default_text())))]
         );
+    }
+
+    #[test]
+    fn a_shadow_has_grasps_of_its_own_and_goes_with_its_lease_or_when_a_model_is_taken() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut models = open(folder.path());
+        let other = format!("{} ", default_text());
+        let Order::Take(offer) = take("a", &other) else { unreachable!() };
+        let sha256 = offer.sha256.clone();
+        let mut put = Vec::new();
+        let mut swap = |to: Put<'_>| {
+            put.push(match to {
+                Put::InForce(model) => (true, model.is_some()),
+                Put::Beside(model) => (false, model.is_some()),
+            });
+            Ok(4)
+        };
+        let standing = models.obey(Order::Shadow(offer.clone()), 0, &mut swap).unwrap();
+        assert_eq!(standing.in_force.name, "file", "it is not in force");
+        assert_eq!((standing.shadow.unwrap().model.name, standing.trial), ("a".to_owned(), None));
+        // Of grasps that had not begun before, those in which both were asked.
+        let (in_force_n, shadow_n, slipped_n) = (Some(6.0), Some(5.0), 3.0);
+        let compared = Some(Compared { in_force_n, shadow_n, slipped_n, held_n: None });
+        for (number, compared) in [(4, compared), (5, None), (6, compared), (7, compared)] {
+            let grasp = Grasp { compared, ..Grasp::default() };
+            models.grasped(&Finished { number, grasp });
+        }
+        let watch = |from| Order::Watch { sha256: sha256.clone(), from };
+        let watched = models.obey(watch(1), 30_000_000, &mut swap).unwrap();
+        assert_eq!((watched.grasps.len(), watched.shadow.unwrap().compared), (1, 2));
+        // Asked again nothing is put, and the grasps stay.
+        let again = models.obey(Order::Shadow(offer.clone()), 40_000_000, &mut swap).unwrap();
+        assert_eq!(again.shadow.unwrap().compared, 2);
+        models.tick(99_000_000, NONE, &mut swap);
+        assert!(models.standing().shadow.is_some());
+        models.tick(101_000_000, NONE, &mut swap);
+        assert_eq!(models.standing().shadow, None);
+        models.obey(watch(0), 102_000_000, &mut swap).unwrap_err();
+        models.obey(Order::Shadow(offer.clone()), 103_000_000, &mut swap).unwrap();
+        models.obey(Order::Take(offer), 104_000_000, &mut swap).unwrap();
+        assert_eq!(models.standing().shadow, None);
+        assert!(models.standing().trial.is_some());
+        let (beside, none, in_force) = ((false, true), (false, false), (true, true));
+        assert_eq!(put, [beside, none, beside, none, in_force]);
+    }
+
+    #[test]
+    fn recordings_are_replayed_once_and_what_they_show_is_kept_for_a_lease() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut models = open(folder.path());
+        let swap = &mut |put: Put<'_>| panic!("{put:?}");
+        let offer = |text: &str| {
+            let Order::Take(offer) = take("a", text) else { unreachable!() };
+            Order::Replay(offer)
+        };
+        let [other, third] = [" ", "  "].map(|spaces| format!("{}{spaces}", default_text()));
+        let asked = models.obey(offer(&other), 0, swap).unwrap().replay.unwrap();
+        assert!(asked.running);
+        assert_eq!(models.rehearsing().unwrap().id.sha256, digest(other.as_bytes()));
+        // Asked again, also for another model, it goes on.
+        for text in [&other, &third] {
+            assert!(models.obey(offer(text), 1_000_000, swap).unwrap().replay.unwrap().running);
+            assert!(models.rehearsing().is_none());
+        }
+        let shown = Rehearsal { recordings: 2, skipped: vec!["x".to_owned()], grasps: Vec::new() };
+        models.rehearsed(shown.clone());
+        let asked = models.obey(offer(&other), 2_000_000, swap).unwrap().replay.unwrap();
+        assert_eq!((asked.running, asked.rehearsal), (false, shown));
+        assert!(models.obey(offer(&other), 63_000_000, swap).unwrap().replay.unwrap().running);
+        assert!(models.rehearsing().is_some(), "what was shown then is too old");
     }
 }

@@ -22,9 +22,13 @@ pub enum Order {
     Notify,
     /// Would you take this one?
     Check(Offer),
+    /// What do your own recordings show of this one?
+    Replay(Offer),
+    /// Let this one estimate beside the model in force.
+    Shadow(Offer),
     /// Take this one and try it.
     Take(Offer),
-    /// How does the trial of this one go? It goes on for another lease.
+    /// How does the trial of this one go, or its work as a shadow? It goes on for another lease.
     Watch {
         /// SHA-256 of its file.
         sha256: String,
@@ -57,7 +61,9 @@ pub enum OrderError {
         got: String,
     },
     /// An order of another kind.
-    #[error("order={0} is not known; there are check, take, watch, accept and back")]
+    #[error(
+        "order={0} is not known; there are check, replay, shadow, take, watch, accept and back"
+    )]
     Unknown(String),
 }
 
@@ -75,6 +81,8 @@ impl Order {
             }
             Self::Accept { sha256 } => vec![order("accept"), ("sha256", sha256.clone())],
             Self::Check(offer) => offer.parameters("check"),
+            Self::Replay(offer) => offer.parameters("replay"),
+            Self::Shadow(offer) => offer.parameters("shadow"),
             Self::Take(offer) => offer.parameters("take"),
         }
     }
@@ -83,7 +91,9 @@ impl Order {
     #[must_use]
     pub fn payload(&self) -> &[u8] {
         match self {
-            Self::Check(offer) | Self::Take(offer) => &offer.bytes,
+            Self::Check(offer) | Self::Replay(offer) | Self::Shadow(offer) | Self::Take(offer) => {
+                &offer.bytes
+            }
             _ => &[],
         }
     }
@@ -106,6 +116,8 @@ impl Order {
             }
             "accept" => Ok(Self::Accept { sha256: text(&parameter, "accept", "sha256")? }),
             "check" => Ok(Self::Check(Offer::read(&parameter, "check", bytes)?)),
+            "replay" => Ok(Self::Replay(Offer::read(&parameter, "replay", bytes)?)),
+            "shadow" => Ok(Self::Shadow(Offer::read(&parameter, "shadow", bytes)?)),
             "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
             other => Err(OrderError::Unknown(other.chars().take(20).collect())),
         }
@@ -177,6 +189,8 @@ mod tests {
             Order::Watch { sha256: sha256.clone(), from: 7 },
             Order::Accept { sha256 },
             Order::Check(offer.clone()),
+            Order::Replay(offer.clone()),
+            Order::Shadow(offer.clone()),
             Order::Take(offer),
         ] {
             assert_eq!(read(&order.parameters(), order.payload()).as_ref(), Ok(&order));
@@ -205,7 +219,7 @@ mod tests {
             (&[("order", "accept")], "an order to accept a model needs sha256=, and got nothing"),
             (
                 &[("order", "drop")],
-                "order=drop is not known; there are check, take, watch, accept and back",
+                "order=drop is not known; there are check, replay, shadow, take, watch, accept and back",
             ),
         ] {
             let parameters: Vec<_> =

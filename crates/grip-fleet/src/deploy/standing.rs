@@ -1,5 +1,6 @@
 //! What a gripper says of its models, and what it keeps of them over an end of its daemon.
 
+use super::Rehearsal;
 use crate::rollout::Grasp;
 use core::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -88,13 +89,35 @@ pub struct TrialReport {
     pub before: usize,
 }
 
+/// A model that estimates beside the one in force.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ShadowReport {
+    /// Which one.
+    pub model: ModelId,
+    /// It ends where nobody watches it for so long (s).
+    pub lease_s: u32,
+    /// Grasps in which both were asked.
+    pub compared: usize,
+}
+
+/// A replay of the gripper's own recordings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReplayReport {
+    /// It goes on; ask again.
+    pub running: bool,
+    /// What it has shown.
+    #[serde(flatten)]
+    pub rehearsal: Rehearsal,
+}
+
 impl Standing {
     /// The model of the configuration is in force, and no other one was taken.
     #[must_use]
     pub fn configured(model: &ModelId) -> Self {
         let (grasped, grasps) = (0, Vec::new());
         let (in_force, configured) = (model.clone(), model.clone());
-        Self { in_force, configured, before: None, trial: None, grasped, grasps, last: None }
+        let (before, trial, shadow, replay, last) = (None, None, None, None, None);
+        Self { in_force, configured, before, trial, shadow, replay, grasped, grasps, last }
     }
 }
 
@@ -109,10 +132,16 @@ pub struct Standing {
     pub before: Option<ModelId>,
     /// The trial of the model in force, where it is on one.
     pub trial: Option<TrialReport>,
+    /// The model that estimates beside it, where one does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow: Option<ShadowReport>,
+    /// Only in the answer to an order to replay its recordings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replay: Option<ReplayReport>,
     /// Grasps since it has been in force, or since the start.
     pub grasped: usize,
     /// Those that were asked for: to a check the ones with the model in force, to an order to take a model the ones before it, to an order to
-    /// watch it the ones with it.
+    /// watch it the ones with it, or those in which it was asked beside the one in force.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub grasps: Vec<Grasp>,
     /// What became of the last model.

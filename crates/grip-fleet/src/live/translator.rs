@@ -60,7 +60,7 @@ impl Translator {
                 self.report(Topic::Health, (at_ns, now_ns), out, |ns, to| record.encode(ns, to));
             }
             ToClient::Notice(notice) => self.notice(notice, now_ns, out),
-            ToClient::Setup(_) | ToClient::Ack(_) | ToClient::Nack(_) => {}
+            ToClient::Setup(_) | ToClient::Estimates(_) | ToClient::Ack(_) | ToClient::Nack(_) => {}
         }
     }
 

@@ -7,7 +7,7 @@ use super::{Ask, NetError, ask};
 use crate::{
     deploy::{ModelId, Offer, Order, Standing, digest},
     key::{Member, Part},
-    rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop},
+    rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop, Tally},
 };
 use core::time::Duration;
 use std::{collections::BTreeSet, thread};
@@ -22,8 +22,10 @@ pub struct Deployer {
     session: Session,
     offer: Offer,
     rollout: Rollout,
-    /// Who was asked whether it would take the model, ordered to take it, to keep it or to give it back, and has not answered.
+    /// Who was asked whether it would take the model, ordered to let it estimate, to take it, to keep it or to give it back, and has not answered.
     checking: BTreeSet<Member>,
+    replaying: BTreeSet<Member>,
+    casting: BTreeSet<Member>,
     taking: BTreeSet<Member>,
     accepting: BTreeSet<Member>,
     returning: BTreeSet<Member>,
@@ -33,8 +35,13 @@ pub struct Deployer {
 /// Something that a person wants to see.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
-    /// A stage takes so many grasps; nobody has the model yet.
-    Planned(usize),
+    /// Nobody has the model yet.
+    Planned {
+        /// Grasps that the shadow stage takes.
+        shadow: usize,
+        /// Grasps that a stage takes.
+        grasps: usize,
+    },
     /// This stage begins.
     Stage(usize),
     /// A gripper has said something about the model.
@@ -56,15 +63,27 @@ impl Deployer {
     ) -> Self {
         let offer = Offer { name, sha256: digest(&bytes), lease_s, bytes: bytes.into() };
         let rollout = Rollout::new(config, members);
-        let (checking, taking) = (BTreeSet::new(), BTreeSet::new());
-        let (accepting, returning) = (BTreeSet::new(), BTreeSet::new());
-        Self { session, offer, rollout, checking, taking, accepting, returning, patience }
+        let none = BTreeSet::new;
+        Self {
+            session,
+            offer,
+            rollout,
+            checking: none(),
+            replaying: none(),
+            casting: none(),
+            taking: none(),
+            accepting: none(),
+            returning: none(),
+            patience,
+        }
     }
 
     /// Gives orders, watches the trials and hands out what was answered. The clock is read when an answer has come, or patience has ended.
     pub fn turn(&mut self, now_us: &dyn Fn() -> u64) -> Vec<Happening> {
         if self.rollout.plan() {
-            return self.rollout.grasps().map(Happening::Planned).into_iter().collect();
+            let (shadow, _) = self.rollout.shadow();
+            let planned = |grasps| Happening::Planned { shadow, grasps };
+            return self.rollout.grasps().map(planned).into_iter().collect();
         }
         let mut happenings = Vec::new();
         let before = self.rollout.stage();
@@ -75,6 +94,8 @@ impl Deployer {
         for order in steps {
             match order {
                 rollout::Order::Check(member) => self.checking.insert(member),
+                rollout::Order::Replay(member) => self.replaying.insert(member),
+                rollout::Order::Shadow(member) => self.casting.insert(member),
                 rollout::Order::Take(member) => self.taking.insert(member),
                 rollout::Order::Accept(member) => self.accepting.insert(member),
                 rollout::Order::GiveBack(member) => {
@@ -86,6 +107,12 @@ impl Deployer {
         }
         if !matches!(self.rollout.progress(), Progress::Checking) {
             self.checking.clear();
+        }
+        if !matches!(self.rollout.progress(), Progress::Replay) {
+            self.replaying.clear();
+        }
+        if !matches!(self.rollout.progress(), Progress::Shadow) {
+            self.casting.clear();
         }
         for some in self.orders().chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
@@ -101,16 +128,16 @@ impl Deployer {
         let each = |members: &BTreeSet<Member>, order: Order| {
             members.iter().map(move |who| (who.clone(), order.clone())).collect::<Vec<_>>()
         };
-        let watch = self.rollout.holding().filter_map(|who| {
-            let from = self.rollout.known(who)?;
-            Some((who.clone(), Order::Watch { sha256: sha256(), from }))
-        });
+        let watch =
+            |(who, from): (&Member, usize)| (who.clone(), Order::Watch { sha256: sha256(), from });
         [
             each(&self.returning, Order::Back { sha256: Some(sha256()) }),
             each(&self.checking, Order::Check(self.offer.clone())),
+            each(&self.replaying, Order::Replay(self.offer.clone())),
+            each(&self.casting, Order::Shadow(self.offer.clone())),
             each(&self.taking, Order::Take(self.offer.clone())),
             each(&self.accepting, Order::Accept { sha256: sha256() }),
-            watch.collect(),
+            self.rollout.watched().map(watch).collect(),
         ]
         .concat()
     }
@@ -142,6 +169,18 @@ impl Deployer {
     #[must_use]
     pub fn evidence(&self) -> Evidence {
         self.rollout.evidence()
+    }
+
+    /// What replays of recordings have shown so far.
+    #[must_use]
+    pub const fn replays(&self) -> Tally {
+        self.rollout.replays()
+    }
+
+    /// Grasps of the shadow stage, and what they have shown so far.
+    #[must_use]
+    pub const fn shadow(&self) -> (usize, Tally) {
+        self.rollout.shadow()
     }
 
     /// Grasps of a stage, once everybody has answered.
@@ -182,9 +221,10 @@ impl Deployer {
         now_us: u64,
     ) -> Happening {
         let report = match (order, answer) {
-            (Order::Check(_) | Order::Take(_), Err(error @ NetError::Declined { .. })) => {
-                Report::Refused(reason(&error))
-            }
+            (
+                Order::Check(_) | Order::Replay(_) | Order::Shadow(_) | Order::Take(_),
+                Err(error @ NetError::Declined { .. }),
+            ) => Report::Refused(reason(&error)),
             // Its trial has ended.
             (
                 Order::Watch { .. } | Order::Accept { .. },
@@ -200,14 +240,21 @@ impl Deployer {
                 return Happening::Silent(member, reason);
             }
             (Order::Check(_), Ok(standing)) => self.checked(standing),
+            (Order::Replay(_), Ok(standing)) => match standing.replay {
+                Some(replay) if !replay.running => Report::Replayed(replay.rehearsal),
+                _ => Report::Replaying,
+            },
+            (Order::Shadow(_), Ok(_)) => Report::Beside,
             (Order::Take(_), Ok(standing)) if standing.trial.is_none() => Report::Had,
             (Order::Take(_), Ok(standing)) => Report::Taken(standing.grasps),
-            (Order::Watch { from, .. }, Ok(standing)) => watched(*from, standing),
+            (Order::Watch { from, sha256 }, Ok(standing)) => watched(*from, sha256, standing),
             (Order::Accept { .. }, Ok(_)) => Report::Kept,
             (Order::Back { .. } | Order::Notify, Ok(_)) => Report::Back,
         };
         match order {
             Order::Check(_) => self.checking.remove(&member),
+            Order::Replay(_) => report != Report::Replaying && self.replaying.remove(&member),
+            Order::Shadow(_) => self.casting.remove(&member),
             Order::Take(_) => self.taking.remove(&member),
             Order::Accept { .. } => self.accepting.remove(&member),
             Order::Back { .. } => self.returning.remove(&member),
@@ -220,8 +267,8 @@ impl Deployer {
     /// The answer of one that would take the model.
     fn checked(&self, standing: Standing) -> Report {
         let is_ours = |model: &ModelId| model.sha256 == self.offer.sha256;
-        if standing.trial.is_some() {
-            Report::Fit(standing.grasps)
+        if standing.trial.is_some() && is_ours(&standing.in_force) {
+            Report::Trying(standing.grasps)
         } else if is_ours(&standing.in_force) {
             Report::Had
         } else if is_ours(&standing.configured) || standing.before.as_ref().is_some_and(is_ours) {
@@ -233,10 +280,12 @@ impl Deployer {
 }
 
 /// The answer to a look at a trial.
-fn watched(from: usize, standing: Standing) -> Report {
-    match standing.trial {
-        Some(_) => Report::Grasps { from, grasps: standing.grasps },
-        None => Report::Kept,
+fn watched(from: usize, sha256: &str, standing: Standing) -> Report {
+    let grasps = standing.grasps;
+    match (standing.trial, standing.shadow) {
+        (_, Some(shadow)) if shadow.model.sha256 == sha256 => Report::Compared { from, grasps },
+        (Some(_), _) => Report::Grasps { from, grasps },
+        (None, _) => Report::Kept,
     }
 }
 
@@ -258,7 +307,8 @@ pub fn standing(
     let unusable = |reason| NetError::Unusable { member: member.to_string(), reason };
     let standing: Standing = serde_json::from_slice(&answer.concat())
         .map_err(|error| unusable(format!("its answer cannot be read: {error}")))?;
-    if standing.grasps.iter().all(Grasp::is_sane) {
+    let replayed = standing.replay.iter().flat_map(|replay| &replay.rehearsal.grasps);
+    if standing.grasps.iter().chain(replayed).all(Grasp::is_sane) {
         Ok(standing)
     } else {
         Err(unusable("it cannot have measured such grasps".to_owned()))

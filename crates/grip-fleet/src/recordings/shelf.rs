@@ -96,6 +96,12 @@ impl Shelf {
         Ok(all)
     }
 
+    /// The file of a recording of this shelf.
+    #[must_use]
+    pub fn path(&self, recording: &Recording) -> PathBuf {
+        self.folder.join(&recording.name)
+    }
+
     /// [`Shelf::list`] as it travels: parts of an answer.
     ///
     /// # Errors

@@ -1,10 +1,14 @@
-//! STATE and SLIP of a daemon in, what each finished grasp came to out.
+//! STATE, SLIP and ESTIMATES of a daemon in, what each finished grasp came to out.
 //!
 //! A grasp begins when the controller holds something after the fingers were open, and ends when they open or the object is lost. It counts
 //! only where the gripper was active and without a fault, and where one model held it from beginning to end. Everything is counted: an object
 //! that slips ten times counts ten times.
 
-use grip_link::message::{DeviceState, FaultCode};
+use super::shadow::Compared;
+use grip_link::message::{
+    DeviceState, FaultCode,
+    daemon::{Estimates, Unsure},
+};
 use serde::{Deserialize, Serialize};
 use slip_core::{Phase, PipelineState, SlipReport, grip::GripState, units::Micros};
 
@@ -22,6 +26,9 @@ pub struct Grasp {
     pub slip_mm: f32,
     /// The last force in the hold over the force at which it slipped last; `None` where nothing slipped.
     pub force_ratio: Option<f32>,
+    /// What two models made of its first slip that either had an estimate of; `None` without a shadow model.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compared: Option<Compared>,
 }
 
 impl Grasp {
@@ -41,6 +48,7 @@ impl Grasp {
         self.regrasps <= 1_000_000
             && measured(self.slip_mm)
             && self.force_ratio.is_none_or(measured)
+            && self.compared.is_none_or(|compared| compared.is_sane())
     }
 }
 
@@ -62,6 +70,8 @@ struct Open {
     held_n: Option<f32>,
     /// A slip goes on that moved the object so far (mm).
     slip_mm: Option<f32>,
+    /// Estimates of the model in force and of the shadow model (N).
+    estimates: Option<[Option<f32>; 2]>,
     /// The controller has begun anew with the object in the fingers: it counts only if it is lost.
     broken: bool,
 }
@@ -135,6 +145,24 @@ impl GraspLog {
         open.slip_mm = (slip.phase != Phase::Ended).then_some(moved_mm.max(before_mm));
     }
 
+    /// Takes what two models made of the last slip; what is too unsure to move the fingers is none.
+    pub fn estimates(&mut self, made: &Estimates) {
+        let Some(open) = &mut self.open else { return };
+        let sure = |force_n: Option<f32>, unsure| force_n.filter(|_| !made.unsure.has(unsure));
+        let both = [sure(made.in_force_n, Unsure::IN_FORCE), sure(made.shadow_n, Unsure::SHADOW)];
+        if both != [None, None] {
+            open.estimates.get_or_insert(both);
+        }
+    }
+
+    /// Another shadow model is there, or none: estimates of the grasp that goes on belong to neither. Grasps of higher numbers are its own.
+    pub fn cast(&mut self) -> u64 {
+        if let Some(open) = &mut self.open {
+            open.estimates = None;
+        }
+        self.begun
+    }
+
     /// Another model is in force. The grasp that goes on belongs to neither; grasps of higher numbers belong to the new one.
     pub fn swapped(&mut self) -> u64 {
         self.open = None;
@@ -142,20 +170,28 @@ impl GraspLog {
     }
 
     fn finish(&mut self, lost: bool) -> Option<Finished> {
-        let Open { grasp, slipped_n, held_n, broken, .. } = self.open.take()?;
+        let Open { grasp, slipped_n, held_n, broken, estimates, .. } = self.open.take()?;
         if broken && !lost {
             return None;
         }
         let ratio = held_n.zip(slipped_n.filter(|force_n| *force_n > 0.0));
         let force_ratio = ratio.map(|(held_n, slipped_n)| held_n / slipped_n).filter(|_| !lost);
-        Some(Finished { number: self.begun, grasp: Grasp { lost, force_ratio, ..grasp } })
+        let held_n = held_n.filter(|_| !lost);
+        let compared = estimates.zip(slipped_n).map(|([in_force_n, shadow_n], slipped_n)| {
+            Compared { in_force_n, shadow_n, slipped_n, held_n }
+        });
+        let grasp = Grasp { lost, force_ratio, compared, ..grasp };
+        Some(Finished { number: self.begun, grasp })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Finished, Grasp, GraspLog};
-    use grip_link::message::{DeviceState, FaultCode};
+    use super::{Compared, Finished, Grasp, GraspLog};
+    use grip_link::message::{
+        DeviceState, FaultCode,
+        daemon::{Estimates, Unsure},
+    };
     use slip_core::{Phase, PipelineState, SlipReport, grip::GripState, units::Micros};
 
     /// A gripper that reports five times a second.
@@ -256,6 +292,43 @@ mod tests {
             gripper.active(grip, 1.0);
         }
         assert_eq!(gripper.finished, []);
+    }
+
+    #[test]
+    fn estimates_stand_beside_what_the_grasp_later_showed() {
+        let mut gripper = Gripper::default();
+        let made = |in_force_n, shadow_n, unsure| Estimates {
+            slip: 0,
+            t: Micros(0),
+            host: Micros(0),
+            slipped_n: Some(2.0),
+            in_force_n,
+            shadow_n,
+            unsure,
+        };
+        gripper.grasp();
+        gripper.slip(Phase::Incipient, 0.0, 2.0);
+        gripper.slip(Phase::Ended, 0.2, 3.0);
+        // The first one counts, as far as it may move fingers.
+        gripper.log.estimates(&made(Some(3.0), Some(4.0), Unsure::IN_FORCE));
+        gripper.slip(Phase::Incipient, 0.0, 3.0);
+        gripper.slip(Phase::Ended, 0.2, 5.0);
+        gripper.log.estimates(&made(Some(6.0), Some(7.0), Unsure::default()));
+        gripper.active(GripState::Holding, 5.5);
+        gripper.active(GripState::Released, 1.0);
+        let compared = |gripper: &Gripper| gripper.finished.last().unwrap().compared;
+        let wanted =
+            Compared { in_force_n: None, shadow_n: Some(4.0), slipped_n: 3.0, held_n: Some(5.5) };
+        assert_eq!(compared(&gripper), Some(wanted));
+        // Of a grasp in which the shadow changed nothing is compared.
+        gripper.grasp();
+        gripper.slip(Phase::Incipient, 0.0, 2.0);
+        gripper.slip(Phase::Ended, 0.2, 3.0);
+        gripper.log.estimates(&made(Some(3.0), Some(4.0), Unsure::default()));
+        assert_eq!(gripper.log.cast(), 2);
+        gripper.active(GripState::Holding, 5.5);
+        gripper.active(GripState::Released, 1.0);
+        assert_eq!((gripper.finished.len(), compared(&gripper)), (2, None));
     }
 
     #[test]

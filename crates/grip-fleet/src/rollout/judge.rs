@@ -260,6 +260,7 @@ mod tests {
                 regrasps,
                 slip_mm,
                 force_ratio: Some(force * ratio),
+                compared: None,
             }
         };
         (0..count).map(|_| grasp()).collect()

@@ -1,6 +1,7 @@
 //! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
 //!
-//! Everybody is asked whether it would take the model, before anybody has it. Then one gripper tries it, then some, then all. A stage is over when
+//! Everybody is asked whether it would take the model, before anybody has it, and replays its own recordings with it. Then it estimates beside the model in force at all of them, and
+//! moves nothing ([`ShadowConfig`]). Then one gripper tries it, then some, then all. A stage is over when
 //! each of its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together
 //! ([`JudgeConfig`]). After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody
 //! watches it any more. With the first refusal, the first evidence that the model is worse and the first gripper that gives no answer the
@@ -8,12 +9,14 @@
 
 mod grasp;
 mod judge;
+mod shadow;
 
 pub use grasp::{Finished, Grasp, GraspLog};
 pub use judge::{Bets, Difference, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
+pub use shadow::{Compared, ShadowConfig, Tally, Wrong};
 
-use crate::key::Member;
-use std::collections::BTreeMap;
+use crate::{deploy::Rehearsal, key::Member};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Each gripper of a stage makes at least so many grasps.
 const LEAST_GRASPS: usize = 3;
@@ -29,6 +32,10 @@ pub struct RolloutConfig {
     pub difference: Difference,
     /// Grasps of a stage, where that is not to be computed.
     pub grasps: Option<usize>,
+    /// Whether the grippers replay their own recordings with the model first.
+    pub replay: bool,
+    /// Grasps of the shadow stage, where that is not to be computed; 0 leaves it out.
+    pub shadow: Option<usize>,
     /// A gripper that has answered no question for so long, the first and the last of them, is gone (us).
     pub silence_us: u64,
     /// One that tries the model and finishes no grasp for so long says nothing about it (us).
@@ -40,7 +47,23 @@ impl Default for RolloutConfig {
     fn default() -> Self {
         let (judge, difference) = (JudgeConfig::default(), Difference::default());
         let (silence_us, idle_us) = (60_000_000, 3_600_000_000);
-        Self { some: 0.2, judge, difference, grasps: None, silence_us, idle_us }
+        Self {
+            some: 0.2,
+            judge,
+            difference,
+            grasps: None,
+            replay: true,
+            shadow: None,
+            silence_us,
+            idle_us,
+        }
+    }
+}
+
+impl RolloutConfig {
+    /// When the model is stopped as a shadow.
+    const fn shadow(&self) -> ShadowConfig {
+        ShadowConfig { alpha: self.judge.alpha, most: self.difference.force }
     }
 }
 
@@ -49,6 +72,10 @@ impl Default for RolloutConfig {
 pub enum Order {
     /// Would you take the new model?
     Check(Member),
+    /// Replay your recordings with it.
+    Replay(Member),
+    /// Let it estimate beside the model in force.
+    Shadow(Member),
     /// Take it and try it.
     Take(Member),
     /// Keep it.
@@ -62,6 +89,21 @@ pub enum Order {
 pub enum Report {
     /// It would take the model; its grasps with the one in force.
     Fit(Vec<Grasp>),
+    /// It is on trial with this model already; its grasps before it.
+    Trying(Vec<Grasp>),
+    /// It replays its recordings; ask again.
+    Replaying,
+    /// It has replayed them.
+    Replayed(Rehearsal),
+    /// The model estimates beside the one in force.
+    Beside,
+    /// Grasps with both models asked.
+    Compared {
+        /// How many came before these.
+        from: usize,
+        /// In their order.
+        grasps: Vec<Grasp>,
+    },
     /// It would take the model without a trial: it is that of its configuration, or the one before.
     Known,
     /// The new model is on trial; the grasps before it.
@@ -103,6 +145,22 @@ pub enum Stop {
         what: Worse,
         /// Grasps that were compared.
         grasps: usize,
+    },
+    /// The model asks for the wrong force; no finger has moved by it.
+    #[error("{what}, as a shadow at the grippers ({tally})")]
+    Wrong {
+        /// How.
+        what: Wrong,
+        /// Grasps that were compared.
+        tally: Tally,
+    },
+    /// The model asks for the wrong force in recordings.
+    #[error("{what}, in replays of the grippers' own recordings ({tally})")]
+    Replayed {
+        /// How.
+        what: Wrong,
+        /// Grasps that were compared.
+        tally: Tally,
     },
     /// There is too little to compare with.
     #[error("{member} has made {has} grasps, and {wanted} are needed to compare with")]
@@ -151,6 +209,10 @@ pub enum Stop {
 pub enum Progress {
     /// Everybody is asked; nobody has the model.
     Checking,
+    /// The grippers replay their recordings; nobody has it.
+    Replay,
+    /// The model estimates beside those in force; nobody has it.
+    Shadow,
     /// In this stage, from 1.
     Stage(usize),
     /// Everybody is ordered to keep the model.
@@ -168,6 +230,12 @@ enum Phase {
     New,
     /// It was asked whether it would take the model.
     Checked,
+    /// It replays its recordings with the model.
+    Replaying,
+    /// It was ordered to let the model estimate beside the one in force.
+    Cast,
+    /// The model estimates beside the one in force there.
+    Beside(Watched),
     /// It would take the model.
     Waiting,
     /// It would take the model without a trial.
@@ -187,6 +255,35 @@ enum Phase {
     Back,
 }
 
+/// Grasps of a gripper that is watched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Watched {
+    /// How many are known.
+    now: usize,
+    /// When it finished one last, and how long it had finished none when it answered last (us).
+    grasped_us: u64,
+    idle_us: u64,
+}
+
+impl Watched {
+    const fn new(now_us: u64) -> Self {
+        Self { now: 0, grasped_us: now_us, idle_us: 0 }
+    }
+
+    /// Those that are not known yet; what is known already is skipped, and nothing is taken behind a gap.
+    fn take(&mut self, from: usize, grasps: &[Grasp], now_us: u64) -> Vec<(usize, Grasp)> {
+        let known = self.now.checked_sub(from).unwrap_or(grasps.len());
+        let new: Vec<Grasp> = grasps.iter().skip(known).copied().collect();
+        let first = self.now;
+        if !new.is_empty() {
+            self.now += new.len();
+            self.grasped_us = now_us;
+        }
+        self.idle_us = now_us.saturating_sub(self.grasped_us);
+        (first..).zip(new).collect()
+    }
+}
+
 /// A gripper that tries the model.
 #[derive(Clone, Debug, PartialEq)]
 struct Running {
@@ -194,11 +291,8 @@ struct Running {
     /// Earlier grasps that each new one is compared with.
     per: usize,
     /// Grasps with the new model, and the bets on them.
-    now: usize,
+    watched: Watched,
     bets: Bets,
-    /// When it finished a grasp last, and how long it had finished none when it answered last (us).
-    grasped_us: u64,
-    idle_us: u64,
 }
 
 impl Phase {
@@ -208,6 +302,14 @@ impl Phase {
 
     const fn is_waiting(&self) -> bool {
         matches!(self, Self::Waiting)
+    }
+
+    const fn is_replaying(&self) -> bool {
+        matches!(self, Self::Replaying)
+    }
+
+    const fn is_shadow(&self) -> bool {
+        matches!(self, Self::Cast | Self::Beside(_))
     }
 
     /// It has got the model by this roll-out, or is getting it.
@@ -242,6 +344,13 @@ pub struct Rollout {
     grasps: Option<usize>,
     share: usize,
     stage: usize,
+    /// Grasps of the shadow stage, and what they showed.
+    shadow: usize,
+    tally: Tally,
+    /// Whether recordings are to be replayed, who has done so, and what they showed.
+    replay: bool,
+    replayed: BTreeSet<Member>,
+    replays: Tally,
     stop: Option<Stop>,
 }
 
@@ -250,7 +359,22 @@ impl Rollout {
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
         let members = members.into_iter().map(|member| (member, Phase::New)).collect();
         let (silent, before) = (BTreeMap::new(), BTreeMap::new());
-        Self { config, members, silent, before, grasps: None, share: 0, stage: 0, stop: None }
+        let shadow = config.shadow.unwrap_or_else(|| config.shadow().needed());
+        Self {
+            config,
+            members,
+            silent,
+            before,
+            grasps: None,
+            share: 0,
+            stage: 0,
+            shadow,
+            tally: Tally::default(),
+            replay: config.replay,
+            replayed: BTreeSet::new(),
+            replays: Tally::default(),
+            stop: None,
+        }
     }
 
     /// A gripper was asked and has not answered, or with something that is no answer; it is to be asked again.
@@ -270,35 +394,61 @@ impl Rollout {
                 self.before.insert(member.clone(), before);
                 *phase = Phase::Waiting;
             }
+            (Report::Trying(before), phase @ Phase::Checked) => {
+                self.before.insert(member.clone(), before);
+                // Whoever began it has seen the replays and the end of the shadow stage.
+                (self.replay, self.shadow) = (false, 0);
+                *phase = Phase::Waiting;
+            }
+            (Report::Replayed(rehearsal), phase @ Phase::Replaying) => {
+                self.replayed.insert(member.clone());
+                *phase = Phase::Waiting;
+                let shadow = self.config.shadow();
+                for grasp in &rehearsal.grasps {
+                    if let Some(what) = self.replays.take(grasp, &shadow) {
+                        let tally = self.replays;
+                        self.stop.get_or_insert(Stop::Replayed { what, tally });
+                    }
+                }
+            }
+            (Report::Beside, phase @ Phase::Cast) => *phase = Phase::Beside(Watched::new(now_us)),
+            (Report::Compared { from, grasps }, Phase::Beside(watched)) => {
+                let shadow = self.config.shadow();
+                for (_, grasp) in watched.take(from, &grasps, now_us) {
+                    if let Some(what) = self.tally.take(&grasp, &shadow) {
+                        let tally = self.tally;
+                        self.stop.get_or_insert(Stop::Wrong { what, tally });
+                    }
+                }
+            }
             (Report::Known, phase @ Phase::Checked) => *phase = Phase::Known,
             (Report::Taken(before), phase @ Phase::Asked) => {
-                let (per, now, bets) = (per(before.len(), self.share), 0, Bets::default());
-                let (grasped_us, idle_us) = (now_us, 0);
-                let running = Running { before, per, now, bets, grasped_us, idle_us };
+                let (per, bets) = (per(before.len(), self.share), Bets::default());
+                let running = Running { before, per, watched: Watched::new(now_us), bets };
                 *phase = Phase::Running(Box::new(running));
             }
             (Report::Had, phase @ (Phase::Checked | Phase::Asked)) => *phase = Phase::Had,
             (Report::Kept, phase @ (Phase::Asked | Phase::Running(_) | Phase::Accepting)) => {
                 *phase = Phase::Good;
             }
-            (Report::Refused(reason), phase @ (Phase::Checked | Phase::Asked)) => {
+            (
+                Report::Refused(reason),
+                phase @ (Phase::Checked | Phase::Replaying | Phase::Cast | Phase::Asked),
+            ) => {
                 *phase = Phase::Back;
                 self.stop(Stop::Refused { member: member.clone(), reason });
             }
             (Report::Grasps { from, grasps }, Phase::Running(running)) => {
-                // What is known already is skipped, and nothing is taken behind a gap.
-                let known = running.now.checked_sub(from).unwrap_or(grasps.len());
-                for grasp in grasps.iter().skip(known) {
-                    let mut others = running.before.chunks_exact(running.per.max(1));
-                    if let Some(before) = others.nth(running.now) {
-                        running.bets.compare(grasp, before, self.config.judge.margin);
+                let Running { before, per, watched, bets } = &mut **running;
+                for (number, grasp) in watched.take(from, &grasps, now_us) {
+                    if let Some(before) = before.chunks_exact((*per).max(1)).nth(number) {
+                        bets.compare(&grasp, before, self.config.judge.margin);
                     }
-                    running.now += 1;
-                    running.grasped_us = now_us;
                 }
-                running.idle_us = now_us.saturating_sub(running.grasped_us);
                 self.judge();
             }
+            // Its shadow has ended.
+            (Report::Left(_), phase @ Phase::Beside(_)) => *phase = Phase::Waiting,
             (Report::Left(reason), phase) if phase.is_reached() => {
                 *phase = Phase::Back;
                 self.stop(Stop::Left { member: member.clone(), reason });
@@ -349,11 +499,24 @@ impl Rollout {
         if !known.is_empty() {
             return known;
         }
+        if self.replay {
+            let orders = self.rehearse();
+            if !orders.is_empty() || self.members.values().any(Phase::is_replaying) {
+                return orders;
+            }
+            self.replay = false;
+        }
+        if self.tally.grasps < self.shadow {
+            return self.cast();
+        }
+        for phase in self.members.values_mut().filter(|phase| phase.is_shadow()) {
+            *phase = Phase::Waiting;
+        }
         let (reached, waiting) = (self.count(Phase::is_reached), self.count(Phase::is_waiting));
         let share = self.share;
         let is_open = |phase: &Phase| match phase {
             Phase::Asked => true,
-            Phase::Running(running) => running.now < share,
+            Phase::Running(running) => running.watched.now < share,
             _ => false,
         };
         if self.members.values().any(is_open) {
@@ -367,6 +530,34 @@ impl Rollout {
         let more = self.goal(reached + waiting).saturating_sub(reached).max(1).min(waiting);
         self.share = self.grasps.unwrap_or_default().div_ceil(more).max(LEAST_GRASPS);
         self.take(more, Phase::is_waiting)
+    }
+
+    /// Everybody who would take the model replays its recordings first.
+    fn rehearse(&mut self) -> Vec<Order> {
+        let new = self
+            .members
+            .iter_mut()
+            .filter(|(member, phase)| phase.is_waiting() && !self.replayed.contains(*member));
+        new.map(|(member, phase)| {
+            *phase = Phase::Replaying;
+            Order::Replay(member.clone())
+        })
+        .collect()
+    }
+
+    /// Everybody who would take the model lets it estimate first.
+    fn cast(&mut self) -> Vec<Order> {
+        let waiting = self.members.iter_mut().filter(|(_, phase)| phase.is_waiting());
+        let orders = waiting.map(|(member, phase)| {
+            *phase = Phase::Cast;
+            Order::Shadow(member.clone())
+        });
+        let orders: Vec<Order> = orders.collect();
+        // Nobody is left to compare anything.
+        if orders.is_empty() && !self.members.values().any(Phase::is_shadow) {
+            self.shadow = 0;
+        }
+        orders
     }
 
     /// The first `count` of those.
@@ -416,6 +607,12 @@ impl Rollout {
             .collect()
     }
 
+    /// Whether no stage has begun, and somebody would try the model.
+    fn is_early(&self) -> bool {
+        let would = |phase: &Phase| phase.is_waiting() || phase.is_replaying() || phase.is_shadow();
+        self.stage == 0 && self.members.values().any(would)
+    }
+
     /// Whether somebody has not answered yet whether it would take the model.
     fn is_checking(&self) -> bool {
         self.members.values().any(Phase::is_open_question)
@@ -449,6 +646,10 @@ impl Rollout {
             Progress::Stopped(self.holding().count())
         } else if self.members.values().all(Phase::is_done) {
             Progress::Done
+        } else if self.replay && self.is_early() {
+            Progress::Replay
+        } else if self.tally.grasps < self.shadow && self.is_early() {
+            Progress::Shadow
         } else if self.members.values().any(|phase| *phase == Phase::Accepting) {
             Progress::Accepting
         } else {
@@ -472,11 +673,29 @@ impl Rollout {
     #[must_use]
     pub fn known(&self, member: &Member) -> Option<usize> {
         match self.members.get(member)? {
-            Phase::Running(running) => Some(running.now),
+            Phase::Running(running) => Some(running.watched.now),
+            Phase::Beside(watched) => Some(watched.now),
             // None of these is wanted any more.
             Phase::Good => Some(usize::MAX),
             _ => None,
         }
+    }
+
+    /// Who is to be watched: it has the model, or lets it estimate beside the one in force.
+    pub fn watched(&self) -> impl Iterator<Item = (&Member, usize)> {
+        self.members.keys().filter_map(|member| Some((member, self.known(member)?)))
+    }
+
+    /// What replays of recordings have shown so far.
+    #[must_use]
+    pub const fn replays(&self) -> Tally {
+        self.replays
+    }
+
+    /// Grasps of the shadow stage, and what they have shown so far.
+    #[must_use]
+    pub const fn shadow(&self) -> (usize, Tally) {
+        (self.shadow, self.tally)
     }
 
     /// Stops it; the next step asks for the model back.
@@ -514,16 +733,27 @@ impl Rollout {
     fn look(&mut self) {
         let RolloutConfig { silence_us, idle_us, .. } = self.config;
         let late = |silence: &&Silence| silence.last_us - silence.first_us > silence_us;
+        let awake =
+            |phase: &Phase| matches!(phase, Phase::Beside(watched) if watched.idle_us <= idle_us);
+        let all_idle = !self.members.values().any(awake);
         let mut why = None;
         for (member, phase) in &mut self.members {
             let stop = match (&*phase, self.silent.get(member).filter(late)) {
                 (
-                    Phase::Checked | Phase::Asked | Phase::Running(_) | Phase::Accepting,
+                    Phase::Checked
+                    | Phase::Replaying
+                    | Phase::Cast
+                    | Phase::Beside(_)
+                    | Phase::Asked
+                    | Phase::Running(_)
+                    | Phase::Accepting,
                     Some(silence),
                 ) => Stop::Gone { member: member.clone(), reason: silence.reason.clone() },
-                (Phase::Running(running), None) if running.idle_us > idle_us => {
+                (Phase::Running(running), None) if running.watched.idle_us > idle_us => {
                     Stop::Idle { member: member.clone() }
                 }
+                // Others may grasp meanwhile.
+                (Phase::Beside(_), None) if all_idle => Stop::Idle { member: member.clone() },
                 _ => continue,
             };
             if *phase == Phase::Checked {

@@ -1,7 +1,10 @@
 //! Roll-outs to simulated grippers whose grasps depend on the model.
 
-use super::{Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop, Worse};
-use crate::key::Member;
+use super::{
+    Compared, Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop, Tally,
+    Worse, Wrong,
+};
+use crate::{deploy::Rehearsal, key::Member};
 use grip_session::config::Uid;
 use std::collections::BTreeMap;
 
@@ -11,6 +14,8 @@ const CONFIG: RolloutConfig = RolloutConfig {
     judge: JudgeConfig { alpha: 0.05, margin: 1.2 },
     difference: super::Difference { lost: 0.1, force: 1.5 },
     grasps: Some(20),
+    replay: false,
+    shadow: Some(0),
     silence_us: 60 * SECOND,
     idle_us: 3600 * SECOND,
 };
@@ -29,6 +34,7 @@ fn grasp(n: usize, is_lost: bool) -> Grasp {
         regrasps: 1,
         slip_mm,
         force_ratio: Some(1.0 + 0.1 * slip_mm),
+        compared: None,
     }
 }
 
@@ -55,6 +61,8 @@ impl Plant {
         for order in orders {
             let (member, report) = match order {
                 Order::Check(member) => (member, Report::Fit(before())),
+                Order::Replay(member) => (member, Report::Replayed(Rehearsal::default())),
+                Order::Shadow(member) => (member, Report::Beside),
                 Order::Take(member) => {
                     self.new.insert(member.clone(), 0);
                     (member, Report::Taken(before()))
@@ -389,6 +397,8 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     for now_us in 0..3 {
         for order in rollout.step() {
             let (Order::Check(member)
+            | Order::Replay(member)
+            | Order::Shadow(member)
             | Order::Take(member)
             | Order::Accept(member)
             | Order::GiveBack(member)) = &order;
@@ -421,4 +431,113 @@ fn who_left_by_itself_is_named_with_its_reason() {
         reported,
         format!("{first} has gone back to the model before: it has started again")
     );
+}
+
+/// Grasps in which a shadow asked for this force, where 6 N held the object, and 3 N did not.
+fn compared(shadow_n: f32, count: usize) -> Vec<Grasp> {
+    let (in_force_n, shadow_n, held_n) = (Some(6.0), Some(shadow_n), Some(6.0));
+    let compared = Some(Compared { in_force_n, shadow_n, slipped_n: 3.0, held_n });
+    vec![Grasp { compared, ..Grasp::default() }; count]
+}
+
+/// A roll-out to two grippers that both let the model estimate, for six grasps.
+fn beside() -> (Rollout, [Member; 2]) {
+    let mut rollout = Rollout::new(RolloutConfig { shadow: Some(6), ..CONFIG }, members(2));
+    rollout.step();
+    let both = [members(2).remove(0), members(2).remove(1)];
+    both.iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
+    assert_eq!(rollout.step(), both.clone().map(Order::Shadow));
+    both.iter().for_each(|member| rollout.receive(member, Report::Beside, 0));
+    assert_eq!((rollout.progress(), rollout.holding().count()), (Progress::Shadow, 0));
+    (rollout, both)
+}
+
+#[test]
+fn a_model_is_asked_beside_those_in_force_before_anybody_has_it() {
+    let (mut rollout, [first, second]) = beside();
+    let report = |from, count| Report::Compared { from, grasps: compared(6.0, count) };
+    rollout.receive(&first, report(0, 3), 1);
+    // What is known already is not counted twice, and what comes after a gap is not taken.
+    rollout.receive(&first, report(1, 3), 1);
+    rollout.receive(&second, report(1, 3), 1);
+    assert_eq!((rollout.known(&first), rollout.known(&second)), (Some(4), Some(0)));
+    assert_eq!((rollout.step(), rollout.shadow().1.grasps), (Vec::new(), 4));
+    // Its gripfleet has started again: what it had compared counts, and it begins anew.
+    rollout.receive(&second, Report::Left("no trial".to_owned()), 2);
+    assert_eq!(rollout.step(), [Order::Shadow(second.clone())]);
+    rollout.receive(&second, Report::Beside, 2);
+    rollout.receive(&second, report(0, 2), 3);
+    assert_eq!(rollout.step(), [Order::Take(first)]);
+    assert_eq!(rollout.progress(), Progress::Stage(1));
+}
+
+#[test]
+fn a_model_that_asks_for_far_too_much_is_stopped_before_a_finger_moves() {
+    let (mut rollout, [first, second]) = beside();
+    rollout.receive(&first, Report::Compared { from: 0, grasps: compared(30.0, 2) }, 1);
+    assert_eq!(rollout.stopped(), None);
+    rollout.receive(&second, Report::Compared { from: 0, grasps: compared(30.0, 1) }, 1);
+    let tally = Tally { grasps: 3, high: 3, ..Tally::default() };
+    assert_eq!(rollout.stopped(), Some(&Stop::Wrong { what: Wrong::High, tally }));
+    assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
+    assert_eq!(
+        rollout.stopped().unwrap().to_string(),
+        "it asks for too much force, as a shadow at the grippers (3 grasps compared: too little in 0, too much in 3, no answer in 0)"
+    );
+}
+
+#[test]
+fn a_shadow_stage_waits_for_those_that_grasp_and_not_for_ever() {
+    let (mut rollout, [first, second]) = beside();
+    let report = |from, count| Report::Compared { from, grasps: compared(6.0, count) };
+    rollout.receive(&first, report(0, 1), 3000 * SECOND);
+    rollout.receive(&second, report(0, 0), 4000 * SECOND);
+    assert_eq!((rollout.step(), rollout.stopped()), (Vec::new(), None));
+    rollout.receive(&first, report(1, 0), 7000 * SECOND);
+    rollout.step();
+    assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first }));
+}
+
+/// Whoever is on trial with the model already has seen the shadow stage.
+#[test]
+fn a_roll_out_that_is_taken_up_again_has_no_second_shadow_stage() {
+    let mut rollout = Rollout::new(RolloutConfig { shadow: Some(6), ..CONFIG }, members(2));
+    rollout.step();
+    rollout.receive(&members(2)[0], Report::Trying(before()), 0);
+    rollout.receive(&members(2)[1], Report::Fit(before()), 0);
+    assert_eq!(rollout.step(), [Order::Take(members(1).remove(0))]);
+}
+
+/// A roll-out in which both of two grippers replay their recordings.
+fn replaying() -> (Rollout, [Member; 2]) {
+    let mut rollout = Rollout::new(RolloutConfig { replay: true, ..CONFIG }, members(2));
+    rollout.step();
+    let both = [members(2).remove(0), members(2).remove(1)];
+    both.iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
+    assert_eq!(rollout.step(), both.clone().map(Order::Replay));
+    assert_eq!((rollout.progress(), rollout.step()), (Progress::Replay, Vec::new()));
+    (rollout, both)
+}
+
+fn replayed(shadow_n: f32, count: usize) -> Report {
+    let grasps = compared(shadow_n, count);
+    Report::Replayed(Rehearsal { recordings: 1, skipped: Vec::new(), grasps })
+}
+
+#[test]
+fn recordings_are_replayed_before_a_finger_moves() {
+    let (mut rollout, [first, second]) = replaying();
+    rollout.receive(&first, replayed(6.0, 5), 0);
+    rollout.receive(&second, Report::Replaying, 0);
+    assert_eq!(rollout.step(), []);
+    rollout.receive(&second, Report::Replayed(Rehearsal::default()), 0);
+    assert_eq!(rollout.step(), [Order::Take(first)]);
+    assert_eq!(rollout.replays(), Tally { grasps: 5, ..Tally::default() });
+
+    let (mut rollout, [first, second]) = replaying();
+    rollout.receive(&first, replayed(2.0, 2), 0);
+    rollout.receive(&second, replayed(2.0, 2), 0);
+    let tally = Tally { grasps: 3, low: 3, ..Tally::default() };
+    assert_eq!(rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
+    assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
 }

@@ -1,4 +1,4 @@
-//! An object of the grasp simulator and a model in, the grasp as gripfleet reads it from STATE and SLIP out.
+//! An object of the grasp simulator and a model, or two of them, in, the grasp as gripfleet reads it from STATE, SLIP and ESTIMATES out.
 
 use grip_eval::grasp::{Hand, Line, Setup, play, send_all};
 use grip_fleet::rollout::{Grasp, GraspLog};
@@ -12,9 +12,10 @@ use grip_session::{
     model::default_text,
     report::Event,
     session::{Session, SessionError, SessionOptions, Update},
+    shadow::SlipEvidence,
 };
 use grip_sim::Scene;
-use slip_core::{PipelineState, grip::GripState, units::Micros};
+use slip_core::{Phase, PipelineState, grip::GripState, units::Micros};
 
 /// STATE comes five times a second (us).
 const STATE_US: u64 = 200_000;
@@ -22,6 +23,8 @@ const STATE_US: u64 = 200_000;
 /// A session whose states and slips go into a log of grasps.
 struct Logged {
     session: Session,
+    /// A model that is asked about the same slips, as gripd does it.
+    shadow: Option<HostEstimator>,
     log: GraspLog,
     device: (DeviceState, FaultCode),
     due_us: u64,
@@ -53,7 +56,14 @@ impl Hand for Logged {
         let mut left = bytes;
         while let Some(update) = self.session.receive(now_us, &mut left)? {
             match update {
-                Update::Event(Event::Slip(slip)) => self.log.slip(&slip),
+                Update::Event(Event::Slip(slip)) => {
+                    self.log.slip(&slip);
+                    let shadow = self.shadow.as_ref().filter(|_| slip.phase == Phase::Ended);
+                    let evidence = SlipEvidence::of(self.session.log(), slip.t);
+                    if let Some((shadow, evidence)) = shadow.zip(evidence) {
+                        self.log.estimates(&evidence.beside(shadow));
+                    }
+                }
                 Update::Link(HostEvent::Status(status)) => {
                     self.device = (status.state, status.fault);
                 }
@@ -81,11 +91,12 @@ impl Hand for Logged {
     }
 }
 
-/// The object that `seed` draws from the scene, grasped, lifted, held for `seconds` and let go; `None` where no grasp came of it.
+/// The object that `seed` draws from the scene, grasped with the first model, lifted, held for `seconds` and let go; `None` where no grasp came
+/// of it. The second model is asked beside it.
 pub(crate) fn grasp(
     scene: &Scene,
     seed: u64,
-    estimator: &HostEstimator,
+    (estimator, shadow): (&HostEstimator, Option<&HostEstimator>),
     seconds: u64,
 ) -> anyhow::Result<Option<Grasp>> {
     let mut config = scene.config().clone();
@@ -101,7 +112,8 @@ pub(crate) fn grasp(
     let mut log = GraspLog::default();
     log.state(&released);
     let device = (DeviceState::Boot, FaultCode::NONE);
-    let mut hand = Logged { session, log, device, due_us: 0, grasp: None };
+    let shadow = shadow.cloned();
+    let mut hand = Logged { session, shadow, log, device, due_us: 0, grasp: None };
     let duration = Micros(1_000_000 * seconds);
     let (line, incident) = (Line::default(), None);
     play(&Setup { scene: &scene, config: &config, duration, line, incident }, &mut hand)?;

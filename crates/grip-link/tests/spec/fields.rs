@@ -152,12 +152,13 @@ fn channels(table: &[Row], payload: &[u8]) -> String {
 }
 
 /// Messages that end with bytes of any number: their name, and where they begin.
-const TEXTS: [(&str, &str, usize); 6] = [
+const TEXTS: [(&str, &str, usize); 7] = [
     ("WELCOME", "text", 26),
     ("NOTICE", "text", 17),
     ("SETUP", "text", 73),
     ("LOAD", "bytes", 41),
     ("OBJECT", "text", 1),
+    ("SHADOW", "bytes", 41),
     ("LOG", "text", 10),
 ];
 

@@ -3,8 +3,8 @@
 use crate::fields::frames;
 use crate::markdown::{Row, headings, table};
 use grip_link::message::daemon::{
-    Command, Gripper, Health, Load, Notice, Object, PipelineState, ROWS_HEADER, Setup, SlipReport,
-    Subscribe, Welcome,
+    Command, Estimates, Gripper, Health, Load, Notice, Object, PipelineState, ROWS_HEADER, Setup,
+    SlipReport, Subscribe, Welcome,
 };
 use grip_link::message::{
     Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Hello, Ident, Kind, Nack, Ping,
@@ -53,6 +53,8 @@ fn size(kind: Kind) -> usize {
         Kind::QUERY => 0,
         Kind::LOAD => Load::SIZE,
         Kind::OBJECT => Object::SIZE,
+        Kind::SHADOW => Load::SIZE,
+        Kind::ESTIMATES => Estimates::SIZE,
         Kind(other) => panic!("type {other:02x} has no size here"),
     }
 }

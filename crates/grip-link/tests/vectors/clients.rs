@@ -20,6 +20,7 @@ fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
             ToDaemon::Query => 0,
             ToDaemon::Load(message) => message.write(out)?,
             ToDaemon::Object(message) => message.write(out)?,
+            ToDaemon::Shadow(message) => message.write(out)?,
         }
     } else {
         match ToClient::parse(frame)? {
@@ -31,6 +32,7 @@ fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
             ToClient::Rows(message) => message.write(out)?,
             ToClient::Notice(message) => message.write(out)?,
             ToClient::Setup(message) => message.write(out)?,
+            ToClient::Estimates(message) => message.write(out)?,
             ToClient::Ack(message) => message.write(out)?,
             ToClient::Nack(message) => message.write(out)?,
         }

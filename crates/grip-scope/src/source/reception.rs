@@ -119,7 +119,7 @@ impl Reception {
             ToClient::Nack(nack) if nack.reason == NackReason::Version => {
                 self.refusal = Some(self.misfit(None));
             }
-            ToClient::Nack(_) | ToClient::Ack(_) | ToClient::Setup(_) => {}
+            ToClient::Nack(_) | ToClient::Ack(_) | ToClient::Setup(_) | ToClient::Estimates(_) => {}
         }
     }
 

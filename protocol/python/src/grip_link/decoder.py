@@ -208,11 +208,11 @@ TO_HOST = frozenset(
         Kind.SAMPLES, Kind.STATUS, Kind.STATS, Kind.EVENT, Kind.LOG,
     )
 )  # fmt: skip
-TO_DAEMON = frozenset((Kind.SUBSCRIBE, Kind.COMMAND, Kind.QUERY, Kind.LOAD, Kind.OBJECT))
+TO_DAEMON = frozenset((Kind.SUBSCRIBE, Kind.COMMAND, Kind.QUERY, Kind.LOAD, Kind.OBJECT, Kind.SHADOW))
 TO_CLIENT = frozenset(
     (
         Kind.WELCOME, Kind.SLIP, Kind.STATE, Kind.HEALTH, Kind.GRIPPER, Kind.ROWS, Kind.NOTICE,
-        Kind.SETUP, Kind.ACK, Kind.NACK,
+        Kind.SETUP, Kind.ESTIMATES, Kind.ACK, Kind.NACK,
     )
 )  # fmt: skip
 KNOWN = {Role.HOST: TO_HOST, Role.DEVICE: TO_DEVICE, Role.DAEMON: TO_DAEMON, Role.CLIENT: TO_CLIENT}

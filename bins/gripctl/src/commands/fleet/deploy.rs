@@ -10,9 +10,11 @@ use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_fleet::{
     Member,
-    deploy::{digest, examine},
+    deploy::{Rehearsal, digest, examine},
     net::{Deployer, Happening, Session, members},
-    rollout::{Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Report, RolloutConfig},
+    rollout::{
+        Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Report, RolloutConfig, Tally,
+    },
 };
 use grip_record::files;
 use grip_session::exit::{Exit, WrongArgument};
@@ -67,7 +69,9 @@ fn config(args: &DeployArgs) -> Result<RolloutConfig, WrongArgument> {
     }
     let silence_us = micros("--patience", args.patience)?;
     let idle_us = micros("--idle", args.idle)?;
-    Ok(RolloutConfig { some: args.some, judge, difference, grasps, silence_us, idle_us })
+    let shadow = args.shadow.map(usize::from);
+    let (some, replay) = (args.some, !args.no_replay);
+    Ok(RolloutConfig { some, judge, difference, grasps, replay, shadow, silence_us, idle_us })
 }
 
 /// A time (s) in us; one that is too long stands for ever.
@@ -139,10 +143,14 @@ fn drive(
             return Ok(Exit::Done);
         }
         let progress = deployer.progress();
-        printer.progress(&progress, &deployer.evidence(), now_us)?;
+        printer.progress(&progress, &deployer, now_us)?;
         match progress {
             Progress::Done => return printer.done(),
-            Progress::Checking | Progress::Stage(_) | Progress::Accepting => {}
+            Progress::Checking
+            | Progress::Replay
+            | Progress::Shadow
+            | Progress::Stage(_)
+            | Progress::Accepting => {}
             Progress::Stopped(holding) => {
                 let since_us = *stopped_us.get_or_insert(now_us);
                 let enough = now_us.saturating_sub(since_us) > RETURN_US;
@@ -179,7 +187,17 @@ struct Printer {
 #[serde(tag = "type", rename_all = "snake_case")]
 enum Line<'a> {
     Plan {
+        shadow: usize,
         grasps: usize,
+    },
+    Replays {
+        #[serde(flatten)]
+        tally: Tally,
+    },
+    Shadow {
+        wanted: usize,
+        #[serde(flatten)]
+        tally: Tally,
     },
     Stage {
         stage: usize,
@@ -219,12 +237,7 @@ impl Printer {
 
     fn happening(&mut self, happening: &Happening) -> anyhow::Result<()> {
         match happening {
-            Happening::Planned(grasps) if self.json => {
-                output::json(&Line::Plan { grasps: *grasps })
-            }
-            Happening::Planned(grasps) => Ok(output::line(&format!(
-                "everybody was asked and would take it; a stage takes {grasps} grasps"
-            ))?),
+            Happening::Planned { shadow, grasps } => self.planned(*shadow, *grasps),
             Happening::Stage(stage) => self.begin(*stage),
             Happening::Silent(member, reason) => {
                 if self.silent.insert(member.clone(), reason.clone()).as_ref() == Some(reason) {
@@ -240,6 +253,21 @@ impl Printer {
         }
     }
 
+    fn planned(&self, shadow: usize, grasps: usize) -> anyhow::Result<()> {
+        if self.json {
+            return output::json(&Line::Plan { shadow, grasps });
+        }
+        let first = match shadow {
+            0 => String::new(),
+            shadow => {
+                format!("beside the models in force it is asked in {shadow} grasps with a slip; ")
+            }
+        };
+        Ok(output::line(&format!(
+            "everybody was asked and would take it; {first}a stage takes {grasps} grasps"
+        ))?)
+    }
+
     fn begin(&self, stage: usize) -> anyhow::Result<()> {
         if self.json {
             return output::json(&Line::Stage { stage });
@@ -250,7 +278,23 @@ impl Printer {
     fn reported(&mut self, member: &Member, report: &Report) -> anyhow::Result<()> {
         match report {
             Report::Fit(before) if self.json => self.gripper(member, "fit", "", Some(before.len())),
-            Report::Fit(_) | Report::Known => Ok(()),
+            Report::Fit(_) | Report::Trying(_) | Report::Known | Report::Compared { .. } => Ok(()),
+            Report::Replaying => Ok(()),
+            Report::Replayed(rehearsal) => {
+                let Rehearsal { recordings, skipped, grasps } = rehearsal;
+                let mut text = match recordings {
+                    0 => "could not try it on recordings".to_owned(),
+                    _ => format!("tried it on {recordings} recordings"),
+                };
+                for reason in skipped {
+                    text += &format!("; {reason}");
+                }
+                self.gripper(member, "replayed", &text, Some(grasps.len()))
+            }
+            Report::Beside => {
+                let text = "lets it estimate beside the model in force; it moves nothing";
+                self.gripper(member, "beside", text, None)
+            }
             Report::Taken(before) => {
                 self.grasps.insert(member.clone(), 0);
                 let text = format!("tries it; it has made {} grasps before", before.len());
@@ -303,15 +347,34 @@ impl Printer {
     fn progress(
         &mut self,
         progress: &Progress,
-        evidence: &Evidence,
+        deployer: &Deployer,
         now_us: u64,
     ) -> anyhow::Result<()> {
-        let Progress::Stage(stage) = *progress else { return Ok(()) };
+        let stage = match *progress {
+            Progress::Stage(stage) => stage,
+            Progress::Replay if now_us >= self.summary_us => {
+                self.summary_us = now_us + SUMMARY_US;
+                let tally = deployer.replays();
+                if self.json {
+                    return output::json(&Line::Replays { tally });
+                }
+                return Ok(output::line(&format!("recordings: {tally}"))?);
+            }
+            Progress::Shadow if now_us >= self.summary_us => {
+                self.summary_us = now_us + SUMMARY_US;
+                let (wanted, tally) = deployer.shadow();
+                if self.json {
+                    return output::json(&Line::Shadow { wanted, tally });
+                }
+                return Ok(output::line(&format!("shadow, {wanted} grasps wanted: {tally}"))?);
+            }
+            _ => return Ok(()),
+        };
         if now_us < self.summary_us || self.grasps.is_empty() {
             return Ok(());
         }
         self.summary_us = now_us + SUMMARY_US;
-        let Evidence { hold, force, grasps } = *evidence;
+        let Evidence { hold, force, grasps } = deployer.evidence();
         if self.json {
             return output::json(&Line::Evidence { grasps, hold, force });
         }

@@ -11,12 +11,13 @@ bits! {
         1 STATE "STATE.",
         2 HEALTH "HEALTH.",
         3 NEWS "GRIPPER, SETUP, and NOTICE about link, sensors and clients' commands.",
+        4 ESTIMATES "ESTIMATES.",
     }
 }
 
 impl Topics {
     /// All of these.
-    pub const ALL: Self = Self(15);
+    pub const ALL: Self = Self(31);
 }
 
 message! {

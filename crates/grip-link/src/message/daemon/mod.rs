@@ -15,6 +15,8 @@
 //! | AA | QUERY | to daemon | 0 | yes | |
 //! | AB | LOAD | to daemon | 41 + bytes | yes | [`Load`] |
 //! | AC | OBJECT | to daemon | 1 + text | yes | [`Object`] |
+//! | AD | SHADOW | to daemon | 41 + bytes | yes | [`Load`] |
+//! | AE | ESTIMATES | to client | 36 | | [`Estimates`] |
 //!
 //! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
@@ -30,7 +32,7 @@ mod rows;
 pub use command::{Command, Object};
 pub use greet::{Subscribe, Topics, Welcome, WelcomeFlags};
 pub use gripper::Gripper;
-pub use model::{Load, Setup};
+pub use model::{Estimates, Load, Setup, Unsure};
 pub use notice::Notice;
 pub use rows::{ROWS_HEADER, RowOfSample, RowSet, Rows, RowsHeader};
 pub use slip_msg::{
@@ -62,6 +64,8 @@ pub enum ToClient<'a> {
     Notice(Notice<'a>),
     /// A7
     Setup(Setup<'a>),
+    /// AE
+    Estimates(Estimates),
     /// 8E
     Ack(Ack),
     /// 8F
@@ -84,6 +88,7 @@ impl<'a> ToClient<'a> {
             Kind::ROWS => Self::Rows(Rows::parse(payload)?),
             Kind::NOTICE => Self::Notice(Notice::parse(payload)?),
             Kind::SETUP => Self::Setup(Setup::parse(payload)?),
+            Kind::ESTIMATES => Self::Estimates(Estimates::parse(payload)?),
             Kind::ACK => Self::Ack(Ack::parse(payload)?),
             Kind::NACK => Self::Nack(Nack::parse(payload)?),
             Kind(kind) => return Err(PayloadError::Kind { kind }),
@@ -104,6 +109,8 @@ pub enum ToDaemon<'a> {
     Load(Load<'a>),
     /// AC
     Object(Object<'a>),
+    /// AD
+    Shadow(Load<'a>),
 }
 
 impl<'a> ToDaemon<'a> {
@@ -118,6 +125,7 @@ impl<'a> ToDaemon<'a> {
             Kind::QUERY => Self::Query,
             Kind::LOAD => Self::Load(Load::parse(frame.payload)?),
             Kind::OBJECT => Self::Object(Object::parse(frame.payload)?),
+            Kind::SHADOW => Self::Shadow(Load::parse(frame.payload)?),
             Kind(kind) => return Err(PayloadError::Kind { kind }),
         })
     }

@@ -53,6 +53,8 @@ class Kind(OpenCode):
     QUERY = 0xAA
     LOAD = 0xAB
     OBJECT = 0xAC
+    SHADOW = 0xAD
+    ESTIMATES = 0xAE
 
 
 class DeviceState(OpenCode):

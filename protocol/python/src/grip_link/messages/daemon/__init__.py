@@ -21,15 +21,17 @@ from .codes import (
     SensorHealth,
     SpeedSource,
     Topics,
+    Unsure,
     WelcomeFlags,
 )
-from .reports import Gripper, Health, Slip, State
+from .reports import Estimates, Gripper, Health, Slip, State
 from .requests import Command, Load, Subscribe
 from .rows import Row, Rows
 from .texts import Notice, Object, Setup, Welcome
 
 __all__ = [
-    "Causes", "Command", "DroppedClass", "EscKind", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Load", "Method",
-    "Notice", "NoticeKind", "Object", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene", "Sensor",
-    "SensorHealth", "Setup", "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Welcome", "WelcomeFlags",
+    "Causes", "Command", "DroppedClass", "EscKind", "Estimates", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Load",
+    "Method", "Notice", "NoticeKind", "Object", "Operation", "Phase", "RealTime", "Recording", "Row", "RowSet", "Rows", "Scene",
+    "Sensor", "SensorHealth", "Setup", "Slip", "SpeedSource", "State", "Subscribe", "Topics", "Unsure", "Welcome",
+    "WelcomeFlags",
 ]  # fmt: skip

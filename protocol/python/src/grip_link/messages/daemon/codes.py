@@ -180,6 +180,14 @@ class Topics(IntFlag):
     STATE = 2
     HEALTH = 4
     NEWS = 8
+    ESTIMATES = 16
+
+
+class Unsure(IntFlag):
+    """Which of two estimates may not move the fingers."""
+
+    IN_FORCE = 1
+    SHADOW = 2
 
 
 class WelcomeFlags(IntFlag):

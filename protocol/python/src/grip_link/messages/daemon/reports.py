@@ -1,4 +1,4 @@
-"""SLIP, STATE, HEALTH and GRIPPER: what a daemon tells. NaN stands for what is not known; infinite values are refused."""
+"""SLIP, STATE, HEALTH, GRIPPER and ESTIMATES: what a daemon tells. NaN stands for what is not known; infinite values are refused."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from ..codes import DeviceState
 from ..wire import BadValue, pack, unpack
-from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource
+from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource, Unsure
 
 NOT_KNOWN = 0xFFFFFFFF
 _SLIP = struct.Struct("<IQQBBBBfffffIffBBBBfff")
@@ -19,6 +19,7 @@ _LATE = struct.Struct("<f")
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
 _APPENDED = struct.Struct("<ffq" + 24 * "Q")
 _GRIPPER = struct.Struct("<16sIIfBBH")
+_ESTIMATES = struct.Struct("<IQQfffHH")
 
 
 def _offsets(layout: struct.Struct) -> list[int]:
@@ -224,3 +225,29 @@ class Gripper:
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
         return pack(_GRIPPER, *astuple(self), 0)
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """ESTIMATES (AE), 36 bytes: what the model in force and the shadow model made of a slip that has ended."""
+
+    slip: int
+    device_us: int
+    host_us: int
+    slipped: float
+    """N"""
+    in_force: float
+    """N"""
+    shadow: float
+    """N"""
+    unsure: Unsure
+
+    @classmethod
+    def parse(cls, payload: bytes) -> Estimates:
+        """Reads a payload; raises PayloadError."""
+        *values, unsure, _ = _finite(_ESTIMATES, payload)
+        return cls(*values, Unsure(unsure))
+
+    def pack(self) -> bytes:
+        """The payload; raises PayloadError."""
+        return pack(_ESTIMATES, *astuple(self), 0)

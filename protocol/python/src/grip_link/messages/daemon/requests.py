@@ -1,4 +1,4 @@
-"""SUBSCRIBE, COMMAND and LOAD: what a client sends; OBJECT stands with the texts."""
+"""SUBSCRIBE, COMMAND, LOAD and SHADOW: what a client sends; OBJECT stands with the texts."""
 
 from __future__ import annotations
 
@@ -63,7 +63,8 @@ class Command:
 
 @dataclass(frozen=True)
 class Load:
-    """LOAD (AB), 41 bytes and a piece: a part of a model file; size 0 stands for the model of the configuration."""
+    """LOAD (AB) and SHADOW (AD), 41 bytes and a piece: a part of a model file; size 0 stands for the model of the configuration, or for
+    no shadow."""
 
     sha256: _Bytes
     size: int
