@@ -11,20 +11,16 @@ mkdir -p "$target"
 target=$(cd "$target" && pwd)
 
 missing=
-[ -x /usr/bin/cargo ] && [ -x /usr/bin/rustc ] && [ -d /usr/lib/rustlib/src/rust/library/core ] ||
-    missing="rustc-web cargo-web rust-web-src rust-web-llvm"
-command -v ld.lld-22 >/dev/null || missing="$missing lld-22"
-command -v qemu-system-arm >/dev/null || missing="$missing qemu-system-arm"
+command -v qemu-system-arm >/dev/null || missing="qemu-system-arm"
 command -v arm-none-eabi-size >/dev/null || missing="$missing binutils-arm-none-eabi"
 # shellcheck disable=SC2086 # a list of packages
 [ -z "$missing" ] || install_packages $missing
+second_compiler
 
 elf=$target/thumbv7em-none-eabihf/release/mcu-cost
-# Debian's compiler, with the unstable option that builds core from its sources. No flag of the caller may leak in.
 build() {
-    (cd "$root/benches/mcu" && env -u RUSTFLAGS -u RUSTUP_TOOLCHAIN PATH=/usr/bin:/bin CARGO_HOME="${CARGO_HOME:-$HOME/.cargo}" \
-        RUSTC_BOOTSTRAP=1 CARGO_TARGET_DIR="$target" CARGO_PROFILE_RELEASE_OPT_LEVEL="$opt" \
-        /usr/bin/cargo build --release --locked --quiet -Zbuild-std=core "$@")
+    (cd "$root/benches/mcu" && CARGO_TARGET_DIR="$target" CARGO_PROFILE_RELEASE_OPT_LEVEL="$opt" \
+        core_from_source build --release --locked --quiet "$@")
 }
 text() { arm-none-eabi-size "$elf" | awk 'NR == 2 { print $1 + $2 }'; }
 

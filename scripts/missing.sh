@@ -33,3 +33,18 @@ python_work() {
     python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
     export PYTHONPYCACHEPREFIX="$work/byte-code"
 }
+
+#   second_compiler      installs Debian's Rust with its sources (a download of 170 MB) and lld where they are missing
+#   core_from_source ARGUMENT...   is its `cargo` with them, with the unstable option that builds core; no flag of the caller leaks in
+second_compiler() {
+    packages=
+    [ -x /usr/bin/cargo ] && [ -x /usr/bin/rustc ] && [ -d /usr/lib/rustlib/src/rust/library/core ] ||
+        packages="rustc-web cargo-web rust-web-src rust-web-llvm"
+    command -v ld.lld-22 >/dev/null || packages="$packages lld-22"
+    # shellcheck disable=SC2086 # a list of packages
+    [ -z "$packages" ] || install_packages $packages
+}
+core_from_source() {
+    env -u RUSTFLAGS -u RUSTUP_TOOLCHAIN PATH=/usr/bin:/bin CARGO_HOME="${CARGO_HOME:-$HOME/.cargo}" RUSTC_BOOTSTRAP=1 \
+        /usr/bin/cargo "$@" -Zbuild-std=core
+}

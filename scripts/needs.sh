@@ -19,7 +19,6 @@ done
 need pip "the Python environment of scripts/python.sh" scripts/python.sh
 for tool in c++ openssl; do need "$tool" "$tool" command -v "$tool"; done
 need node "Node.js with npm" sh -c "command -v node && command -v npm"
-need thumb "rustup, or Rust's core for thumbv6m-none-eabi" sh -c 'command -v rustup || test -d "$(rustc --print sysroot)/lib/rustlib/thumbv6m-none-eabi"'
 need dpkg dpkg command -v dpkg-deb
 need systemd systemd-analyze command -v systemd-analyze
 need udevadm "udevadm verify (systemd 254)" sh -c "udevadm verify --help 2>&1"
