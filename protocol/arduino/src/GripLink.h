@@ -14,8 +14,8 @@ class GripBoard {
   GripBoard(Stream &port, uint32_t rate_max_hz) : port(port) {
     id.tick_hz = 1000000;
     id.rate_max_hz = rate_max_hz;
-    // Nothing follows these. The link has no board without an actuator, and gripd works with no less.
-    id.force_max_mn = 10000;
+    // No actuator.
+    id.force_max_mn = 0;
     id.slew_max_mn_s = 100000;
   }
 

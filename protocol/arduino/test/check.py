@@ -23,7 +23,7 @@ CHANNELS = {"piezo": 1, "loadcell": 2}
 def conversation(process, sample_format, clock):
     """Batches and link. Time is that of the emulated board, whatever pace this computer has."""
     stream = FdStream(process.stdout.fileno(), owns=False)
-    config = Config(sample_rate_hz=RATE_HZ, batch=10, format=sample_format, force_max_mn=10_000, slew_mn_s=100_000, hold_cap_mn=0)
+    config = Config(sample_rate_hz=RATE_HZ, batch=10, format=sample_format, force_max_mn=0, slew_mn_s=100_000, hold_cap_mn=0)
     link = HostLink(HostConfig(config=config, stale_us=1_000_000, lost_us=5_000_000, hello_for_us=5_000_000))
     now = lambda: int.from_bytes(clock.read_bytes(), "little") + 1
     link.open(now(), 0xBEE5)

@@ -1,6 +1,6 @@
 // A piezo on A0 at up to 500 Hz: wired as docs/hardware.md shows, with the supply of this board at the upper resistor.
 //
-//   gripd --port /dev/ttyACM0 --baud 1000000 --dry-run
+//   gripd --sensor /dev/ttyACM0 --baud 1000000
 //
 // A software stop is not a safety function.
 #include <GripLink.h>

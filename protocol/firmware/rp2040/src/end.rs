@@ -134,8 +134,8 @@ fn ident(boot_id: u32) -> Ident {
         tick_hz: 1_000_000,
         limits: Limits {
             rate_max_hz: RATE_HZ,
-            // Nothing follows these. The link has no board without an actuator, and gripd works with no less.
-            force_max_mn: 10_000,
+            // No actuator.
+            force_max_mn: 0,
             slew_max_mn_s: 100_000,
             hold_cap_mn: 0,
             travel_min_um: 0,

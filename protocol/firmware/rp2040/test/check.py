@@ -77,7 +77,7 @@ class Board:
     def listen(self, timeout_s):
         """Lines of LOG and rows of SAMPLES until the emulator ends."""
         stream = FdStream(self.process.stdout.fileno(), owns=False)
-        config = Config(sample_rate_hz=RATE_HZ, batch=10, format=SampleFormat.I16, force_max_mn=10_000, slew_mn_s=100_000, hold_cap_mn=0)
+        config = Config(sample_rate_hz=RATE_HZ, batch=10, format=SampleFormat.I16, force_max_mn=0, slew_mn_s=100_000, hold_cap_mn=0)
         link = HostLink(HostConfig(config=config, stale_us=400_000, lost_us=5_000_000, hello_for_us=5_000_000))
         begin = time.monotonic()
         # Time is that of the emulated board, whatever pace this computer has.
