@@ -13,9 +13,9 @@ use core::{
 };
 use grip_fleet::{
     EventLog, Member, Part, Uid,
-    deploy::{Examined, How, ModelId, Models, Offer, Order, Put, Rehearsal, digest},
+    deploy::{Examined, How, ModelId, Models, Offer, Order, Put, digest},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
-    rollout::{Finished, Grasp, Progress, Report, RolloutConfig, Stop, Worse, Wrong},
+    rollout::{Finished, Grasp, Progress, Rehearsal, Report, RolloutConfig, Stop, Worse, Wrong},
 };
 use grip_link::message::FaultCode;
 use grip_session::{

@@ -8,9 +8,9 @@ use grip_daemon::{
 };
 use grip_eval::trial;
 use grip_fleet::{
-    deploy::{Rehearsal, rehearse},
+    deploy::rehearse,
     recordings::Shelf,
-    rollout::{Grasp, ShadowConfig, Tally, Wrong},
+    rollout::{Grasp, Rehearsal, ShadowConfig, Tally, Wrong},
 };
 use grip_record::mcap::Attached;
 use grip_session::{

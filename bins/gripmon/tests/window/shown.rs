@@ -190,7 +190,7 @@ fn an_empty_window_states_why() {
     let harness = window(Model::new(1 << 20), Panel::Health);
     harness.get_by_label_contains("No stylus samples yet.");
     assert!(harness.query_all_by_label_contains("no source").count() >= 1);
-    harness.get_by_label_contains("This source tells no figures of a link");
+    harness.get_by_label_contains("This source has no figures of a link");
 }
 
 #[test]

@@ -15,13 +15,13 @@ mod standing;
 pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
 pub use models::{Models, Notice, OrderFault, Put, Swap};
 pub use order::{Offer, Order, OrderError};
-pub use rehearsal::{Rehearsal, rehearse, replay};
+pub use rehearsal::{rehearse, replay};
 pub use shelf::{Shelf, ShelfError};
 pub use standing::{
     Ended, How, Lasting, ModelId, ReplayReport, ShadowReport, Standing, TrialReport,
 };
 
-use crate::rollout::{Finished, Grasp};
+use crate::rollout::{Finished, Grasp, Rehearsal};
 use grip_link::message::FaultCode;
 
 /// Grasps that are kept of each model, the latest ones; of a model on trial the first.

@@ -5,7 +5,7 @@
 
 use crate::{
     recordings::Shelf,
-    rollout::{Grasp, GraspLog},
+    rollout::{Grasp, GraspLog, Rehearsal},
 };
 use grip_link::message::{DeviceState, FaultCode};
 use grip_session::{
@@ -15,7 +15,6 @@ use grip_session::{
     shadow::SlipEvidence,
     tape::{Played, Tape, TapeError, TapeOptions},
 };
-use serde::{Deserialize, Serialize};
 use slip_core::{
     Phase, PipelineState, Sample, Step,
     grip::{GripEvent, GripState},
@@ -30,17 +29,6 @@ const STATE_EVERY: Micros = Micros(200_000);
 const MOST_RECORDINGS: usize = 8;
 /// A minute at 10 kHz has some 25 MB.
 const MOST_BYTES: u64 = 256 << 20;
-
-/// What a gripper's own recordings show of a model.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Rehearsal {
-    /// Recordings that were replayed to their ends.
-    pub recordings: usize,
-    /// What kept others from it, a sentence each; also that there are none.
-    pub skipped: Vec<String>,
-    /// Grasps in which both models were asked, in their order.
-    pub grasps: Vec<Grasp>,
-}
 
 /// Replays the latest recordings of a shelf, or states why there are none. The one that is being written is left out.
 #[must_use]

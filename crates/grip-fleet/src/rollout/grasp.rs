@@ -52,6 +52,17 @@ impl Grasp {
     }
 }
 
+/// What a gripper's own recordings show of a model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rehearsal {
+    /// Recordings that were replayed to their ends.
+    pub recordings: usize,
+    /// What kept others from it, a sentence each; also that there are none.
+    pub skipped: Vec<String>,
+    /// Grasps in which both models were asked, in their order.
+    pub grasps: Vec<Grasp>,
+}
+
 /// A finished grasp and its number, from 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {

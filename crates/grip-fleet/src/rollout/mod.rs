@@ -1,9 +1,8 @@
 //! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
 //!
-//! Everybody is asked whether it would take the model, before anybody has it, and replays its own recordings with it. Then it estimates beside the model in force at all of them, and
-//! moves nothing ([`ShadowConfig`]). Then one gripper tries it, then some, then all. A stage is over when
-//! each of its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together
-//! ([`JudgeConfig`]). After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody
+//! Everybody is asked whether it would take the model, before anybody has it, and replays its own recordings with it. Then it estimates beside the
+//! model in force at all of them, and moves nothing ([`ShadowConfig`]). Then one gripper tries it, then some, then all. A stage is over when each of
+//! its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together ([`JudgeConfig`]). After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody
 //! watches it any more. With the first refusal, the first evidence that the model is worse and the first gripper that gives no answer the
 //! roll-out stops, and everybody who has taken the model gives it back.
 
@@ -11,11 +10,11 @@ mod grasp;
 mod judge;
 mod shadow;
 
-pub use grasp::{Finished, Grasp, GraspLog};
+pub use grasp::{Finished, Grasp, GraspLog, Rehearsal};
 pub use judge::{Bets, Difference, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
 pub use shadow::{Compared, ShadowConfig, Tally, Wrong};
 
-use crate::{deploy::Rehearsal, key::Member};
+use crate::key::Member;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Each gripper of a stage makes at least so many grasps.

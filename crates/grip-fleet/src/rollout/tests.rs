@@ -1,10 +1,10 @@
 //! Roll-outs to simulated grippers whose grasps depend on the model.
 
 use super::{
-    Compared, Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop, Tally,
-    Worse, Wrong,
+    Compared, Grasp, JudgeConfig, Order, Progress, Rehearsal, Report, Rollout, RolloutConfig, Stop,
+    Tally, Worse, Wrong,
 };
-use crate::{deploy::Rehearsal, key::Member};
+use crate::key::Member;
 use grip_session::config::Uid;
 use std::collections::BTreeMap;
 
