@@ -12,10 +12,10 @@ use core::{
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Setup,
-    deploy::{Examined, MOST_BYTES, Models, Notice, Order, Put, Rehearsal, Standing, rehearse},
+    deploy::{Examined, MOST_BYTES, Models, Notice, Order, Put, Standing, rehearse},
     net::{NetError, Question},
     recordings::Shelf,
-    rollout::Finished,
+    rollout::{Finished, Rehearsal},
 };
 use grip_link::message::FaultCode;
 use grip_session::exit::message;

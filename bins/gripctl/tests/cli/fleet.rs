@@ -4,9 +4,9 @@ use crate::run::{Ran, gripctl};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_fleet::{
     About, EventLog, Member, Part, Spool, Topic, Uid,
-    deploy::{Models, Order, Rehearsal, digest, examine},
+    deploy::{Models, Order, digest, examine},
     net::{Announced, Network, Question},
-    rollout::{Compared, Finished, Grasp},
+    rollout::{Compared, Finished, Grasp, Rehearsal},
 };
 use grip_link::{
     frame::{self, Direction, Header, MAX_WIRE},

@@ -10,10 +10,11 @@ use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_fleet::{
     Member,
-    deploy::{Rehearsal, digest, examine},
+    deploy::{digest, examine},
     net::{Deployer, Happening, Session, members},
     rollout::{
-        Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Report, RolloutConfig, Tally,
+        Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Rehearsal, Report, RolloutConfig,
+        Tally,
     },
 };
 use grip_record::files;
