@@ -245,8 +245,9 @@ class Estimates:
     @classmethod
     def parse(cls, payload: bytes) -> Estimates:
         """Reads a payload; raises PayloadError."""
-        *values, unsure, _ = _finite(_ESTIMATES, payload)
-        return cls(*values, Unsure(unsure))
+        v = _finite(_ESTIMATES, payload)
+        values: list[Any] = [*v[:6], Unsure(v[6])]
+        return cls(*values)
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
