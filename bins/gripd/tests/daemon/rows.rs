@@ -14,6 +14,8 @@ use std::{
     os::unix::net::UnixStream,
     path::Path,
     process::{Child, Stdio},
+    thread,
+    time::Instant,
 };
 
 const RATE: u32 = 1600;
@@ -79,6 +81,16 @@ fn standard_input_to_its_end() {
     );
     assert_eq!(ran.code, 0, "{ran:?}");
     assert!(ran.err.contains("only observing") && ran.err.contains("run in real time"), "{ran:?}");
+}
+
+#[test]
+fn a_csv_of_a_vibration_has_its_column_and_replays_to_its_slip() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = piped(folder.path(), &["--sensor", "rows:-", "--json", "--record", "run.csv"], csv());
+    slipped(&ran.done().json());
+    let recorded = std::fs::read_to_string(folder.path().join("run.csv")).unwrap();
+    let columns: Vec<&str> = recorded.lines().next().unwrap().split(',').collect();
+    assert!(columns.contains(&"vibration") && !columns.contains(&"stylus"), "{columns:?}");
 }
 
 #[test]
@@ -178,10 +190,16 @@ fn a_program_that_connects_gets_events_and_commands_back() {
     let address = format!("127.0.0.1:{}", free_port());
     let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
     let mut stream = connected(|| TcpStream::connect(&address));
-    stream.write_all(csv().as_bytes()).unwrap();
+    // With a gripper no row waits: they come in real time, 8 of them every 5 ms.
+    let (text, start) = (csv(), Instant::now());
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    for (sent, lines) in (0_u32..).zip(lines.chunks(8)) {
+        thread::sleep((start + sent * Duration::from_millis(5)).duration_since(Instant::now()));
+        stream.write_all(lines.concat().as_bytes()).unwrap();
+    }
     stream.shutdown(Shutdown::Write).unwrap();
     let back = json_lines(stream);
-    let ran = served.end().done();
+    let ran = served.end();
     slipped(&back);
     let forces: Vec<f64> = back
         .iter()

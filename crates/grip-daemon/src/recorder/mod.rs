@@ -355,10 +355,10 @@ impl Recorder {
                     let next = Table::next(&self.wanted, table.number + 1)?;
                     let file = next.file.clone();
                     mem::replace(&mut **table, next).finish()?;
-                    table.begin(beginning.taxels);
+                    table.begin(beginning);
                     self.began(file);
                 } else {
-                    table.begin(beginning.taxels);
+                    table.begin(beginning);
                 }
                 Ok(())
             }
@@ -472,7 +472,9 @@ impl Recorder {
             })
         } else {
             Table::next(&self.wanted, next).map(|mut table| {
-                table.begin(self.standing.beginning.map_or(0, |beginning| beginning.taxels));
+                if let Some(beginning) = &self.standing.beginning {
+                    table.begin(beginning);
+                }
                 Output::Csv(Box::new(table))
             })
         };

@@ -2,7 +2,8 @@
 
 use super::{RecorderError, name};
 use grip_record::{ChannelSet, CsvWriter, StylusKind};
-use slip_core::Sample;
+use grip_session::session::Beginning;
+use slip_core::{Sample, Signal};
 use std::{
     fs::File,
     io::{BufWriter, Write as _},
@@ -17,6 +18,8 @@ pub(super) struct Table {
     out: Option<File>,
     sync: Option<File>,
     writer: Option<CsvWriter<BufWriter<File>>>,
+    /// What the samples of its pipeline are.
+    stylus: StylusKind,
     taxels: usize,
 }
 
@@ -35,6 +38,7 @@ impl Table {
             out: Some(out),
             sync,
             writer: None,
+            stylus: StylusKind::Displacement,
             taxels: 0,
         })
     }
@@ -51,9 +55,13 @@ impl Table {
         self.writer.is_some()
     }
 
-    /// A pipeline begins: its samples come with frames of so many taxels.
-    pub(super) fn begin(&mut self, taxels: usize) {
-        self.taxels = taxels;
+    /// A pipeline begins.
+    pub(super) fn begin(&mut self, beginning: &Beginning) {
+        self.taxels = beginning.taxels;
+        self.stylus = match beginning.config.signal {
+            Signal::Displacement => StylusKind::Displacement,
+            Signal::Vibration => StylusKind::Vibration,
+        };
     }
 
     /// Every channel and every taxel has a column, used or not: a sensor may be silent at the first sample, and a replay knows
@@ -65,8 +73,7 @@ impl Table {
             if self.sync.is_some() {
                 out.set_len(0).map_err(unwritable)?;
             }
-            let channels =
-                ChannelSet::all(StylusKind::Displacement).with_taxels(self.taxels).with_arrivals();
+            let channels = ChannelSet::all(self.stylus).with_taxels(self.taxels).with_arrivals();
             let writer = CsvWriter::new(BufWriter::with_capacity(1 << 16, out), &channels);
             self.writer = Some(writer.map_err(failed)?);
         }

@@ -21,6 +21,8 @@ const UNSENT: usize = 16 * 1024;
 /// Rows after which times and rate are compared, and how many periods apart all of these are where the times are in another unit.
 const COMPARED: u64 = 4;
 const OTHER_UNIT: f64 = 10.0;
+/// A row this far (us) ahead of the clock has a wrong time; nobody waits for it.
+const LEAP_US: f64 = 10e6;
 /// Rows in this time (us) that are all older than one before: their source has set its clock back.
 const REFUSED_US: f64 = 1e6;
 /// Reports of the same kind that are written out.
@@ -276,7 +278,7 @@ impl RowBoard {
                 (Ok(()), _) => {
                     #[expect(clippy::cast_precision_loss, reason = "below 2^53 rows")]
                     let t_us = timed.map_or(number as f64 * period_us, |s| 1e6 * s);
-                    if self.follows(t_us, timed.is_some())? {
+                    if self.follows(now_us, t_us, timed.is_some())? {
                         self.wait(now_us)?;
                         return Ok(true);
                     }
@@ -292,11 +294,11 @@ impl RowBoard {
     }
 
     /// Whether the row that was cut is newer than the one before; what is missing between them is counted.
-    fn follows(&mut self, t_us: f64, timed: bool) -> Result<bool, RowsError> {
+    fn follows(&mut self, now_us: u64, t_us: f64, timed: bool) -> Result<bool, RowsError> {
         let Some(cutter) = &self.cutter else { return Ok(false) };
         let (row, period_us) = (cutter.row(), cutter.header().period_us());
         let is_first = self.board.is_none();
-        let gap = (t_us + self.times.shift_us - self.times.last_us) / period_us;
+        let mut gap = (t_us + self.times.shift_us - self.times.last_us) / period_us;
         if !is_first && row <= COMPARED {
             let least = self.times.least.map_or(gap, |least| least.min(gap));
             self.times.least = Some(least);
@@ -320,6 +322,18 @@ impl RowBoard {
                 .push(format!("t_s went back at row {row}; times go on from where they were"));
         }
         self.times.refused = 0;
+        if let Some(board) = self.board.as_mut().filter(|_| timed) {
+            #[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]
+            let ahead_us = t_us + self.times.shift_us - board.clock.tick(now_us) as f64;
+            if ahead_us > LEAP_US {
+                self.times.shift_us -= (gap - 1.0) * period_us;
+                gap = 1.0;
+                let s = 1e-6 * ahead_us;
+                let text =
+                    format!("t_s is {s:.1} s ahead at row {row}; times go on from where they were");
+                self.reports.push(text);
+            }
+        }
         self.times.last_us = t_us + self.times.shift_us;
         // Datagrams are lost one by one; in a stream only what a program left out is missing, and its times may be those of a loop.
         let (least, least_us) = if self.options.datagrams { (1.5, 0.0) } else { (10.0, 20_000.0) };
@@ -359,7 +373,12 @@ impl RowBoard {
             link.ready(tick);
             self.board = Some(Board {
                 link,
-                clock: RowClock::new(now_us, tick, !self.options.datagrams),
+                // With a gripper no row waits: what waited would be old when it is answered.
+                clock: RowClock::new(
+                    now_us,
+                    tick,
+                    !self.options.datagrams && self.options.actuator.is_none(),
+                ),
                 sampling: false,
                 waiting: Some(tick),
                 due_us: now_us,

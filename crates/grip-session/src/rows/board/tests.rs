@@ -224,11 +224,61 @@ fn datagrams_may_be_lost_doubled_or_late() {
     assert_eq!((bench.board.counters(), bench.session.lost()), (counters, 8));
 }
 
+/// Rows of `text` as a sender gives them that is so many times as fast as 1600 a second; each is taken at once.
+fn live(bench: &mut Bench, text: &str, speed: f64) {
+    let mut lines = text.lines();
+    bench.board.push(format!("{}\n", lines.next().unwrap()).as_bytes()).unwrap();
+    let (mut sent, start_us) = (0_u32, bench.now_us);
+    while lines.clone().next().is_some() {
+        #[expect(clippy::cast_precision_loss, reason = "some seconds")]
+        let passed_s = 1e-6 * (bench.now_us - start_us) as f64;
+        while f64::from(sent) < 1600.0 * speed * passed_s
+            && let Some(line) = lines.next()
+        {
+            bench.board.push(format!("{line}\n").as_bytes()).unwrap();
+            sent += 1;
+        }
+        bench.turn().unwrap();
+        let waiting = u64::from(sent) - bench.board.counters().rows;
+        // The host needs a moment to begin.
+        assert!(bench.now_us - start_us < 200_000 || waiting == 0, "{waiting} rows wait");
+    }
+    bench.board.end().unwrap();
+    (0..8).for_each(|_| bench.turn().unwrap());
+}
+
+const ACTUATOR: Option<Actuator> = Some(Actuator { force_max_n: 20.0, slew_n_s: 200.0 });
+
+#[test]
+fn with_a_gripper_no_row_waits_however_fast_they_come() {
+    for speed in [1.0, 1.12, 1.3, 3.0] {
+        let mut bench = Bench::new(BoardOptions { actuator: ACTUATOR, ..STREAM });
+        live(&mut bench, &vibration(0.0), speed);
+        assert_eq!(bench.board.counters().rows, 3200);
+    }
+}
+
+#[test]
+fn a_time_far_ahead_is_not_waited_for() {
+    for (actuator, ahead_s) in [(None, 1e6), (ACTUATOR, 1e6), (None, 30.0)] {
+        let mut bench = Bench::new(BoardOptions { actuator, ..STREAM });
+        let text = vibration(0.0).replacen("1.000000,", &format!("{},", 1.0 + ahead_s), 1);
+        bench.run(text.as_bytes()).unwrap();
+        // A second of rows is older than the wrong one; then their times are followed again.
+        let counters = bench.board.counters();
+        assert!(counters.rows >= 1590 && counters.missing == 0, "{counters:?}");
+        assert!(
+            bench.reports.iter().any(|text| text.contains("ahead at row")),
+            "{:?}",
+            bench.reports
+        );
+    }
+}
+
 #[test]
 fn a_gripper_of_the_program_gets_the_force() {
-    let actuator = Some(Actuator { force_max_n: 20.0, slew_n_s: 200.0 });
-    let mut bench = Bench::new(BoardOptions { actuator, ..STREAM });
-    bench.run(vibration(0.0).as_bytes()).unwrap();
+    let mut bench = Bench::new(BoardOptions { actuator: ACTUATOR, ..STREAM });
+    live(&mut bench, &vibration(0.0), 1.0);
     assert!(bench.session.counters().commands > 0);
     let forces: Vec<i32> = bench.drives.iter().map(|(_, drive)| drive.force_mn()).collect();
     let most = forces.iter().copied().max().unwrap();
