@@ -184,19 +184,24 @@ fn json_lines(from: impl Read) -> Vec<Value> {
     BufReader::new(from).lines().map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect()
 }
 
-#[test]
-fn a_program_that_connects_gets_events_and_commands_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let address = format!("127.0.0.1:{}", free_port());
-    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
-    let mut stream = connected(|| TcpStream::connect(&address));
-    // With a gripper no row waits: they come in real time, 8 of them every 5 ms.
+/// With a gripper no row waits: 8 of them every 5 ms.
+#[expect(clippy::disallowed_methods, reason = "a test may send at times of its own")]
+fn in_real_time(stream: &mut TcpStream) {
     let (text, start) = (csv(), Instant::now());
     let lines: Vec<&str> = text.split_inclusive('\n').collect();
     for (sent, lines) in (0_u32..).zip(lines.chunks(8)) {
         thread::sleep((start + sent * Duration::from_millis(5)).duration_since(Instant::now()));
         stream.write_all(lines.concat().as_bytes()).unwrap();
     }
+}
+
+#[test]
+fn a_program_that_connects_gets_events_and_commands_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let mut stream = connected(|| TcpStream::connect(&address));
+    in_real_time(&mut stream);
     stream.shutdown(Shutdown::Write).unwrap();
     let back = json_lines(stream);
     let ran = served.end();
