@@ -11,7 +11,7 @@ profile=${1:-release}
 target=${CARGO_TARGET_DIR:-target}
 command -v c++ >/dev/null || { missing c++ 'c++: rows from C++ are not checked'; exit 0; }
 
-cargo build --locked -q --profile "$profile" -p gripd
+if [ "$profile" = release ]; then scripts/release-build.sh; else cargo build --locked -q --profile "$profile" -p gripd; fi
 mkdir -p "$target/rows-check"
 work=$(cd "$target/rows-check" && pwd)
 find "$work" -mindepth 1 -delete
