@@ -2,19 +2,23 @@
 //!
 //! Everybody is asked whether it would take the model, before anybody has it, and replays its own recordings with it. Then it estimates beside the
 //! model in force at all of them, and moves nothing ([`ShadowConfig`]). Then one gripper tries it, then some, then all. A stage is over when each of
-//! its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together ([`JudgeConfig`]). After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody
-//! watches it any more. With the first refusal, the first evidence that the model is worse and the first gripper that gives no answer the
+//! its grippers has made its share of the grasps of a stage. The grasps of all grippers that try the model are judged together ([`JudgeConfig`]).
+//! After the last stage everybody is ordered to keep the model. Until then whoever tries it goes back by itself where nobody watches it any more. With the first refusal, the first evidence that the model is worse and the first gripper that gives no answer the
 //! roll-out stops, and everybody who has taken the model gives it back.
 
 mod grasp;
 mod judge;
+mod phase;
+mod report;
 mod shadow;
 
 pub use grasp::{Finished, Grasp, GraspLog, Rehearsal};
 pub use judge::{Bets, Difference, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
+pub use report::{Order, Progress, Report, Stop};
 pub use shadow::{Compared, ShadowConfig, Tally, Wrong};
 
 use crate::key::Member;
+use phase::{Phase, Running, Watched};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Each gripper of a stage makes at least so many grasps.
@@ -63,261 +67,6 @@ impl RolloutConfig {
     /// When the model is stopped as a shadow.
     const fn shadow(&self) -> ShadowConfig {
         ShadowConfig { alpha: self.judge.alpha, most: self.difference.force }
-    }
-}
-
-/// What a gripper is ordered.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Would you take the new model?
-    Check(Member),
-    /// Replay your recordings with it.
-    Replay(Member),
-    /// Let it estimate beside the model in force.
-    Shadow(Member),
-    /// Take it and try it.
-    Take(Member),
-    /// Keep it.
-    Accept(Member),
-    /// Go back to the one before.
-    GiveBack(Member),
-}
-
-/// What a gripper reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Report {
-    /// It would take the model; its grasps with the one in force.
-    Fit(Vec<Grasp>),
-    /// It is on trial with this model already; its grasps before it.
-    Trying(Vec<Grasp>),
-    /// It replays its recordings; ask again.
-    Replaying,
-    /// It has replayed them.
-    Replayed(Rehearsal),
-    /// The model estimates beside the one in force.
-    Beside,
-    /// Grasps with both models asked.
-    Compared {
-        /// How many came before these.
-        from: usize,
-        /// In their order.
-        grasps: Vec<Grasp>,
-    },
-    /// It would take the model without a trial: it is that of its configuration, or the one before.
-    Known,
-    /// The new model is on trial; the grasps before it.
-    Taken(Vec<Grasp>),
-    /// It was refused: hash, schema or self-test, in a sentence.
-    Refused(String),
-    /// Grasps with the new model.
-    Grasps {
-        /// How many came before these.
-        from: usize,
-        /// In their order.
-        grasps: Vec<Grasp>,
-    },
-    /// It keeps the model.
-    Kept,
-    /// This model was in force there before the roll-out.
-    Had,
-    /// It has gone back by itself, for the reason in the sentence.
-    Left(String),
-    /// The one before is in force again, as it was ordered.
-    Back,
-}
-
-/// Why a roll-out has stopped.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Stop {
-    /// Somebody refused the model.
-    #[error("{member} refused the model: {reason}")]
-    Refused {
-        /// Who.
-        member: Member,
-        /// Why.
-        reason: String,
-    },
-    /// The model is worse.
-    #[error("after {grasps} grasps with the new model: {what}")]
-    Worse {
-        /// In what.
-        what: Worse,
-        /// Grasps that were compared.
-        grasps: usize,
-    },
-    /// The model asks for the wrong force; no finger has moved by it.
-    #[error("{what}, as a shadow at the grippers ({tally})")]
-    Wrong {
-        /// How.
-        what: Wrong,
-        /// Grasps that were compared.
-        tally: Tally,
-    },
-    /// The model asks for the wrong force in recordings.
-    #[error("{what}, in replays of the grippers' own recordings ({tally})")]
-    Replayed {
-        /// How.
-        what: Wrong,
-        /// Grasps that were compared.
-        tally: Tally,
-    },
-    /// There is too little to compare with.
-    #[error("{member} has made {has} grasps, and {wanted} are needed to compare with")]
-    Few {
-        /// Who.
-        member: Member,
-        /// Grasps with the model in force.
-        has: usize,
-        /// Grasps of a stage.
-        wanted: usize,
-    },
-    /// No number of grasps is enough.
-    #[error(
-        "{MOST_GRASPS} grasps do not show such a difference: name a larger one, or the number of grasps"
-    )]
-    Blind,
-    /// Somebody has gone back by itself.
-    #[error("{member} has gone back to the model before: {reason}")]
-    Left {
-        /// Who.
-        member: Member,
-        /// Why.
-        reason: String,
-    },
-    /// Somebody does not answer.
-    #[error("{member} has not answered for too long{}", match reason { Some(reason) => format!(": {reason}"), None => String::new() })]
-    Gone {
-        /// Who.
-        member: Member,
-        /// What came instead of the last answer.
-        reason: Option<String>,
-    },
-    /// Somebody tries the model and grasps nothing.
-    #[error("{member} has grasped nothing for too long")]
-    Idle {
-        /// Who.
-        member: Member,
-    },
-    /// Whoever began it.
-    #[error("it was stopped from here")]
-    Told,
-}
-
-/// Where a roll-out is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Progress {
-    /// Everybody is asked; nobody has the model.
-    Checking,
-    /// The grippers replay their recordings; nobody has it.
-    Replay,
-    /// The model estimates beside those in force; nobody has it.
-    Shadow,
-    /// In this stage, from 1.
-    Stage(usize),
-    /// Everybody is ordered to keep the model.
-    Accepting,
-    /// Everybody has the model.
-    Done,
-    /// It was stopped; so many have not given the model back yet.
-    Stopped(usize),
-}
-
-/// One gripper in the roll-out.
-#[derive(Clone, Debug, PartialEq)]
-enum Phase {
-    /// It has not been asked anything.
-    New,
-    /// It was asked whether it would take the model.
-    Checked,
-    /// It replays its recordings with the model.
-    Replaying,
-    /// It was ordered to let the model estimate beside the one in force.
-    Cast,
-    /// The model estimates beside the one in force there.
-    Beside(Watched),
-    /// It would take the model.
-    Waiting,
-    /// It would take the model without a trial.
-    Known,
-    /// It was ordered to take the model.
-    Asked,
-    /// It tries the model.
-    Running(Box<Running>),
-    /// It was ordered to keep the model.
-    Accepting,
-    Good,
-    /// It had the model before, and keeps it.
-    Had,
-    /// It was ordered to give it back.
-    Returning,
-    /// It has the model of before, because it refused, gave back, or never answered.
-    Back,
-}
-
-/// Grasps of a gripper that is watched.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Watched {
-    /// How many are known.
-    now: usize,
-    /// When it finished one last, and how long it had finished none when it answered last (us).
-    grasped_us: u64,
-    idle_us: u64,
-}
-
-impl Watched {
-    const fn new(now_us: u64) -> Self {
-        Self { now: 0, grasped_us: now_us, idle_us: 0 }
-    }
-
-    /// Those that are not known yet; what is known already is skipped, and nothing is taken behind a gap.
-    fn take(&mut self, from: usize, grasps: &[Grasp], now_us: u64) -> Vec<(usize, Grasp)> {
-        let known = self.now.checked_sub(from).unwrap_or(grasps.len());
-        let new: Vec<Grasp> = grasps.iter().skip(known).copied().collect();
-        let first = self.now;
-        if !new.is_empty() {
-            self.now += new.len();
-            self.grasped_us = now_us;
-        }
-        self.idle_us = now_us.saturating_sub(self.grasped_us);
-        (first..).zip(new).collect()
-    }
-}
-
-/// A gripper that tries the model.
-#[derive(Clone, Debug, PartialEq)]
-struct Running {
-    before: Vec<Grasp>,
-    /// Earlier grasps that each new one is compared with.
-    per: usize,
-    /// Grasps with the new model, and the bets on them.
-    watched: Watched,
-    bets: Bets,
-}
-
-impl Phase {
-    const fn is_open_question(&self) -> bool {
-        matches!(self, Self::New | Self::Checked)
-    }
-
-    const fn is_waiting(&self) -> bool {
-        matches!(self, Self::Waiting)
-    }
-
-    const fn is_replaying(&self) -> bool {
-        matches!(self, Self::Replaying)
-    }
-
-    const fn is_shadow(&self) -> bool {
-        matches!(self, Self::Cast | Self::Beside(_))
-    }
-
-    /// It has got the model by this roll-out, or is getting it.
-    const fn is_reached(&self) -> bool {
-        matches!(self, Self::Asked | Self::Running(_) | Self::Accepting | Self::Good)
-    }
-
-    const fn is_done(&self) -> bool {
-        matches!(self, Self::Good | Self::Had)
     }
 }
 
