@@ -1,8 +1,12 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{
-    Evidence, GripConfig, GripInput, Sliding, SlipNow, feeling::Feeling, giving::Giving,
-    lag::Reach, response::Response, yielding::Yielding,
+    Evidence, GripConfig, GripInput, Sliding, SlipNow,
+    feeling::Feeling,
+    giving::{FELT_ON_S, Giving},
+    lag::Reach,
+    response::Response,
+    yielding::Yielding,
 };
 use crate::{
     estimate::{G_M_S2, KAPPA},
@@ -35,6 +39,10 @@ const GENTLY_S: f32 = 8e-3;
 const FELT: f32 = 1.05;
 /// Of an estimate with its margin that was made while the weight was put on, at least this share is needed.
 const ROUGHLY: f32 = 0.5;
+/// Before it slides an object moves by what its pads shear under the load that friction holds (m/N): 100 N/mm and a friction of 0.45.
+const SHEARS_M_N: f32 = 4.5e-6;
+/// So many peaks and valleys pass on that way, where the stylus alone shows it.
+const SHEAR_TURNS: f32 = 4.0;
 /// An object that comes back by this much (m) swings on its pads.
 const BACK_M: f32 = 6e-6;
 /// A first estimate, which no other confirms, counts up to the reflex times this.
@@ -103,6 +111,8 @@ pub(super) struct Known {
     pub(super) ebbing: bool,
     /// By how much the object comes back when it swings on its pads (m).
     pub(super) swing_m: f32,
+    /// Whether it may not have slipped yet: its pads shear as its load comes.
+    pub(super) gives: bool,
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
     /// How far the command may run ahead of what is known.
@@ -142,6 +152,8 @@ pub(super) struct Braking {
     furthest_m: f32,
     from_m: f32,
     swing_m: f32,
+    /// By how much its pads may shear as its load comes (m).
+    shear_m: f32,
     /// Whether it came back in this slip.
     swings: bool,
     /// Whether only pads give way; looked at where it is held with what it is known to need.
@@ -216,6 +228,7 @@ impl Braking {
             held_by: known.held_by,
             ebbing: known.ebbing,
             swing_m: known.swing_m,
+            shear_m: if known.gives { SHEARS_M_N * command_n } else { 0.0 },
             target_n: (first * from_n).max(command_n).min(step_n),
             sought,
             envelope_n: from_n.min(config.ceiling_n()),
@@ -280,7 +293,7 @@ impl Braking {
             HeldBy::Slips | HeldBy::Search => {}
         }
         // What swings on its pads has not slipped.
-        let alarmed = searched && !self.ebbing && !self.swings;
+        let alarmed = searched && self.held_by == HeldBy::Search && !self.ebbing && !self.swings;
         self.confirmed || (alarmed && self.target_n >= self.step_n)
     }
 
@@ -333,9 +346,14 @@ impl Braking {
             UNDECIDED * alone_n.unwrap_or(f32::INFINITY).min(self.fades_n.unwrap_or(f32::INFINITY));
         self.alone = input.moved_m.is_none() && input.felt.is_some();
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
-            self.confirmed |= felt.moves;
-            let forces = (self.target_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
+            let before_n = self.target_n;
+            let forces = (before_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
             self.target_n = self.feeling.target_n(config, felt, forces, (dt_s, rise_s));
+            let far = self.feeling.turns() >= SHEAR_TURNS || self.feeling.moved_s() >= FELT_ON_S;
+            self.confirmed |= felt.moves && (far || !self.shears(config));
+            if !self.confirmed {
+                self.target_n = self.target_n.min(self.step_n).max(before_n);
+            }
             return;
         }
         if let Some(wanted_n) = self.wanted_n(config, input).filter(|_| self.goes_on) {
@@ -476,7 +494,8 @@ impl Braking {
             return;
         }
         let Some(moved_m) = input.moved_m else {
-            (self.confirmed, self.goes_on) = (true, true);
+            self.confirmed |= input.felt.is_none() || !self.shears(config);
+            self.goes_on = true;
             return;
         };
         let noise_m = 6.0 * input.travel_sigma_m;
@@ -490,8 +509,14 @@ impl Braking {
             self.swings = true;
             self.goes_on = false;
         }
-        self.goes_on |= moved_m - self.from_m >= (config.confirm_m + self.swing_m).max(noise_m);
+        let confirm_m = config.confirm_m.max(self.shear_m) + self.swing_m;
+        self.goes_on |= moved_m - self.from_m >= confirm_m.max(noise_m);
         self.confirmed |= self.goes_on;
+    }
+
+    /// Whether the pads may shear by more than what confirms a slip.
+    fn shears(&self, config: &GripConfig) -> bool {
+        self.shear_m > config.confirm_m
     }
 
     /// How long the object has been falling.
@@ -575,7 +600,8 @@ impl Braking {
     /// The slip has ended: what is the force to hold with (N)?
     pub(super) fn hold_n(&self, config: &GripConfig, believed: bool) -> f32 {
         let felt_n = self.feeling.held_n();
-        if let Some(held_n) = felt_n.filter(|_| believed || self.held_by != HeldBy::Memory) {
+        let known = believed || (self.held_by != HeldBy::Memory && !self.shears(config));
+        if let Some(held_n) = felt_n.filter(|_| known) {
             return held_n;
         }
         let hold_n = match self.mean_n {

@@ -54,6 +54,11 @@ impl Feeling {
         self.turns
     }
 
+    /// For how long it has moved (s).
+    pub(super) fn moved_s(&self) -> f32 {
+        self.moved_s
+    }
+
     /// The next target after `target_n`, where `applied_n` is measured and `hold_n` was to be held before the slip (N). It goes up as far as the lower
     /// quantile allows, which is low at first and runs away only where the stylus says that the object is heavy; down slowly while the object moves; and
     /// to the balance of impulse once it stands. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.

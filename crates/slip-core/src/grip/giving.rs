@@ -7,7 +7,7 @@ const PASSED: f32 = 8.0;
 /// What slides without slowing down after this long (s) does not stop by itself.
 const SLIDES_ON_S: f32 = 0.01;
 /// What the stylus feels move for this long (s), and has no peaks to count, is no pad that gives way.
-const FELT_ON_S: f32 = 0.04;
+pub(super) const FELT_ON_S: f32 = 0.04;
 
 /// Memory of one slip.
 #[derive(Clone, Copy, Debug, Default)]

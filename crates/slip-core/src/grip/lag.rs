@@ -4,6 +4,8 @@
 const PROMPT_S: f32 = 0.008;
 /// ... and one that has not been seen to follow is taken for one that needs this long (s).
 const UNKNOWN_S: f32 = 0.02;
+/// A gripper that presses with the trial force from touch on, since it cannot do less, does not show it; such ones need about this long (s).
+const UNSEEN_S: f32 = 0.035;
 
 /// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
 pub(super) const LATE_S: f32 = 0.02;
@@ -26,6 +28,11 @@ impl Lag {
     /// The command has risen to the trial force while `applied_n` (N) was measured.
     pub(super) fn risen(&mut self, applied_n: Option<f32>) {
         self.risen_n = self.risen_n.or(applied_n);
+    }
+
+    /// The command had reached the trial force before the fingers touched: the rise of the force shows no delay.
+    pub(super) fn unseen(&mut self) {
+        self.seconds = self.seconds.or(Some(UNSEEN_S));
     }
 
     /// The delay (s), as far as it is known.

@@ -65,7 +65,7 @@ pub struct GripController {
     expected_n: f32,
     /// Force that the object in hand is known to be held with (N); 0 where nothing is known of it.
     known_n: f32,
-    /// Slips of the known object that were taken for pads which give way as the load comes.
+    /// Slips that were taken for pads which give way as the load comes.
     excused: u8,
     /// Whether the force that the object needs is known.
     finding: Finding,
@@ -468,8 +468,10 @@ impl GripController {
         if self.command_n < trial_n {
             return;
         }
-        if rises {
-            self.lag.risen(input.applied_n);
+        match rises {
+            true if input.touching => self.lag.risen(input.applied_n),
+            true => self.lag.unseen(),
+            false => {}
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
@@ -539,6 +541,7 @@ impl GripController {
             ebbing: self.ebbing,
             loaded: self.search.is_loaded(),
             swing_m: self.swing_m,
+            gives: self.excused < EXCUSED,
         };
         self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
         if input.felt.is_some_and(|felt| !felt.moves) {

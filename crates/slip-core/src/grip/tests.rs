@@ -4,6 +4,7 @@ use super::{
     Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, Sliding, SlipNow, Trials,
 };
 
+mod hard;
 mod known;
 mod search;
 

@@ -3,7 +3,7 @@
 //! The force that counts is the one that the *command* stands for, since it is the command that has to hold the object. While an object is held the
 //! sensor is compared with the command; where it shows more than a tenth more or less, its readings are divided by that ratio in the slip.
 //!
-//! Where no reading comes, or the same one for [`FROZEN_S`] although the command moved on, the force is that of the command through a first-order
+//! Where no reading comes, or the same one for [`FROZEN_S`] and [`FROZEN_LAGS`] delays although the command moved on, the force is that of the command through a first-order
 //! lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
 //! the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
 //! times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong. So is one that shows less
@@ -12,6 +12,8 @@
 
 /// The same reading for this long (s) ...
 const FROZEN_S: f32 = 0.015;
+/// ... and this many delays of the gripper, since a force that has not arrived yet stands on a coarse sensor, ...
+const FROZEN_LAGS: f32 = 2.0;
 /// ... while the command moves the fingers by more than this share of it, and this much (N), is none.
 const FROZEN_SHARE: f32 = 0.2;
 const FROZEN_N: f32 = 0.3;
@@ -168,7 +170,7 @@ impl GripForce {
         if self.doubted {
             return self.commanded_n;
         }
-        self.believed(reading_n, dt_s)
+        self.believed(reading_n, dt_s, FROZEN_S.max(FROZEN_LAGS * lag_s))
     }
 
     fn judge(&mut self, force_n: f32, dt_s: f32) {
@@ -180,7 +182,7 @@ impl GripForce {
     }
 
     /// The reading, or where it stands or is missing what the command has made of the last one.
-    fn believed(&mut self, reading_n: Option<f32>, dt_s: f32) -> f32 {
+    fn believed(&mut self, reading_n: Option<f32>, dt_s: f32, frozen_s: f32) -> f32 {
         match reading_n {
             Some(force_n) if self.reading_n != Some(force_n) => {
                 self.reading_n = reading_n;
@@ -191,7 +193,7 @@ impl GripForce {
                 self.same_s += dt_s;
                 let moved_n = (self.modelled_n - force_n).abs();
                 self.frozen |=
-                    self.same_s >= FROZEN_S && moved_n > (FROZEN_SHARE * force_n).max(FROZEN_N);
+                    self.same_s >= frozen_s && moved_n > (FROZEN_SHARE * force_n).max(FROZEN_N);
                 if !self.frozen {
                     return force_n;
                 }
@@ -234,6 +236,20 @@ mod tests {
         let mut calm = GripForce::new(1000.0);
         calm.begin(2.0, Some(2.0));
         assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, STEP, false) == 2.0));
+    }
+
+    /// A converter of 12 bits shows the same value until the force of a late drive comes.
+    #[test]
+    fn a_coarse_reading_stands_for_as_long_as_the_gripper_is_late() {
+        const LATE: (f32, f32) = (1e-3, 0.035);
+        let mut force = GripForce::new(1000.0);
+        force.begin(2.0, Some(2.0));
+        assert!((0..45).all(|_| force.step(Some(2.0), 5.0, LATE, true) == 2.0));
+        assert_eq!(force.step(Some(2.3), 5.0, LATE, true), 2.3);
+        let mut stuck = GripForce::new(1000.0);
+        stuck.begin(2.0, Some(2.0));
+        let last_n = (0..200).map(|_| stuck.step(Some(2.0), 5.0, LATE, false)).last().unwrap();
+        assert!(last_n > 4.9, "{last_n}");
     }
 
     /// The force of the fingers (N) `i` ms after the command rose from 2 N by 0.1 N a millisecond, behind a lag of 6 ms.

@@ -1,0 +1,107 @@
+//! Grippers that press hard from touch on, since they cannot do less.
+
+use super::{calm, slipping};
+use crate::{
+    grip::{GripConfig, GripController, GripInput, GripState, SlipNow},
+    need::Felt,
+};
+
+const LEAST_N: f32 = 20.0;
+
+/// Closes while the fingers are still on their way; the force comes behind a lag of 15 ms from touch on.
+fn grasped() -> GripController {
+    let config = GripConfig {
+        trial_force_n: LEAST_N,
+        least_force_n: LEAST_N,
+        close_rate_n_s: 333.0,
+        ..GripConfig::default()
+    };
+    let mut grip = GripController::new(config);
+    grip.grasp(None);
+    for _ in 0..100 {
+        grip.step(&GripInput { touching: false, applied_n: Some(0.0), ..calm() });
+    }
+    let mut applied_n = 0.0;
+    for _ in 0..300 {
+        applied_n += (LEAST_N - applied_n) / 15.0;
+        grip.step(&GripInput { applied_n: Some(applied_n), ..calm() });
+    }
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, LEAST_N));
+    grip
+}
+
+fn pressed(input: GripInput) -> GripInput {
+    GripInput { applied_n: Some(LEAST_N), travel: input.moved_m.is_some(), ..input }
+}
+
+/// The object moves by `most_m` in 30 ms and stands again; the highest command meanwhile.
+fn moves(grip: &mut GripController, most_m: f32) -> f32 {
+    let mut highest_n = 0.0_f32;
+    for i in 0..30_u8 {
+        let moved_m = most_m * f32::from(i) / 29.0;
+        highest_n = highest_n.max(grip.step(&pressed(slipping(moved_m, None))));
+    }
+    for _ in 0..1000 {
+        grip.step(&pressed(GripInput { travel: true, ..calm() }));
+    }
+    highest_n
+}
+
+#[test]
+fn the_way_to_the_object_is_no_delay_of_the_force() {
+    let lag_s = grasped().lag_s();
+    assert!((0.03..0.04).contains(&lag_s), "{lag_s}");
+}
+
+#[test]
+fn pads_that_shear_as_the_load_comes_are_no_slip() {
+    let mut grip = grasped();
+    let highest_n = moves(&mut grip, 8e-5);
+    assert!((24.0..32.0).contains(&highest_n), "{highest_n}");
+    assert_eq!((grip.command_n(), grip.trials().trials), (LEAST_N, 1));
+    let slid_n = moves(&mut grip, 3e-4);
+    assert!(slid_n >= 25.0 && grip.command_n() >= 25.0, "{slid_n} {}", grip.command_n());
+}
+
+/// An object that needs a little more stops within what pads shear, and slips again as the force falls.
+#[test]
+fn what_moves_again_and_again_is_believed() {
+    let mut grip = grasped();
+    for _ in 0..3 {
+        moves(&mut grip, 6e-5);
+        assert_eq!(grip.command_n(), LEAST_N);
+    }
+    moves(&mut grip, 6e-5);
+    assert!(grip.command_n() >= 25.0, "{}", grip.command_n());
+}
+
+#[test]
+fn the_stylus_alone_needs_peaks_that_pass() {
+    for (turns, raised) in [(2.0, false), (8.0, true)] {
+        let mut grip = grasped();
+        let felt = Felt {
+            moves: true,
+            from_n: LEAST_N,
+            first: 1.4,
+            since_s: 0.003,
+            low_n: 30.0,
+            median_n: 40.0,
+            vibrates: true,
+            turns,
+            ..Felt::default()
+        };
+        let alone = GripInput { slip: SlipNow::Evident, felt: Some(felt), ..calm() };
+        for _ in 0..20 {
+            grip.step(&pressed(alone));
+        }
+        assert_eq!(grip.command_n() > 35.0, raised, "{turns} {}", grip.command_n());
+        let stopped = Felt { moves: false, held_n: Some(25.0), ..felt };
+        for _ in 0..10 {
+            grip.step(&pressed(GripInput { felt: Some(stopped), ..alone }));
+        }
+        for _ in 0..1000 {
+            grip.step(&pressed(calm()));
+        }
+        assert_eq!(grip.command_n() > LEAST_N, raised, "{turns} {}", grip.command_n());
+    }
+}
