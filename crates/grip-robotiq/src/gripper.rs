@@ -1,7 +1,7 @@
 //! Orders, bytes and time in; requests and the state of the gripper out: a 2F-85, 2F-140 or Hand-E on Modbus RTU.
 //!
 //! ```text
-//! Silent --answer--> Ready            no answer for 0.5 s: Silent      fault: Faulty, until it has gone
+//! Silent --answer--> Ready            no answer for 0.2 s: Silent      fault: Faulty, until it has gone
 //!          \--> NotActivated, Occupied (only before the first Ready)   activation: only where it was asked for, before the first Ready
 //! ```
 //!
@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Without an answer for this long (us) the gripper is silent.
-const LOST_US: u64 = 500_000;
+const LOST_US: u64 = 200_000;
 /// Pause between two looks at the status (us): with nothing to write, with something to write, and while it is silent.
 const LOOK_US: u64 = 8_000;
 const LOOK_BETWEEN_US: u64 = 25_000;
