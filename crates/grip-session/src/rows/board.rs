@@ -149,6 +149,19 @@ impl RowBoard {
         }
     }
 
+    /// The gripper, where there is one.
+    #[must_use]
+    pub fn actuator(&self) -> Option<Actuator> {
+        self.options.actuator
+    }
+
+    /// Sets what the gripper may be asked for. Without effect from the first row on.
+    pub fn set_actuator(&mut self, actuator: Option<Actuator>) {
+        if self.board.is_none() {
+            self.options.actuator = actuator;
+        }
+    }
+
     /// What a gripper on a line of its own shows, or `None` where it cannot be commanded: rows that come meanwhile are missing ones.
     pub fn set_gripper(&mut self, now_us: u64, reading: Option<GripperReading>) {
         self.gripper.absent = reading.is_none();
