@@ -359,7 +359,11 @@ fn wanted_gripper<'a>(
         Some("none") => Ok(WantedGripper::None),
         Some("rows") if rows => Ok(WantedGripper::Same),
         Some(gripper) if gripper == port => Ok(WantedGripper::Same),
-        Some(name) if name == "sim" || name.starts_with("sim:") || name.starts_with("rows") => {
+        Some("rows") => {
+            let message = "--gripper rows: only rows have a way back for commands; see --sensor";
+            Err(WrongArgument(message.to_owned()))
+        }
+        Some(name) if name == "sim" || name.starts_with("sim:") || name.starts_with("rows:") => {
             Err(WrongArgument(format!(
                 "--gripper {name}: a simulated gripper, or that of a program, takes its commands where its samples come from; name it with --port"
             )))

@@ -41,6 +41,8 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const LINES: usize = 256;
 /// Stack of the thread (bytes).
 const STACK: usize = 256 * 1024;
+/// Reads before rows go on: datagrams come one by one, and few of them wait in the system.
+const READS: u32 = 8;
 /// Bytes read at once.
 const INPUT: usize = 16 * 1024;
 
@@ -260,7 +262,11 @@ impl<C: Fn() -> u64> Thread<C> {
             if !self.has_ends(now_us)? {
                 continue;
             }
-            self.read(&mut input)?;
+            for _ in 0..READS {
+                if !(self.read(&mut input)? && self.peer.is_fed()) {
+                    break;
+                }
+            }
             let now_us = (self.clock)();
             self.board.turn(now_us).map_err(|source| self.rows(source))?;
             self.hand_over()?;
@@ -342,12 +348,15 @@ impl<C: Fn() -> u64> Thread<C> {
             && (self.board.room() > INPUT || !self.board.is_ready())
     }
 
-    fn read(&mut self, input: &mut [u8]) -> Result<(), RowsFault> {
+    /// Reads once; `false` where nothing came.
+    fn read(&mut self, input: &mut [u8]) -> Result<bool, RowsFault> {
         let room = self.board.room().min(input.len());
-        let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else { return Ok(()) };
+        let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else {
+            return Ok(false);
+        };
         let received = self.peer.receive(input).map_err(|source| self.system(source))?;
         match received {
-            Received::Nothing => Ok(()),
+            Received::Nothing => return Ok(false),
             Received::Bytes(bytes) => self.board.push(bytes),
             Received::Datagram(bytes) => self.board.push_datagram(bytes),
             Received::End => {
@@ -362,6 +371,7 @@ impl<C: Fn() -> u64> Thread<C> {
                 self.board.end()
             }
         }
+        .map(|()| true)
         .map_err(|source| self.rows(source))
     }
 

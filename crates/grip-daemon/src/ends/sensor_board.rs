@@ -14,6 +14,9 @@ use grip_port::nonce;
 use grip_session::{HostConfig, session::device_config, session::explain};
 use std::os::unix::net::UnixDatagram;
 
+/// Bytes after which a datagram is sent, whatever follows; a reader takes four times as many.
+const LONGEST: usize = 4096;
+
 /// The end.
 #[derive(Debug)]
 pub(super) struct SensorBoard {
@@ -103,16 +106,19 @@ impl SensorBoard {
                 u32::try_from(periods).unwrap_or(u32::MAX)
             }),
         };
+        if skipped > 0 || packed.len() > LONGEST {
+            flush(packed, rows);
+        }
         self.next = self.next.wrapping_add(skipped);
-        packed.clear();
-        packed.extend(self.next.to_le_bytes());
+        if packed.is_empty() {
+            packed.extend(self.next.to_le_bytes());
+        }
         for row in samples.rows() {
             for column in columns.iter() {
                 let values = (0..column.count).map(|k| row.value(column, k).unwrap_or(f32::NAN));
                 packed.extend(values.flat_map(f32::to_le_bytes));
             }
         }
-        let _lost = rows.send(packed);
         let count = u32::from(header.rows);
         self.next = self.next.wrapping_add(count);
         self.board = Some(header.first_index.wrapping_add(count));
@@ -136,6 +142,7 @@ impl End for SensorBoard {
         while let Some(event) = self.link.receive(now_us, &mut left) {
             self.handle(now_us, event);
         }
+        flush(&mut self.packed, &self.rows);
     }
 
     fn poll_transmit(&mut self, now_us: u64, out: &mut Vec<u8>) -> bool {
@@ -157,6 +164,14 @@ impl End for SensorBoard {
 
     fn is_lost(&self) -> bool {
         self.reason.is_some() || self.link.state() == LinkState::Closed
+    }
+}
+
+/// Sends what is packed. What finds no room is missing, which the number of the next datagram shows.
+fn flush(packed: &mut Vec<u8>, rows: &UnixDatagram) {
+    if !packed.is_empty() {
+        let _lost = rows.send(packed);
+        packed.clear();
     }
 }
 

@@ -78,6 +78,11 @@ impl Peer {
         }
     }
 
+    /// Whether rows come from a thread of this program.
+    pub(super) fn is_fed(&self) -> bool {
+        matches!(self, Self::Fed(_))
+    }
+
     pub(super) fn has_unsent(&self) -> bool {
         matches!(self, Self::Connected { unsent, .. } if !unsent.is_empty())
     }
