@@ -3,10 +3,9 @@
 //!
 //! The thread drives a [`RowBoard`] over one end of a socket pair, of which the hot loop holds the other, as it holds any line.
 
-mod address;
 mod peer;
 
-pub use address::{RowsAddress, RowsAddressError};
+pub use crate::ends::{RowsAddress, RowsAddressError};
 
 use crate::{
     clients::ListenError,

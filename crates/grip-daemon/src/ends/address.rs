@@ -1,6 +1,6 @@
 //! Names such as `robotiq:2f-85:/dev/ttyUSB0,activate` in, what they mean out.
 
-use crate::rows::{RowsAddress, RowsAddressError};
+use super::{RowsAddress, RowsAddressError};
 use core::fmt;
 use grip_robotiq::{Model, ModelError, gripper::GripperConfig, tsf85::Tsf85Config};
 use grip_session::gripper::GripperSpec;

@@ -8,10 +8,12 @@ mod address;
 mod gripper_board;
 mod line;
 mod robotiq;
+mod rows_address;
 mod sensor_board;
 mod tsf85;
 
 pub use address::{AddressError, GripperAddress, SensorAddress};
+pub use rows_address::{RowsAddress, RowsAddressError};
 
 use crate::hot::Shared;
 use core::sync::atomic::Ordering;
