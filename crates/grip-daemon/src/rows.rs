@@ -318,16 +318,18 @@ impl<C: Fn() -> u64> Thread<C> {
         if let Ok(fault) = gripper.fault.try_recv() {
             return Err(fault.into());
         }
-        let was_present = gripper.present;
+        // Also one that is back already: the board has stopped its rows, and starts them with a new line only.
+        let mut lost = false;
         while let Ok(update) = gripper.ends.updates.try_recv() {
             if update.reading.is_some() && !gripper.known {
                 gripper.known = true;
                 self.board.set_actuator(limited(self.board.actuator(), &update));
             }
+            lost |= gripper.present && update.reading.is_none();
             gripper.present = update.reading.is_some();
             self.board.set_gripper(now_us, update.reading);
         }
-        if was_present && !gripper.present {
+        if lost {
             // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.
             (self.ours, self.theirs, self.driven) = (None, None, None);
         }

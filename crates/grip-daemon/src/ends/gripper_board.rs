@@ -72,7 +72,9 @@ impl GripperBoard {
         match event {
             HostEvent::Status(status) => {
                 self.status = Some(status);
-                self.holds_n.get_or_insert(1e-3 * millis(status.applied_mn));
+                // A board that aims at nothing holds nothing: what it measures then is the noise of its sensor.
+                let held_mn = if status.target_mn > 0 { status.applied_mn } else { 0 };
+                self.holds_n.get_or_insert(1e-3 * millis(held_mn));
                 self.show(None);
             }
             HostEvent::Samples { header, .. } => {
