@@ -12,7 +12,7 @@ from pathlib import Path
 FLOORS = [
     ["slip-msg", "mlp-core", "grip-plot"],
     ["slip-core", "grip-link", "mlp"],
-    ["grip-port", "grip-record"],
+    ["grip-port", "grip-record", "grip-robotiq"],
     ["grip-session"],
     ["grip-daemon", "slip-ffi"],
     # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.

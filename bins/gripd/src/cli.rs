@@ -17,11 +17,13 @@ pub(crate) struct Cli {
     /// optional `:SCENE` (a built-in scene or a .toml file), or rows of another program, as for --sensor.
     #[arg(long, env = "GRIPD_PORT", value_name = "PORT")]
     pub(crate) port: Option<String>,
-    /// A sensor alone, named as for --port, or rows of samples of another program: rows:- (standard input),
-    /// rows:tcp:IP:PORT, rows:unix:PATH or rows:udp:IP:PORT. Nothing is commanded unless --gripper says so.
+    /// A sensor alone, named as for --port, rows of samples of another program: rows:- (standard input),
+    /// rows:tcp:IP:PORT, rows:unix:PATH or rows:udp:IP:PORT, or tsf85:PORT for Robotiq's fingertips. Nothing is
+    /// commanded unless --gripper says so.
     #[arg(long, env = "GRIPD_SENSOR", value_name = "PORT", conflicts_with = "port")]
     pub(crate) sensor: Option<String>,
-    /// `none` only observes; `rows`, or the name of the sensor again, sends the commands where the samples come from.
+    /// `none` only observes; `rows`, or the name of the sensor again, sends the commands where the samples come from; a
+    /// serial device is a board on another line, robotiq:2f-85:PORT (2f-140, hand-e) a gripper of Robotiq.
     #[arg(long, env = "GRIPD_GRIPPER", value_name = "PORT")]
     pub(crate) gripper: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.

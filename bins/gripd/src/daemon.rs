@@ -16,12 +16,13 @@ use core::sync::atomic::Ordering;
 use grip_daemon::{
     HotCounters,
     clients::Clients,
+    ends::{EndContext, SensorAddress, start_gripper, start_sensor},
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
     realtime::{self, Granted, RealtimeConfig},
     rings::{Sizes, rings},
-    rows::Rows,
+    rows::{Commanded, RowSource, Rows},
     supply::{Lines, Supply, SupplyEnds, usb_filter},
 };
 use grip_port::{PortError, Source};
@@ -151,17 +152,49 @@ fn source(
     clock: Clock,
     shared: &Arc<Shared>,
 ) -> anyhow::Result<From> {
-    if let Some(address) = &settings.rows {
-        let actuator = settings.rows_actuator();
-        let (rows, lines, reports) =
-            Rows::start(address, actuator, move || clock.now_us(), Arc::clone(shared))?;
-        let lines = Lines::Made(lines);
-        return Ok(From { lines, simulator: None, rows: Some(rows), reports: Some(reports) });
+    if let Some(sensor) = &settings.sensor {
+        return joined(cli, settings, sensor, clock, shared);
     }
     let simulator = Simulator::at(&settings.port, cli.seed, move || clock.now_us())?;
     let port = simulator.as_ref().map_or(settings.port.as_str(), Simulator::port);
     let source = Source::open(port, settings.baud, usb_filter(&settings.config.usb))?;
     Ok(From { lines: Lines::Port(source), simulator, rows: None, reports: None })
+}
+
+/// Rows of a program or of a sensor, and the gripper that follows them, as one board.
+fn joined(
+    cli: &Cli,
+    settings: &Settings,
+    sensor: &SensorAddress,
+    clock: Clock,
+    shared: &Arc<Shared>,
+) -> anyhow::Result<From> {
+    let reports = mpsc::channel();
+    let context = || EndContext {
+        clock: move || clock.now_us(),
+        shared: Arc::clone(shared),
+        patient: cli.wait || Notify::is_asked_for(),
+        config: settings.config.clone(),
+        baud: settings.baud,
+        usb: usb_filter(&settings.config.usb),
+        reports: reports.0.clone(),
+    };
+    let gripper = settings.gripper.as_ref().map(|gripper| start_gripper(gripper, context()));
+    let commanded = match (gripper.transpose()?, settings.actuator()) {
+        (Some(gripper), Some(actuator)) => Commanded::Gripper(gripper, actuator),
+        (None, Some(actuator)) => Commanded::Program(actuator),
+        (_, None) => Commanded::Nobody,
+    };
+    let started = start_sensor(sensor, context())?;
+    let source = match (sensor, started) {
+        (SensorAddress::Rows(address), _) => RowSource::Program(address.clone()),
+        (_, Some(started)) => RowSource::Sensor { name: sensor.to_string(), started },
+        (_, None) => return Err(anyhow!("{sensor}: it has no line")),
+    };
+    let (rows, lines, reports) =
+        Rows::start(source, commanded, move || clock.now_us(), Arc::clone(shared), reports)?;
+    let lines = Lines::Made(lines);
+    Ok(From { lines, simulator: None, rows: Some(rows), reports: Some(reports) })
 }
 
 fn named(name: &str) -> thread::Builder {

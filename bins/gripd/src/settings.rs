@@ -6,6 +6,7 @@ use grip_daemon::{
     board,
     clients::{self, Brought, ClientsConfig, Setup},
     dump,
+    ends::{AddressError, GripperAddress, SensorAddress},
     rows::RowsAddress,
 };
 use grip_link::message::daemon::RealTime;
@@ -40,8 +41,10 @@ pub(crate) struct Settings {
     pub(crate) json: bool,
     /// Nothing is commanded: there is a sensor alone, or nobody wants more.
     pub(crate) observe: bool,
-    /// Where rows come from, where they are the sensor.
-    pub(crate) rows: Option<RowsAddress>,
+    /// What measures, where that is not the board on the port alone.
+    pub(crate) sensor: Option<SensorAddress>,
+    /// What grips, where it has a line of its own.
+    pub(crate) gripper: Option<GripperAddress>,
     /// The flags, which stand over every file that is read again.
     cli: Cli,
     layers: Layers,
@@ -113,21 +116,30 @@ impl Settings {
 
     fn of(config: HostConfig, layers: Layers, cli: Cli) -> Result<Self, WrongArgument> {
         let port = config.port.clone().unwrap_or_default();
-        let rows = RowsAddress::of_port(&port).map_err(|error| WrongArgument(error.to_string()))?;
-        let observe = only_observes(&cli, &port, rows.is_some())?;
-        if let Some(address) = rows.as_ref().filter(|rows| rows.is_remote() && !config.allow_remote)
-        {
-            return Err(WrongArgument(format!(
-                "rows from {address}: other computers could send them; set allow_remote to true if they shall"
-            )));
+        let wrong = |error: AddressError| WrongArgument(error.to_string());
+        let sensor = SensorAddress::parse(&port).map_err(wrong)?;
+        let is_rows = matches!(sensor, SensorAddress::Rows(_));
+        let wanted = wanted_gripper(&cli, &port, is_rows)?;
+        let observe = wanted == WantedGripper::None
+            || (wanted == WantedGripper::Same && matches!(sensor, SensorAddress::Tsf85 { .. }));
+        let gripper = match wanted {
+            WantedGripper::Other(name) => Some(GripperAddress::parse(name).map_err(wrong)?),
+            WantedGripper::None | WantedGripper::Same => None,
+        };
+        if let SensorAddress::Rows(address) = &sensor {
+            check_rows(address, &config, cli.json || observe || gripper.is_some())?;
         }
-        if rows == Some(RowsAddress::Stdin) && !observe && !cli.json {
-            let message = "rows:- with a gripper prints commands on standard output: say --json, or --gripper none";
-            return Err(WrongArgument(message.to_owned()));
+        if gripper.is_some() {
+            check_gripper(&port)?;
         }
+        let sensor = match sensor {
+            SensorAddress::Board { .. } if gripper.is_none() => None,
+            sensor => Some(sensor),
+        };
         Ok(Self {
             observe,
-            rows,
+            sensor,
+            gripper,
             port,
             baud: config.baud.unwrap_or(DEFAULT_BAUD),
             json: cli.json,
@@ -141,16 +153,24 @@ impl Settings {
     /// What the session works with: rows come at the rate of their header, which is the fastest they offer.
     pub(crate) fn live(&self) -> HostConfig {
         let mut config = self.config.clone();
-        if self.rows.is_some() {
+        if self.sensor.is_some() {
             config.link.sample_rate_hz = FASTEST_HZ;
+        }
+        if let Some(spec) = self.gripper.as_ref().and_then(GripperAddress::spec) {
+            spec.limit(&mut config.grip);
         }
         config
     }
 
-    /// The gripper that follows the commands where the program of the rows has one.
-    pub(crate) fn rows_actuator(&self) -> Option<Actuator> {
-        let grip = &self.config.grip;
-        let actuator = Actuator { force_max_n: grip.f_max_n, slew_n_s: grip.slew_n_s };
+    /// What the gripper may be asked for that follows the commands beside rows.
+    pub(crate) fn actuator(&self) -> Option<Actuator> {
+        let grip = self.live().grip;
+        let actuator = Actuator {
+            force_max_n: grip.f_max_n,
+            slew_n_s: grip.slew_n_s,
+            holds_n: 0.0,
+            shows_force: self.gripper.is_some(),
+        };
         Some(actuator).filter(|_| !self.observe)
     }
 
@@ -317,21 +337,67 @@ pub(crate) fn model_file(data: Vec<u8>) -> Attached {
     Attached { name, media_type, data }
 }
 
-/// Whether nothing is to be commanded.
-fn only_observes(cli: &Cli, port: &str, rows: bool) -> Result<bool, WrongArgument> {
-    let wrong = |message: String| Err(WrongArgument(message));
+/// What is to grip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum WantedGripper<'a> {
+    /// Nothing.
+    None,
+    /// What also measures.
+    Same,
+    /// Something on another line.
+    Other(&'a str),
+}
+
+fn wanted_gripper<'a>(
+    cli: &'a Cli,
+    port: &str,
+    rows: bool,
+) -> Result<WantedGripper<'a>, WrongArgument> {
     match cli.gripper.as_deref() {
-        None => Ok(cli.sensor.is_some()),
-        Some("none") => Ok(true),
-        Some("rows") if rows => Ok(false),
-        Some(gripper) if gripper == port => Ok(false),
+        None if cli.sensor.is_some() => Ok(WantedGripper::None),
+        None => Ok(WantedGripper::Same),
+        Some("none") => Ok(WantedGripper::None),
+        Some("rows") if rows => Ok(WantedGripper::Same),
+        Some(gripper) if gripper == port => Ok(WantedGripper::Same),
         Some("rows") => {
-            wrong("--gripper rows: only rows have a way back for commands; see --sensor".to_owned())
+            let message = "--gripper rows: only rows have a way back for commands; see --sensor";
+            Err(WrongArgument(message.to_owned()))
         }
-        Some(gripper) => wrong(format!(
-            "--gripper {gripper}: a gripper on another line than its sensor is not supported; say none, or the sensor's port"
-        )),
+        Some(name) if name == "sim" || name.starts_with("sim:") || name.starts_with("rows:") => {
+            Err(WrongArgument(format!(
+                "--gripper {name}: a simulated gripper, or that of a program, takes its commands where its samples come from; name it with --port"
+            )))
+        }
+        Some(name) => Ok(WantedGripper::Other(name)),
     }
+}
+
+/// Whether rows may come from there.
+fn check_rows(
+    address: &RowsAddress,
+    config: &HostConfig,
+    quiet: bool,
+) -> Result<(), WrongArgument> {
+    if address.is_remote() && !config.allow_remote {
+        return Err(WrongArgument(format!(
+            "rows from {address}: other computers could send them; set allow_remote to true if they shall"
+        )));
+    }
+    if *address == RowsAddress::Stdin && !quiet {
+        let message = "rows:- with a gripper prints commands on standard output: say --json, or --gripper none";
+        return Err(WrongArgument(message.to_owned()));
+    }
+    Ok(())
+}
+
+/// Whether a gripper on another line can be had beside this port.
+fn check_gripper(port: &str) -> Result<(), WrongArgument> {
+    if port == "sim" || port.starts_with("sim:") {
+        let message =
+            "--sensor sim: a simulated sensor moves with its own gripper; leave --gripper out";
+        return Err(WrongArgument(message.to_owned()));
+    }
+    Ok(())
 }
 
 fn read(file: &Path) -> anyhow::Result<Vec<u8>> {

@@ -7,6 +7,7 @@ pub mod client;
 pub mod clients;
 pub mod counters;
 pub mod dump;
+pub mod ends;
 pub mod exposition;
 pub mod hot;
 pub mod http;

@@ -3,22 +3,26 @@
 //!
 //! The thread drives a [`RowBoard`] over one end of a socket pair, of which the hot loop holds the other, as it holds any line.
 
-mod address;
 mod peer;
 
-pub use address::{RowsAddress, RowsAddressError};
+pub use crate::ends::{RowsAddress, RowsAddressError};
 
-use crate::{clients::ListenError, hot::Shared};
+use crate::{
+    clients::ListenError,
+    ends::{EndFault, GripperEnds, GripperUpdate, Started},
+    hot::Shared,
+};
 use core::{sync::atomic::Ordering, time::Duration};
 use grip_link::device::Drive;
 use grip_port::{Line, PortError};
+use grip_robotiq::gripper::Order;
 use grip_session::rows::{Actuator, BoardOptions, RowBoard, RowCounters, RowsError};
 use peer::{Peer, Received};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::{
     io::{self, Read as _, Write as _},
     net::Shutdown,
-    os::unix::net::UnixStream,
+    os::unix::net::{UnixDatagram, UnixStream},
     sync::{
         Arc,
         mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender},
@@ -36,6 +40,8 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const LINES: usize = 256;
 /// Stack of the thread (bytes).
 const STACK: usize = 256 * 1024;
+/// Reads before rows go on: datagrams come one by one, and few of them wait in the system.
+const READS: u32 = 8;
 /// Bytes read at once.
 const INPUT: usize = 16 * 1024;
 
@@ -61,6 +67,9 @@ pub enum RowsFault {
         /// What.
         source: io::Error,
     },
+    /// The sensor or the gripper on a line of its own.
+    #[error(transparent)]
+    End(#[from] EndFault),
     /// The line to the hot loop.
     #[error(transparent)]
     Line(#[from] PortError),
@@ -95,8 +104,45 @@ impl Back {
     }
 }
 
+/// Where rows come from.
+#[derive(Debug)]
+pub enum RowSource {
+    /// Another program.
+    Program(RowsAddress),
+    /// A sensor on a serial line, whose thread sends them.
+    Sensor {
+        /// What it is called.
+        name: String,
+        /// Its thread.
+        started: Started<UnixDatagram>,
+    },
+}
+
+/// Who follows the commands.
+#[derive(Debug)]
+pub enum Commanded {
+    /// Nobody: there is only a sensor.
+    Nobody,
+    /// The program that sends the rows.
+    Program(Actuator),
+    /// A gripper on a line of its own, and the most that it is asked for.
+    Gripper(Started<GripperEnds>, Actuator),
+}
+
+/// A gripper on a line of its own, as this thread knows it.
+struct OwnGripper {
+    ends: GripperEnds,
+    fault: Receiver<EndFault>,
+    /// Whether it was ready once, and is now.
+    known: bool,
+    present: bool,
+}
+
 /// What the thread works with.
 struct Thread<C> {
+    gripper: Option<OwnGripper>,
+    /// Why the thread of the sensor ended.
+    sensor_fault: Option<Receiver<EndFault>>,
     clock: C,
     board: RowBoard,
     peer: Peer,
@@ -115,30 +161,47 @@ struct Thread<C> {
 }
 
 impl Rows {
-    /// Opens `address` and starts the thread. Lines to the board come out of the first receiver, sentences for people out of the second.
-    /// `actuator` is the gripper that follows the commands, where the program has one; `clock` gives microseconds and never goes back.
+    /// Opens the source and starts the thread. Lines to the board come out of the first receiver, sentences for people out of the second.
+    /// `clock` gives microseconds and never goes back.
     ///
     /// # Errors
     /// Where the address cannot be opened.
     pub fn start(
-        address: &RowsAddress,
-        actuator: Option<Actuator>,
+        source: RowSource,
+        commanded: Commanded,
         clock: impl Fn() -> u64 + Send + 'static,
         shared: Arc<Shared>,
+        reports: (Sender<String>, Receiver<String>),
     ) -> Result<(Self, Receiver<Line>, Receiver<String>), RowsFault> {
-        let place = address.to_string();
+        let (place, peer, datagrams, sensor_fault) = match source {
+            RowSource::Program(address) => {
+                let datagrams = matches!(address, RowsAddress::Udp(_));
+                (address.to_string(), Peer::open(&address)?, datagrams, None)
+            }
+            RowSource::Sensor { name, started } => {
+                (name, Peer::Fed(started.end), true, Some(started.fault))
+            }
+        };
+        let (actuator, gripper) = match commanded {
+            Commanded::Nobody => (None, None),
+            Commanded::Program(actuator) => (Some(actuator), None),
+            Commanded::Gripper(Started { end, fault }, actuator) => {
+                let gripper = OwnGripper { ends: end, fault, known: false, present: false };
+                (Some(actuator), Some(gripper))
+            }
+        };
         let system = |source| RowsFault::System { place: place.clone(), source };
-        let peer = Peer::open(address)?;
         let (ours, theirs) = line_ends().map_err(system)?;
         let (wake, waker) = UnixStream::pair().map_err(system)?;
         wake.set_nonblocking(true).map_err(system)?;
         waker.set_nonblocking(true).map_err(system)?;
         let (line_in, lines) = mpsc::channel();
-        let (report_in, reports) = mpsc::channel();
+        let (report_in, reports) = reports;
         let (back_in, back) = mpsc::sync_channel(LINES);
         let (ended_in, ended) = mpsc::channel();
-        let datagrams = matches!(address, RowsAddress::Udp(_));
         let mut thread = Thread {
+            gripper,
+            sensor_fault,
             clock,
             board: RowBoard::new(BoardOptions { actuator, datagrams }),
             peer,
@@ -194,7 +257,15 @@ impl<C: Fn() -> u64> Thread<C> {
         let mut input = vec![0; INPUT];
         while !self.shared.stop.load(Ordering::Relaxed) && !self.board.is_over() {
             self.wait().map_err(|source| self.system(source))?;
-            self.read(&mut input)?;
+            let now_us = (self.clock)();
+            if !self.has_ends(now_us)? {
+                continue;
+            }
+            for _ in 0..READS {
+                if !(self.read(&mut input)? && self.peer.is_fed()) {
+                    break;
+                }
+            }
             let now_us = (self.clock)();
             self.board.turn(now_us).map_err(|source| self.rows(source))?;
             self.hand_over()?;
@@ -238,17 +309,55 @@ impl<C: Fn() -> u64> Thread<C> {
         }
     }
 
-    /// Whether more comes, and a whole read has room; otherwise it stays where it is.
-    fn has_room(&self) -> bool {
-        !self.ended && (self.board.room() > INPUT || !self.board.is_ready())
+    /// Looks at the sensor and the gripper on lines of their own; `false` until the gripper was found.
+    fn has_ends(&mut self, now_us: u64) -> Result<bool, RowsFault> {
+        if let Some(Ok(fault)) = self.sensor_fault.as_ref().map(Receiver::try_recv) {
+            return Err(fault.into());
+        }
+        let Some(gripper) = &mut self.gripper else { return Ok(true) };
+        if let Ok(fault) = gripper.fault.try_recv() {
+            return Err(fault.into());
+        }
+        // Also one that is back already: the board has stopped its rows, and starts them with a new line only.
+        let mut lost = false;
+        while let Ok(update) = gripper.ends.updates.try_recv() {
+            if update.reading.is_some() && !gripper.known {
+                gripper.known = true;
+                self.board.set_actuator(limited(self.board.actuator(), &update));
+            }
+            lost |= gripper.present && update.reading.is_none();
+            gripper.present = update.reading.is_some();
+            self.board.set_gripper(now_us, update.reading);
+        }
+        if lost {
+            // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.
+            (self.ours, self.theirs, self.driven) = (None, None, None);
+        }
+        if gripper.present && self.ours.is_none() {
+            let ends = line_ends();
+            let (ours, theirs) = ends.map_err(|source| self.system(source))?;
+            (self.ours, self.theirs) = (Some(ours), Some(theirs));
+            self.board.sent(self.board.unsent().len());
+        }
+        Ok(self.gripper.as_ref().is_none_or(|gripper| gripper.known))
     }
 
-    fn read(&mut self, input: &mut [u8]) -> Result<(), RowsFault> {
+    /// Whether more comes, and a whole read has room; otherwise it stays where it is.
+    fn has_room(&self) -> bool {
+        self.gripper.as_ref().is_none_or(|gripper| gripper.known)
+            && !self.ended
+            && (self.board.room() > INPUT || !self.board.is_ready())
+    }
+
+    /// Reads once; `false` where nothing came.
+    fn read(&mut self, input: &mut [u8]) -> Result<bool, RowsFault> {
         let room = self.board.room().min(input.len());
-        let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else { return Ok(()) };
+        let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else {
+            return Ok(false);
+        };
         let received = self.peer.receive(input).map_err(|source| self.system(source))?;
         match received {
-            Received::Nothing => Ok(()),
+            Received::Nothing => return Ok(false),
             Received::Bytes(bytes) => self.board.push(bytes),
             Received::Datagram(bytes) => self.board.push_datagram(bytes),
             Received::End => {
@@ -263,6 +372,7 @@ impl<C: Fn() -> u64> Thread<C> {
                 self.board.end()
             }
         }
+        .map(|()| true)
         .map_err(|source| self.rows(source))
     }
 
@@ -301,7 +411,15 @@ impl<C: Fn() -> u64> Thread<C> {
     /// Gives the program what its gripper is to do, where that has changed.
     fn command(&mut self, now_us: u64) {
         let Some((t_us, drive)) = self.board.drive(now_us) else { return };
-        if self.driven.replace(drive) != Some(drive) {
+        if let Some(gripper) = self.gripper.as_ref().filter(|gripper| gripper.present) {
+            let drive = match drive {
+                Drive::Open if !self.board.opens() => Drive::Passive,
+                drive => drive,
+            };
+            if self.driven.replace(drive) != Some(drive) {
+                let _sent = gripper.ends.orders.send(order(drive));
+            }
+        } else if self.gripper.is_none() && self.driven.replace(drive) != Some(drive) {
             self.peer.command(&command_line(t_us, drive));
         }
     }
@@ -339,6 +457,30 @@ impl<C: Fn() -> u64> Thread<C> {
             left = left.saturating_sub(TURN);
         }
     }
+}
+
+/// What a gripper is to do; only a host that opens it opens it.
+fn order(drive: Drive) -> Order {
+    match drive {
+        Drive::Force(force_mn) if force_mn > 0 => {
+            #[expect(clippy::cast_precision_loss, reason = "a force has fewer digits")]
+            let force_n = 1e-3 * force_mn as f32;
+            Order::Force(force_n)
+        }
+        Drive::Open => Order::Open,
+        Drive::Force(_) | Drive::Passive => Order::Keep,
+    }
+}
+
+/// What a gripper is asked for, within what it says of itself.
+fn limited(actuator: Option<Actuator>, update: &GripperUpdate) -> Option<Actuator> {
+    let [force_max_n, slew_n_s] = update.most.unwrap_or([f32::INFINITY; 2]);
+    actuator.map(|actuator| Actuator {
+        force_max_n: actuator.force_max_n.min(force_max_n),
+        slew_n_s: actuator.slew_n_s.min(slew_n_s),
+        holds_n: update.holds_n,
+        ..actuator
+    })
 }
 
 /// This end of a line, which never waits, and that of the hot loop.
@@ -389,8 +531,10 @@ mod tests {
         let path = folder.path().join("rows");
         let address = RowsAddress::Stream(Listen::Unix(path.clone()));
         let shared = Arc::new(Shared::default());
+        let (source, nobody) = (super::RowSource::Program(address), super::Commanded::Nobody);
         let (rows, lines, _reports) =
-            Rows::start(&address, None, || 0, Arc::clone(&shared)).unwrap();
+            Rows::start(source, nobody, || 0, Arc::clone(&shared), std::sync::mpsc::channel())
+                .unwrap();
         let mut program = UnixStream::connect(&path).unwrap();
         program.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
         for _ in 0..3 {

@@ -4,6 +4,7 @@
 pub mod calibration;
 pub mod config;
 pub mod exit;
+pub mod gripper;
 pub mod memory;
 pub mod model;
 pub mod motion;

@@ -117,7 +117,10 @@ fn ends_that_cannot_be() {
     let refused = |args: &[&str], words: &[&str]| gripd(folder.path(), args).refused(2, words);
     refused(&["--sensor", "rows:7750"], &["`rows:7750` is no source of rows", "rows:tcp:IP:PORT"]);
     refused(&["--sensor", "sim", "--port", "sim"], &["--sensor", "--port"]);
-    refused(&["--sensor", "sim", "--gripper", "/dev/x"], &["another line", "not supported"]);
+    refused(
+        &["--sensor", "sim", "--gripper", "/dev/x"],
+        &["simulated sensor", "leave --gripper out"],
+    );
     refused(&["--sensor", "sim", "--gripper", "rows"], &["only rows have a way back"]);
     refused(&["--port", "rows:-"], &["--json", "--gripper none"]);
     refused(&["--sensor", "rows:udp:0.0.0.0:7750"], &["allow_remote"]);

@@ -12,7 +12,10 @@ use rustix::{
 use std::{
     io::{self, Read as _, Write as _},
     net::UdpSocket,
-    os::fd::{AsFd as _, BorrowedFd},
+    os::{
+        fd::{AsFd as _, BorrowedFd},
+        unix::net::UnixDatagram,
+    },
 };
 
 /// Bytes back that may wait; further lines are left out.
@@ -29,6 +32,8 @@ pub(super) enum Peer {
     Connected { stream: Stream, unsent: Vec<u8> },
     /// Datagrams, of the first sender alone.
     Udp { socket: UdpSocket, sender: Option<SocketAddr> },
+    /// A thread of this program that reads a sensor; it wants nothing back.
+    Fed(UnixDatagram),
 }
 
 /// What came.
@@ -69,7 +74,13 @@ impl Peer {
             Self::Expected(listener) => listener.fd(),
             Self::Connected { stream, .. } => stream.fd(),
             Self::Udp { socket, .. } => socket.as_fd(),
+            Self::Fed(socket) => socket.as_fd(),
         }
+    }
+
+    /// Whether rows come from a thread of this program.
+    pub(super) fn is_fed(&self) -> bool {
+        matches!(self, Self::Fed(_))
     }
 
     pub(super) fn has_unsent(&self) -> bool {
@@ -96,6 +107,13 @@ impl Peer {
                 Ok(0) => return Ok(Received::End),
                 Err(error) => return Ok(Received::Broken(error)),
             },
+            Self::Fed(socket) => {
+                return match socket.recv(input) {
+                    Ok(count) => Ok(Received::Datagram(input.get(..count).unwrap_or(&[]))),
+                    Err(error) if is_nothing(&error) => Ok(Received::Nothing),
+                    Err(error) => Err(error),
+                };
+            }
             Self::Udp { socket, sender } => {
                 let (count, from) = match socket.recv_from(input) {
                     Ok(received) => received,
@@ -130,7 +148,7 @@ impl Peer {
         let line = format!("{line}\n");
         match self {
             Self::Stdin => write_stdout(line.as_bytes()),
-            Self::Expected(_) => {}
+            Self::Expected(_) | Self::Fed(_) => {}
             Self::Connected { unsent, .. } if unsent.len() + line.len() > UNSENT => {}
             Self::Connected { unsent, .. } => unsent.extend_from_slice(line.as_bytes()),
             Self::Udp { socket, sender } => {

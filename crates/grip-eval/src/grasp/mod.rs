@@ -31,7 +31,9 @@ pub use stress::Stress;
 pub use total::{GraspResult, Total, total};
 
 use crate::grasp::trial::TrialError;
-use grip_session::{config::HostConfig, model::HostEstimator, session::Update};
+use grip_session::{
+    config::HostConfig, gripper::least_force, model::HostEstimator, session::Update,
+};
 use grip_sim::{Clairvoyant, Scene, SceneError, perfect_controller_can_hold};
 use slip_core::units::Micros;
 
@@ -161,12 +163,7 @@ impl Way {
         let drive = &scene.config().drive;
         #[expect(clippy::cast_possible_truncation, reason = "a force needs no more digits")]
         let least_n = drive.force_min_n.max(drive.step_n).max(1.5 * drive.dead_band_n) as f32;
-        let grip = &mut config.grip;
-        grip.least_force_n = grip.least_force_n.max(least_n);
-        if least_n > grip.trial_force_n {
-            grip.close_rate_n_s *= least_n / grip.trial_force_n;
-            grip.trial_force_n = least_n;
-        }
+        least_force(&mut config.grip, least_n);
         config
     }
 }

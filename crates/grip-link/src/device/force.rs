@@ -210,6 +210,12 @@ impl ForceGuard {
         self.phase = Phase::Rest;
     }
 
+    /// The fingers press with this force already.
+    pub(crate) fn resume(&mut self, force_mn: i32) {
+        self.applied_mn = force_mn.max(0);
+        self.goal = Drive::Force(self.applied_mn);
+    }
+
     /// Torque off.
     pub(crate) fn release(&mut self) {
         self.phase = Phase::Rest;

@@ -191,6 +191,12 @@ impl DeviceLink {
         }
     }
 
+    /// The fingers press with this force \[mN\] already, as a drive does that kept its grip while this program was started: what is held
+    /// is not let go. Before the first frame of a host.
+    pub fn resume(&mut self, force_mn: i32) {
+        self.guard.resume(force_mn);
+    }
+
     /// Latches a fault of the firmware: minor ones hold, all others take the torque off (R6 to R8).
     pub fn raise_fault(&mut self, tick: u64, fault: FaultCode) {
         if !fault.is_fault() || fault == FaultCode::ESTOP {

@@ -1,5 +1,9 @@
 //! Bytes of rows and bytes of the host in; frames to the host and the force for a gripper out: a virtual board, sans-IO.
 
+mod gripper;
+
+pub use gripper::{Actuator, GripperForce, GripperReading};
+
 use super::{
     clock::{Placed, RowClock},
     cut::{CutError, RowCutter},
@@ -10,9 +14,11 @@ use grip_link::{
     device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive},
     frame::MAX_WIRE,
     message::{
-        Channel, DeviceState, FaultCode, Firmware, Ident, Limits, Reaction, ResetReason, Versions,
+        Channel, ChannelKind, DeviceState, FaultCode, Firmware, GripMode, Ident, Limits,
+        MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Versions,
     },
 };
+use gripper::{Gripper, shows_force};
 
 /// Longest header (bytes).
 const HEADER: usize = 2048;
@@ -27,15 +33,6 @@ const LEAP_US: f64 = 10e6;
 const REFUSED_US: f64 = 1e6;
 /// Reports of the same kind that are written out.
 const WRITTEN_OUT: u64 = 3;
-
-/// What a gripper that follows the commands may be asked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Actuator {
-    /// Largest force (N).
-    pub force_max_n: f32,
-    /// Fastest change of force (N/s).
-    pub slew_n_s: f32,
-}
 
 /// What is known before the first byte.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,6 +99,9 @@ pub struct RowBoard {
     times: Times,
     counters: RowCounters,
     reports: Vec<String>,
+    gripper: Gripper,
+    /// A row with the force of that gripper.
+    row: Vec<f32>,
 }
 
 /// What there is from the first row on.
@@ -144,7 +144,45 @@ impl RowBoard {
             times: Times::default(),
             counters: RowCounters::default(),
             reports: Vec::new(),
+            gripper: Gripper::default(),
+            row: Vec::new(),
         }
+    }
+
+    /// The gripper, where there is one.
+    #[must_use]
+    pub fn actuator(&self) -> Option<Actuator> {
+        self.options.actuator
+    }
+
+    /// Sets what the gripper may be asked for. Without effect from the first row on.
+    pub fn set_actuator(&mut self, actuator: Option<Actuator>) {
+        if self.board.is_none() {
+            self.options.actuator = actuator;
+        }
+    }
+
+    /// What a gripper on a line of its own shows, or `None` where it cannot be commanded: rows that come meanwhile are missing ones.
+    pub fn set_gripper(&mut self, now_us: u64, reading: Option<GripperReading>) {
+        self.gripper.absent = reading.is_none();
+        let Some(reading) = reading else {
+            if let Some(board) = &mut self.board {
+                board.sampling = false;
+            }
+            return;
+        };
+        self.gripper.reading = Some(reading);
+        if let Some(board) = &mut self.board {
+            let tick = board.clock.tick(now_us);
+            board.link.report_motion(tick, reading.moving);
+        }
+    }
+
+    /// Whether the last command of the host is to open the fingers. [`RowBoard::drive`] alone does not say so: the loss of a host can
+    /// be a reason to open, too.
+    #[must_use]
+    pub fn opens(&self) -> bool {
+        self.gripper.opens
     }
 
     /// Bytes of input that can be taken now.
@@ -243,6 +281,9 @@ impl RowBoard {
     /// # Errors
     /// Where the first row does not fit the header, times do not fit the rate, or the input ended before.
     pub fn turn(&mut self, now_us: u64) -> Result<(), RowsError> {
+        if self.gripper.absent && self.board.is_some() {
+            return self.leave_out(now_us);
+        }
         while self.board.as_ref().is_none_or(Board::wants_rows) {
             let waits = self.board.as_ref().is_some_and(|board| board.waiting.is_some());
             if !waits && !self.cut_row(now_us)? {
@@ -255,6 +296,21 @@ impl RowBoard {
         if let Some(board) = &mut self.board {
             board.link.flush_rows();
             board.transmit(now_us);
+        }
+        Ok(())
+    }
+
+    /// Rows that nobody waits for.
+    fn leave_out(&mut self, now_us: u64) -> Result<(), RowsError> {
+        let waits = |board: &mut Board| board.waiting.take().is_some();
+        let mut more = self.board.as_mut().is_some_and(waits);
+        while more || self.cut_row(now_us)? {
+            more = false;
+            self.counters.missing += 1;
+            if let Some(board) = &mut self.board {
+                board.waiting = None;
+                board.link.skip_rows(1);
+            }
         }
         Ok(())
     }
@@ -370,6 +426,11 @@ impl RowBoard {
             board.waiting = Some(tick);
         } else if let Some(cutter) = &self.cutter {
             let mut link = DeviceLink::new(device_config(cutter.header(), &self.options))?;
+            let holds_n = self.options.actuator.map_or(0.0, |actuator| actuator.holds_n);
+            if holds_n > 0.0 {
+                link.resume(milli(holds_n).cast_signed());
+                self.gripper.lagged_n = holds_n;
+            }
             link.ready(tick);
             self.board = Some(Board {
                 link,
@@ -404,9 +465,20 @@ impl RowBoard {
             return false;
         }
         board.waiting = None;
-        if board.link.push_f32(tick, cutter.values()).is_ok() {
-            self.counters.rows += 1;
-        }
+        let taken = if shows_force(cutter.header(), &self.options) {
+            #[expect(clippy::cast_possible_truncation, reason = "a short time")]
+            let dt_s = (1e-6 * cutter.header().period_us()) as f32;
+            let force_n = self.gripper.force_n(dt_s);
+            if force_n >= 0.0 {
+                board.link.report_force(milli(force_n).cast_signed());
+            }
+            self.row.clear();
+            self.row.extend(cutter.values().iter().copied().chain([force_n]));
+            board.link.push_f32(tick, &self.row)
+        } else {
+            board.link.push_f32(tick, cutter.values())
+        };
+        self.counters.rows += u64::from(taken.is_ok());
         board.transmit(now_us);
         if let Placed::After(late_us) = placed {
             board.jumped_us += late_us;
@@ -441,7 +513,10 @@ impl RowBoard {
         let tick = board.clock.tick(now_us);
         while let Some(event) = board.link.receive(tick, &mut bytes) {
             match event {
-                DeviceEvent::Started => board.sampling = true,
+                DeviceEvent::Started => board.sampling = !self.gripper.absent,
+                DeviceEvent::Command(grip) => {
+                    self.gripper.opens = GripMode::from_code(grip.mode) == Some(GripMode::Open);
+                }
                 DeviceEvent::Stopped | DeviceEvent::Configured(_) | DeviceEvent::Linked { .. } => {
                     board.sampling = false;
                 }
@@ -500,18 +575,29 @@ impl Board {
     }
 }
 
+/// `value` in thousandths.
+fn milli(value: f32) -> u32 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    let milli = (1e3 * f64::from(value)).round().clamp(0.0, 2e9) as u32;
+    milli
+}
+
 /// What the rows are to the host: a board with these channels at this rate.
 fn device_config(header: &Header, options: &BoardOptions) -> DeviceConfig {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "50 to 20000")]
     let rate_max_hz = header.rate_hz.round() as u32;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let milli = |value: f32| (1e3 * f64::from(value)).round().clamp(0.0, 2e9) as u32;
     let force_max_mn =
         options.actuator.map_or(0, |actuator| milli(actuator.force_max_n)).cast_signed();
     let slew_max_mn_s = options.actuator.map_or(1, |actuator| milli(actuator.slew_n_s).max(1));
-    let mut channels = [Ident::NO_CHANNEL; grip_link::message::MAX_CHANNELS];
-    for (slot, channel) in channels.iter_mut().zip(&header.channels) {
-        *slot = Channel { ..*channel };
+    let own = shows_force(header, options).then_some(Channel {
+        formats: 1 << SampleFormat::F32.code(),
+        ..Channel::single(ChannelKind::NormalForce, 1e-3)
+    });
+    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
+    let given = header.channels.iter().copied().chain(own).take(MAX_CHANNELS);
+    let channel_count = given.clone().count();
+    for (slot, channel) in channels.iter_mut().zip(given) {
+        *slot = channel;
     }
     let ident = Ident {
         versions: Versions::OURS,
@@ -533,7 +619,7 @@ fn device_config(header: &Header, options: &BoardOptions) -> DeviceConfig {
         state: DeviceState::Boot,
         fault: FaultCode::NONE,
         channels,
-        channel_count: u8::try_from(header.channels.len()).unwrap_or(0),
+        channel_count: u8::try_from(channel_count).unwrap_or(0),
     };
     DeviceConfig { ident, estop: Reaction::Hold }
 }

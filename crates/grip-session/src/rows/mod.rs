@@ -8,6 +8,8 @@ mod clock;
 mod cut;
 mod header;
 
-pub use board::{Actuator, BoardOptions, RowBoard, RowCounters, RowsError};
+pub use board::{
+    Actuator, BoardOptions, GripperForce, GripperReading, RowBoard, RowCounters, RowsError,
+};
 pub use cut::{CutError, RowCutter};
 pub use header::{Header, HeaderError, RowFormat};

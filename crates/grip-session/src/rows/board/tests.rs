@@ -1,9 +1,11 @@
-use super::{Actuator, BoardOptions, RowBoard, RowCounters, RowsError};
+use super::{
+    Actuator, BoardOptions, GripperForce, GripperReading, RowBoard, RowCounters, RowsError,
+};
 use crate::{HostConfig, Session, SessionOptions, Update, model, report::Event};
 use core::fmt::Write as _;
 use core::time::Duration;
 use grip_link::device::Drive;
-use grip_link::frame::MAX_WIRE;
+use grip_link::{frame::MAX_WIRE, message::ChannelKind};
 use proptest::prelude::*;
 
 const STREAM: BoardOptions = BoardOptions { actuator: None, datagrams: false };
@@ -15,6 +17,7 @@ struct Bench {
     now_us: u64,
     slips_s: Vec<f64>,
     samples: Vec<(u64, f32)>,
+    forces_n: Vec<f32>,
     reports: Vec<String>,
     drives: Vec<(u64, Drive)>,
 }
@@ -32,6 +35,7 @@ impl Bench {
             now_us: 0,
             slips_s: Vec::new(),
             samples: Vec::new(),
+            forces_n: Vec::new(),
             reports: Vec::new(),
             drives: Vec::new(),
         }
@@ -47,7 +51,10 @@ impl Bench {
         while let Some(update) = self.session.receive(self.now_us, &mut left).unwrap() {
             match update {
                 Update::Event(Event::Slip(slip)) => self.slips_s.push(slip.t.as_seconds()),
-                Update::Step { sample, .. } => self.samples.push((sample.t.0, sample.stylus)),
+                Update::Step { sample, .. } => {
+                    self.samples.push((sample.t.0, sample.stylus));
+                    self.forces_n.extend(sample.normal_force_n);
+                }
                 _ => {}
             }
         }
@@ -247,7 +254,8 @@ fn live(bench: &mut Bench, text: &str, speed: f64) {
     (0..8).for_each(|_| bench.turn().unwrap());
 }
 
-const ACTUATOR: Option<Actuator> = Some(Actuator { force_max_n: 20.0, slew_n_s: 200.0 });
+const ACTUATOR: Option<Actuator> =
+    Some(Actuator { force_max_n: 20.0, slew_n_s: 200.0, holds_n: 0.0, shows_force: false });
 
 #[test]
 fn with_a_gripper_no_row_waits_however_fast_they_come() {
@@ -286,6 +294,76 @@ fn a_gripper_of_the_program_gets_the_force() {
     // 500 us at 200 N/s.
     assert!(forces.windows(2).all(|pair| pair[1] - pair[0] <= 101), "within the slew rate");
     assert!(forces.windows(2).all(|pair| pair[1] >= pair[0]), "nothing lets go at the end");
+}
+
+/// A gripper on a line of its own that shows no force but what it was asked for.
+const OWN: BoardOptions = BoardOptions {
+    actuator: Some(Actuator {
+        force_max_n: 20.0,
+        slew_n_s: 200.0,
+        holds_n: 0.0,
+        shows_force: true,
+    }),
+    ..STREAM
+};
+
+fn asked(force_n: f32) -> GripperReading {
+    GripperReading { force: GripperForce::Asked { force_n, lag_s: 0.015 }, moving: false }
+}
+
+/// Rows for `ms` from row `from` on, and the state of the gripper before each turn; `None` is one that cannot be commanded.
+fn hold(bench: &mut Bench, from: usize, ms: usize, reading: Option<f32>) {
+    for row in 0..ms {
+        if row % 5 == 0 {
+            let mut text = String::new();
+            (row..row + 8).for_each(|row| writeln!(text, "{}", ((from + row) % 7) as f32).unwrap());
+            bench.board.push(text.as_bytes()).unwrap();
+        }
+        let now_us = bench.now_us;
+        bench.board.set_gripper(now_us, reading.map(asked));
+        bench.turn().unwrap();
+        bench.turn().unwrap();
+    }
+}
+
+#[test]
+fn a_gripper_of_its_own_shows_its_force_in_the_rows_with_its_lag() {
+    let mut bench = Bench::new(OWN);
+    bench.board.push(b"vibration,rate=1600\n").unwrap();
+    hold(&mut bench, 0, 500, Some(0.0));
+    let layout = bench.session.link().ident().unwrap();
+    assert_eq!(layout.channels().last().unwrap().kind, ChannelKind::NormalForce);
+    assert!(bench.forces_n.iter().all(|force_n| *force_n <= 0.0), "nothing is between the fingers");
+    bench.forces_n.clear();
+    hold(&mut bench, 0, 100, Some(5.0));
+    // 15 ms at 1600 Hz are 24 rows.
+    assert!(bench.forces_n[12..36].iter().any(|force_n| (force_n / 5.0 - 0.632).abs() < 0.03));
+    assert!((bench.forces_n.last().unwrap() - 5.0).abs() < 0.05);
+}
+
+#[test]
+fn without_its_gripper_a_board_is_silent_and_its_rows_are_missing() {
+    let mut bench = Bench::new(OWN);
+    bench.board.push(b"vibration,rate=1600\n").unwrap();
+    hold(&mut bench, 0, 400, Some(1.0));
+    let (before, samples) = (bench.board.counters(), bench.samples.len());
+    assert!(samples > 100);
+    hold(&mut bench, 0, 100, None);
+    let after = bench.board.counters();
+    assert!(bench.samples.len() <= samples + 4 && after.rows <= before.rows + 4);
+    assert!(after.missing >= before.missing + 100, "{after:?}");
+}
+
+#[test]
+fn a_force_that_the_gripper_has_already_is_not_let_go() {
+    let actuator = OWN.actuator.map(|actuator| Actuator { holds_n: 9.0, ..actuator });
+    let mut bench = Bench::new(BoardOptions { actuator, ..OWN });
+    bench.board.push(b"vibration,rate=1600\n").unwrap();
+    hold(&mut bench, 0, 800, Some(9.0));
+    let forces: Vec<i32> = bench.drives.iter().map(|(_, drive)| drive.force_mn()).collect();
+    assert!(forces.len() > 1000 && bench.session.counters().commands > 0);
+    assert!(forces.iter().all(|force_mn| *force_mn >= 8990), "{:?}", forces.iter().min());
+    assert!(!bench.board.opens());
 }
 
 #[test]

@@ -1,0 +1,224 @@
+//! Requests and bytes in, answers out: one request at a time on a Modbus RTU line.
+//!
+//! Frames, checksums and function codes are those of the crate rmodbus. An answer has a known length, so that it is taken with its last
+//! byte; between two frames the line is silent for [`SILENCE_US`].
+
+use rmodbus::{ErrorKind, ModbusProto, client::ModbusRequest};
+
+/// First command register, and first status register.
+const COMMAND: u16 = 0x03E8;
+const STATUS: u16 = 0x07D0;
+/// Registers of each.
+const REGISTERS: usize = 3;
+/// Least time between two frames (us): 3.5 characters, and never less than 1.75 ms above 19200 baud.
+const SILENCE_US: u64 = 1750;
+/// An answer that takes longer than this (us) does not come.
+const TIMEOUT_US: u64 = 60_000;
+/// After a broken answer, silence for this long (us) begins the next one.
+const RESYNC_US: u64 = 10_000;
+/// Bytes of an answer: written registers, status, and an exception.
+const WRITTEN: usize = 8;
+const READ: usize = 5 + 2 * REGISTERS;
+const EXCEPTION: usize = 5;
+
+/// What became of the requests.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusCounters {
+    /// Answers as they should be.
+    pub answers: u64,
+    /// Requests without an answer in time.
+    pub timeouts: u64,
+    /// Answers with a wrong checksum, or from another device.
+    pub broken: u64,
+    /// Requests that the device refused.
+    pub refused: u64,
+}
+
+/// A request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Request {
+    /// Write the command registers (function 16).
+    Write([u16; REGISTERS]),
+    /// Read the status registers (function 04).
+    Read,
+}
+
+/// What came of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// The registers are written.
+    Written([u16; REGISTERS]),
+    /// The status registers.
+    Status([u16; REGISTERS]),
+    /// Nothing usable came.
+    Failed,
+}
+
+/// The line.
+#[derive(Debug)]
+pub(crate) struct Bus {
+    unit: u8,
+    /// What waits for its answer, until when (us).
+    pending: Option<(Request, ModbusRequest, u64)>,
+    input: Vec<u8>,
+    /// From when on (us) the next request may go out.
+    free_us: u64,
+    counters: BusCounters,
+}
+
+impl Bus {
+    pub(crate) fn new(unit: u8) -> Self {
+        let input = Vec::with_capacity(64);
+        Self { unit, pending: None, input, free_us: 0, counters: BusCounters::default() }
+    }
+
+    pub(crate) fn counters(&self) -> BusCounters {
+        self.counters
+    }
+
+    /// The line was opened anew.
+    pub(crate) fn reset(&mut self, now_us: u64) {
+        self.pending = None;
+        self.input.clear();
+        self.free_us = now_us + RESYNC_US;
+    }
+
+    /// Whether a request may go out now.
+    pub(crate) fn is_free(&self, now_us: u64) -> bool {
+        self.pending.is_none() && now_us >= self.free_us
+    }
+
+    /// Writes a request into `out`; `false` where that is not possible.
+    pub(crate) fn send(&mut self, now_us: u64, request: Request, out: &mut Vec<u8>) -> bool {
+        let mut frame = ModbusRequest::new(self.unit, ModbusProto::Rtu);
+        let count = u16::try_from(REGISTERS).unwrap_or(u16::MAX);
+        let made = match request {
+            Request::Write(values) => frame.generate_set_holdings_bulk(COMMAND, &values, out),
+            Request::Read => frame.generate_get_inputs(STATUS, count, out),
+        };
+        self.input.clear();
+        if made.is_ok() {
+            self.pending = Some((request, frame, now_us + TIMEOUT_US));
+        }
+        made.is_ok()
+    }
+
+    /// Time goes on: a request may have waited too long.
+    pub(crate) fn expire(&mut self, now_us: u64) -> Option<Answer> {
+        let (_, _, until_us) = self.pending.as_ref()?;
+        if now_us < *until_us {
+            return None;
+        }
+        self.counters.timeouts += 1;
+        self.fail(now_us)
+    }
+
+    /// Takes bytes. What comes without a request belongs to an answer that was given up.
+    pub(crate) fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Option<Answer> {
+        let Some((request, frame, _)) = &self.pending else {
+            self.free_us = self.free_us.max(now_us + RESYNC_US);
+            return None;
+        };
+        self.input.extend(bytes.iter().take(256));
+        let refused = self.input.get(1).is_some_and(|function| function & 0x80 != 0);
+        let length = match request {
+            _ if refused => EXCEPTION,
+            Request::Write(_) => WRITTEN,
+            Request::Read => READ,
+        };
+        if self.input.len() < length {
+            return None;
+        }
+        let answer = (self.input.len() == length).then(|| read(*request, frame, &self.input));
+        match answer {
+            Some(Ok(answer)) => {
+                self.counters.answers += 1;
+                self.pending = None;
+                self.free_us = now_us + SILENCE_US;
+                Some(answer)
+            }
+            Some(Err(error)) if error.is_modbus_error() => {
+                self.counters.refused += 1;
+                self.fail(now_us)
+            }
+            _ => {
+                self.counters.broken += 1;
+                self.fail(now_us)
+            }
+        }
+    }
+
+    fn fail(&mut self, now_us: u64) -> Option<Answer> {
+        self.pending = None;
+        self.free_us = now_us + RESYNC_US;
+        Some(Answer::Failed)
+    }
+}
+
+/// The meaning of a whole answer.
+fn read(request: Request, frame: &ModbusRequest, bytes: &[u8]) -> Result<Answer, ErrorKind> {
+    match request {
+        Request::Write(values) => {
+            frame.parse_ok(bytes)?;
+            // What was written is repeated: the first register and how many.
+            let [first, last] = COMMAND.to_be_bytes();
+            let echo = [first, last, 0, 3];
+            let matches = bytes.get(2..6) == Some(&echo);
+            matches.then_some(Answer::Written(values)).ok_or(ErrorKind::FrameBroken)
+        }
+        Request::Read => {
+            let mut values = Vec::with_capacity(REGISTERS);
+            frame.parse_u16(bytes, &mut values)?;
+            let values = values.try_into().map_err(|_| ErrorKind::FrameBroken)?;
+            Ok(Answer::Status(values))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Answer, Bus, Request};
+
+    /// Frames of Robotiq's manual for the 2F-85 and 2F-140, steps 7 and 8 of its example over Modbus RTU.
+    const OPEN: &[u8] = &[9, 0x10, 3, 0xE8, 0, 3, 6, 9, 0, 0, 0, 0xFF, 0xFF, 0x72, 0x19];
+    const OPENED: &[u8] = &[9, 0x10, 3, 0xE8, 0, 3, 1, 0x30];
+    const STATUS: &[u8] = &[9, 4, 6, 0xF9, 0, 0, 0, 0x0D, 0, 0x17, 0xAA];
+
+    #[test]
+    fn the_frames_of_the_manual() {
+        let (mut bus, mut out) = (Bus::new(9), Vec::new());
+        assert!(bus.send(0, Request::Write([0x0900, 0, 0xFFFF]), &mut out));
+        assert_eq!(out, OPEN);
+        assert!(!bus.is_free(1000));
+        assert_eq!(bus.receive(4000, &OPENED[..5]), None);
+        assert_eq!(bus.receive(4200, &OPENED[5..]), Some(Answer::Written([0x0900, 0, 0xFFFF])));
+        assert!(!bus.is_free(5000) && bus.is_free(6000));
+        assert!(bus.send(6000, Request::Read, &mut out));
+        assert_eq!(out[..6], [9, 4, 7, 0xD0, 0, 3]);
+        assert_eq!(bus.receive(9000, STATUS), Some(Answer::Status([0xF900, 0, 0x0D00])));
+        assert_eq!(bus.counters().answers, 2);
+    }
+
+    #[test]
+    fn what_is_broken_late_or_refused_is_counted_and_asked_again() {
+        let (mut bus, mut out) = (Bus::new(9), Vec::new());
+        bus.send(0, Request::Read, &mut out);
+        let mut wrong = STATUS.to_vec();
+        wrong[4] ^= 1;
+        assert_eq!(bus.receive(3000, &wrong), Some(Answer::Failed));
+        bus.send(20_000, Request::Read, &mut out);
+        assert_eq!(bus.expire(70_000), None);
+        assert_eq!(bus.expire(80_000), Some(Answer::Failed));
+        assert_eq!(bus.receive(81_000, STATUS), None, "an answer that was given up");
+        assert!(!bus.is_free(85_000) && bus.is_free(92_000));
+        bus.send(92_000, Request::Read, &mut out);
+        assert_eq!(bus.receive(93_000, &[9, 0x84, 2, 0x43, 0x03]), Some(Answer::Failed));
+        // Another device, and the echo of another register.
+        bus.send(120_000, Request::Write([0; 3]), &mut out);
+        let other = [8, 0x10, 3, 0xE8, 0, 3, 0, 0xE1];
+        assert_eq!(bus.receive(121_000, &other), Some(Answer::Failed));
+        let counters = bus.counters();
+        assert_eq!((counters.answers, counters.timeouts), (0, 1));
+        assert_eq!((counters.broken, counters.refused), (2, 1));
+    }
+}

@@ -1,0 +1,176 @@
+use super::{Gripper, GripperConfig, Order, State};
+use crate::{Fault, Model};
+
+/// A gripper on the other end of the line, by its manual: registers, and no physics but an object that stops the fingers.
+struct Device {
+    registers: [u16; 3],
+    /// Answers, and with what: status byte, fault byte.
+    answers: bool,
+    activated: bool,
+    object: bool,
+    fault: u8,
+    /// Every write, in order.
+    writes: Vec<[u16; 3]>,
+}
+
+impl Device {
+    fn new(activated: bool) -> Self {
+        let registers = if activated { [0x0900, 0, 0] } else { [0; 3] };
+        Self { registers, answers: true, activated, object: false, fault: 0, writes: Vec::new() }
+    }
+
+    fn answer(&mut self, request: &[u8]) -> Option<Vec<u8>> {
+        let word = |at: usize| u16::from_be_bytes([request[at], request[at + 1]]);
+        assert_eq!(request[0], 9);
+        let mut bytes = match request[1] {
+            0x10 => {
+                assert_eq!((word(2), word(4), request[6]), (0x03E8, 3, 6));
+                self.registers = [word(7), word(9), word(11)];
+                self.writes.push(self.registers);
+                self.activated = self.registers[0] & 0x0100 != 0;
+                vec![9, 0x10, 3, 0xE8, 0, 3]
+            }
+            4 => {
+                assert_eq!((word(2), word(4)), (0x07D0, 3));
+                let [action, position, _] = self.registers;
+                let follows = u8::from(action & 0x0800 != 0) << 3;
+                let closes = follows != 0 && position == 255;
+                let object = if closes && self.object { 2 << 6 } else { 3 << 6 };
+                let state = if self.activated { 0x31 | follows | object } else { 0 };
+                vec![9, 4, 6, state, 0, self.fault, position.to_be_bytes()[1], 100, 10]
+            }
+            other => panic!("function {other}"),
+        };
+        bytes.extend(crc(&bytes).to_le_bytes());
+        self.answers.then_some(bytes)
+    }
+}
+
+/// CRC-16 of Modbus, bit by bit, as its specification has it.
+fn crc(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0xFFFF, |crc, byte| {
+        (0..8).fold(
+            crc ^ u16::from(*byte),
+            |crc, _| {
+                if crc & 1 == 1 { crc >> 1 ^ 0xA001 } else { crc >> 1 }
+            },
+        )
+    })
+}
+
+struct Bench {
+    gripper: Gripper,
+    device: Device,
+    now_us: u64,
+}
+
+impl Bench {
+    fn new(config: GripperConfig, device: Device) -> Self {
+        let mut gripper = Gripper::new(config);
+        gripper.opened(0);
+        Self { gripper, device, now_us: 0 }
+    }
+
+    fn run(&mut self, ms: u64) -> State {
+        let mut out = Vec::new();
+        for _ in 0..ms {
+            self.now_us += 1000;
+            if self.gripper.poll_transmit(self.now_us, &mut out)
+                && let Some(answer) = self.device.answer(&out)
+            {
+                let (one, other) = answer.split_at(3);
+                self.gripper.receive(self.now_us + 300, one);
+                self.gripper.receive(self.now_us + 700, other);
+            }
+        }
+        self.gripper.state()
+    }
+}
+
+const F85: GripperConfig = GripperConfig::new(Model::F85);
+
+fn is_ready(state: State) -> bool {
+    matches!(state, State::Ready(_))
+}
+
+/// Whether something that was written opens the fingers: a requested position of 0, or an end of the activation.
+fn opens(writes: &[[u16; 3]]) -> bool {
+    writes.iter().any(|[action, position, _]| *position == 0 || action & 0x0100 == 0)
+}
+
+#[test]
+fn forces_become_registers_and_only_a_change_is_written() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    assert!(is_ready(bench.run(50)));
+    bench.gripper.order(Order::Force(1.2));
+    bench.run(20);
+    bench.gripper.order(Order::Force(35.0));
+    bench.run(20);
+    bench.gripper.order(Order::Force(35.1));
+    bench.run(20);
+    let force = |register: u8| [0x0900, 0x00FF, u16::from_be_bytes([32, register])];
+    assert_eq!(bench.device.writes, [force(0), force(18)]);
+    let State::Ready(ready) = bench.gripper.state() else { panic!() };
+    assert!((ready.asked_n.unwrap() - 35.18).abs() < 0.01 && ready.arrived && !ready.holds);
+    bench.device.object = true;
+    let State::Ready(ready) = bench.run(20) else { panic!() };
+    assert!(ready.holds && !ready.moving);
+}
+
+#[test]
+fn nothing_but_the_order_opens_the_fingers() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    bench.device.object = true;
+    bench.run(50);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(50);
+    for force_n in [f32::NAN, 0.0, -1.0] {
+        bench.gripper.order(Order::Force(force_n));
+        bench.run(50);
+    }
+    bench.gripper.order(Order::Keep);
+    bench.device.fault = 0x0E;
+    assert_eq!(bench.run(100), State::Faulty(Fault::Gripper(0x0E)));
+    bench.gripper.order(Order::Open);
+    bench.device.fault = 0;
+    assert!(is_ready(bench.run(100)), "what was ordered at fault is not done later");
+    bench.device.answers = false;
+    bench.gripper.order(Order::Force(90.0));
+    assert_eq!(bench.run(1000), State::Silent);
+    let before = bench.device.writes.len();
+    bench.gripper.closed();
+    bench.gripper.opened(bench.now_us);
+    bench.device.answers = true;
+    assert!(is_ready(bench.run(300)));
+    assert_eq!(bench.device.writes.len(), before, "nor what was ordered before the silence");
+    assert!(!opens(&bench.device.writes), "{:?}", bench.device.writes);
+    bench.gripper.order(Order::Open);
+    bench.run(50);
+    assert!(opens(&bench.device.writes));
+}
+
+#[test]
+fn an_activation_is_asked_for_and_comes_once() {
+    let mut bench = Bench::new(F85, Device::new(false));
+    assert_eq!(bench.run(300), State::NotActivated);
+    assert!(bench.device.writes.is_empty());
+    let config = GripperConfig { activate: true, ..F85 };
+    let mut bench = Bench::new(config, Device::new(false));
+    assert!(is_ready(bench.run(300)));
+    assert_eq!(bench.device.writes, [[0; 3], [0x0100, 0, 0]]);
+    // Without power for a moment: it may hold something, and stays as it is.
+    bench.device.activated = false;
+    assert_eq!(bench.run(300), State::NotActivated);
+    assert_eq!(bench.device.writes.len(), 2);
+}
+
+#[test]
+fn a_grip_that_others_began_needs_its_force() {
+    let held = || Device { object: true, registers: [0x0900, 255, 0], ..Device::new(true) };
+    assert_eq!(Bench::new(F85, held()).run(100), State::Occupied);
+    let config = GripperConfig { holds_n: Some(44.0), ..F85 };
+    let mut bench = Bench::new(config, held());
+    let State::Ready(ready) = bench.run(100) else { panic!() };
+    assert_eq!(ready.asked_n, Some(44.0));
+    assert!(bench.device.writes.is_empty(), "nothing is written before something is ordered");
+}

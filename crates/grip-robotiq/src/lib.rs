@@ -1,0 +1,15 @@
+//! Robotiq's devices, sans-IO: bytes and time in, requests, states and samples out.
+//!
+//! [`gripper`] drives a 2F-85, 2F-140 or Hand-E over Modbus RTU, [`tsf85`] reads the fingertips TSF-85. Register map and frame format
+//! are those that Robotiq publishes (manuals of the grippers, public repositories `robotiq/grippers` and `robotiq/tactile_sensors`).
+//! Nothing here was run on a device.
+
+mod bus;
+pub mod gripper;
+mod model;
+mod status;
+pub mod tsf85;
+
+pub use bus::BusCounters;
+pub use model::{Model, ModelError};
+pub use status::{Fault, ObjectDetection, Severity, Status};
