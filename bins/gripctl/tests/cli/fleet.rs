@@ -423,7 +423,7 @@ fn a_roll_out_pauses_over_a_kill_of_its_operator_and_is_in_the_history() {
         assert!(lines[0].ends_with(&format!("  model new.json ({digest}) by alice")), "{history}");
         let kept = format!("  {MEMBER}  stage 1, ");
         assert!(lines[1].starts_with(&kept) && lines[1].ends_with(" grasps, kept"), "{history}");
-        assert!(lines[3].ends_with(" grasps, given back: ordered by carol"), "{history}");
+        assert!(lines[2].ends_with(" grasps, given back: ordered by carol"), "{history}");
         let entries = run(&["history", "--json"]).done().json();
         assert_eq!((entries.len(), &entries[0]["how"]), (2, &"accepted".into()));
         assert!(entries[0]["grasps"].as_u64().unwrap() >= 20, "{entries:?}");

@@ -102,7 +102,10 @@ impl History {
     /// A model ends here, after so many grasps; one that was accepted before has an entry of its own for that.
     pub fn end(&mut self, model: &ModelId, (how, why): (How, Option<String>), now_ns: u64) {
         if self.open(model).is_none() {
-            self.begin(model, &Origin::default(), now_ns);
+            let known = |entry: &&Entry| entry.model.sha256 == model.sha256;
+            let last = self.entries.iter().rev().find(known);
+            let origin = last.map(|entry| entry.origin.clone()).unwrap_or_default();
+            self.begin(model, &origin, now_ns);
         }
         if let Some(entry) = self.open(model) {
             (entry.ended_ns, entry.how, entry.why) = (Some(now_ns), Some(how), why);
