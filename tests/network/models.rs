@@ -4,7 +4,7 @@ use crate::pair::{Pair, configure, endpoint};
 use core::time::Duration;
 use grip_fleet::{
     Member, Part, Selector,
-    deploy::{How, Offer, Order, Standing, digest},
+    deploy::{How, Offer, Order, Origin, Standing, digest},
     net::{self, Ask, NetError, Network, Session, list, standing},
 };
 use grip_link::message::daemon::{Command, GripState, Operation};
@@ -67,7 +67,13 @@ fn take(text: &str) -> Order {
 
 fn offer(text: &str) -> Offer {
     let (name, bytes) = ("new.json".to_owned(), text.as_bytes());
-    Offer { name, sha256: digest(bytes), lease_s: 3600, bytes: bytes.into() }
+    Offer {
+        name,
+        sha256: digest(bytes),
+        lease_s: 3600,
+        origin: Origin::default(),
+        bytes: bytes.into(),
+    }
 }
 
 /// What a gripper says to an order.
@@ -142,7 +148,7 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     fleet.kill();
     let third = Pair { gripd, fleet: Program::gripfleet(folder.path(), &[]) };
     assert_eq!(member(&third), who);
-    let back = || ask(&session, &who, &Order::Back { sha256: None });
+    let back = || ask(&session, &who, &Order::Back { sha256: None, why: None });
     let standing = back().unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.before), ("default", None));
     assert_eq!(back().unwrap().in_force.name, "default", "there is none before");
@@ -194,7 +200,7 @@ fn a_lost_object_is_a_grasp_and_a_gripper_in_fault_tries_nothing() {
     assert!(until(lost));
     // An empty hand in FAULT is no grasp, however long it lasts.
     let grasped = ask(&session, &who, &Order::Notify).unwrap().grasped;
-    let back = ask(&session, &who, &Order::Back { sha256: None }).unwrap();
+    let back = ask(&session, &who, &Order::Back { sha256: None, why: None }).unwrap();
     assert_eq!((back.in_force.name.as_str(), back.trial, grasped), ("default", None, 1));
     let refused = ask(&session, &who, &take(&same(2))).unwrap_err();
     assert!(refused.starts_with("this gripper has latched fault 0201"), "{refused}");

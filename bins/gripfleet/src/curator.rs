@@ -182,6 +182,7 @@ impl Curator {
                 setup = latest;
             }
             if let Ok(models) = &mut models {
+                models.set_utc(self.clock.utc_ns());
                 if setup.settings != before {
                     models.reloaded(setup.configured.clone(), swap);
                 }

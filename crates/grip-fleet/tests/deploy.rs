@@ -13,7 +13,7 @@ use core::{
 };
 use grip_fleet::{
     EventLog, Member, Part, Uid,
-    deploy::{Examined, How, ModelId, Models, Offer, Order, Put, digest},
+    deploy::{Examined, How, ModelId, Models, Offer, Order, Origin, Put, digest},
     net::{self, Announced, Deployer, Happening, NetError, Network, Question, Session, standing},
     rollout::{Finished, Grasp, Progress, Rehearsal, Report, RolloutConfig, Stop, Worse, Wrong},
 };
@@ -198,7 +198,13 @@ fn in_force(session: &Session) -> BTreeSet<String> {
 /// What each of them says to a model that is none for it; none of them takes it.
 fn refusals(session: &Session, text: &str, sha256: &str) -> Vec<String> {
     let (name, bytes) = ("model.json".to_owned(), text.as_bytes().into());
-    let order = Order::Take(Offer { name, sha256: sha256.to_owned(), lease_s: 3600, bytes });
+    let order = Order::Take(Offer {
+        name,
+        sha256: sha256.to_owned(),
+        lease_s: 3600,
+        origin: Origin::default(),
+        bytes,
+    });
     let refused = |number| match standing(session, &member(number), &order, PATIENCE) {
         Err(NetError::Declined { reason, .. }) => reason,
         other => panic!("{number}: {other:?}"),

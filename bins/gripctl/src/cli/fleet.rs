@@ -38,6 +38,16 @@ pub(crate) enum FleetCommand {
     /// On trial or accepted, whatever was counted with it. Once more leads to the one before that, and at last to the model of the
     /// configuration. Exit codes: 0 done, 1 somebody did not answer, 2 wrong arguments.
     Back(BackArgs),
+    /// Let roll-outs pause at some grippers.
+    ///
+    /// A roll-out with one of them gives the model to nobody and judges no grasp until all of them go on. Trials that run keep their model and
+    /// their lease. A pause survives a restart of gripctl, gripfleet and gripd. The way back stays open. Exit codes: 0 done, 1 somebody did not
+    /// answer, 2 wrong arguments.
+    Pause(BackArgs),
+    /// Let roll-outs go on at some grippers.
+    Resume(SelectArgs),
+    /// List the roll-outs that some grippers know, the oldest first: model, who and when; of each gripper stage, grasps and how it ended.
+    History(SelectArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is
@@ -163,15 +173,40 @@ pub(crate) struct DeployArgs {
     /// Send a model that is broken or made for something else: each gripper should refuse it.
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) operator: OperatorArgs,
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct BackArgs {
+pub(crate) struct SelectArgs {
     /// Whose: all, a site, a gripper, SITE/GRIPPER, or several of these with commas between.
     #[arg(long, value_name = "SELECTOR")]
     pub(crate) to: Selection,
     #[command(flatten)]
     pub(crate) place: PlaceArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BackArgs {
+    #[command(flatten)]
+    pub(crate) select: SelectArgs,
+    #[command(flatten)]
+    pub(crate) operator: OperatorArgs,
+}
+
+/// Who orders it.
+#[derive(Debug, Args)]
+pub(crate) struct OperatorArgs {
+    /// Who orders it, for the history.
+    #[arg(
+        long,
+        value_name = "NAME",
+        env = "USER",
+        default_value = "unknown",
+        hide_env_values = true,
+        hide_default_value = true
+    )]
+    pub(crate) by: String,
 }
 
 #[derive(Debug, Args)]

@@ -4,6 +4,7 @@ mod archive;
 mod back;
 mod command;
 mod deploy;
+mod history;
 mod place;
 mod recordings;
 
@@ -60,6 +61,9 @@ pub(crate) fn run(args: &FleetArgs) -> anyhow::Result<Exit> {
         }
         FleetCommand::Deploy(args) => deploy::run(args),
         FleetCommand::Back(args) => back::run(args),
+        FleetCommand::Pause(args) => back::pause(args),
+        FleetCommand::Resume(args) => back::resume(args),
+        FleetCommand::History(args) => history::run(args),
         FleetCommand::Command(args) => command::run(args),
         FleetCommand::Recordings(args) => recordings::show(args),
         FleetCommand::Collect(args) => recordings::collect(args),

@@ -264,6 +264,13 @@ fn deployed(lost: u64, text: &str, args: &[&str]) -> Ran {
 
 /// The same of any command for the grippers of the hall.
 fn reported(lost: u64, text: &str, args: &[&str]) -> Ran {
+    in_hall(lost, text, |folder, endpoint| {
+        gripctl(folder, &[&["fleet"], args, &["--to", "hall", "--router", endpoint]].concat())
+    })
+}
+
+/// A folder with a model and an endpoint with a router and the gripper for the operator.
+fn in_hall<T>(lost: u64, text: &str, operate: impl FnOnce(&Path, &str) -> T) -> T {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();
@@ -276,8 +283,7 @@ fn reported(lost: u64, text: &str, args: &[&str]) -> Ran {
         while !there.load(Ordering::SeqCst) {
             thread::yield_now();
         }
-        let fixed = ["--to", "hall", "--router", &endpoint];
-        let ran = gripctl(folder.path(), &[&["fleet"], args, &fixed].concat());
+        let ran = operate(folder.path(), &endpoint);
         end.store(true, Ordering::SeqCst);
         router.kill().unwrap();
         router.wait().unwrap();
@@ -344,6 +350,84 @@ fn the_way_back_is_one_command() {
     let ran = reported(1, "{}", &["back", "--json"]);
     let line: Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!((&line["in_force"]["name"], &line["reason"]), (&"own".into(), &Value::Null));
+}
+
+/// Runs gripctl until it prints a line with these words, and kills it.
+fn killed(folder: &Path, args: &[String], words: &str) {
+    let mut running = process::Command::new(env!("CARGO_BIN_EXE_gripctl"))
+        .current_dir(folder)
+        .args(args)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(running.stdout.take().unwrap()).lines();
+    let found = lines.map(Result::unwrap).any(|line| line.contains(words));
+    running.kill().unwrap();
+    running.wait().unwrap();
+    assert!(found, "no line with {words}");
+}
+
+#[test]
+fn a_gripper_goes_back_after_its_lease_where_the_operator_is_killed_in_a_stage() {
+    let other = format!("{} ", default_text());
+    in_hall(0, &other, |folder, endpoint| {
+        let fixed = ["fleet", "--to", "hall", "--router", endpoint];
+        let run = |words: &[&str]| {
+            let (first, rest) = fixed.split_at(1);
+            gripctl(folder, &[first, words, rest].concat()).done().out
+        };
+        let args =
+            ["fleet", "deploy", "new.json", "--grasps", "150", "--shadow", "0", "--lease", "5"];
+        let args = [&args[..], &fixed[1..]].concat();
+        let args: Vec<String> = args.into_iter().map(str::to_owned).collect();
+        killed(folder, &args, "tries it; it has made ");
+        assert!(run(&["history"]).contains(" grasps, goes on"));
+        let mut history = String::new();
+        for _ in 0..300 {
+            history = run(&["history"]);
+            if history.contains("given back: nobody watched its trial any more") {
+                return;
+            }
+            thread::park_timeout(core::time::Duration::from_millis(100));
+        }
+        panic!("{history}");
+    });
+}
+
+/// It pauses before it begins, its operator is killed and another one goes on; the history names all of it.
+#[test]
+fn a_roll_out_pauses_over_a_kill_of_its_operator_and_is_in_the_history() {
+    let other = format!("{} ", default_text());
+    in_hall(0, &other, |folder, endpoint| {
+        let args = |words: &[&str]| -> Vec<String> {
+            let fixed = ["--to", "hall", "--router", endpoint];
+            [&["fleet"], words, &fixed].concat().into_iter().map(str::to_owned).collect()
+        };
+        let run = |words: &[&str]| {
+            let args = args(words);
+            gripctl(folder, &args.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        assert_eq!(run(&["history"]).done().out, "no roll-out is known there\n");
+        let ran = run(&["pause", "--by", "bob"]).done();
+        assert!(ran.out.ends_with("is in force; roll-outs pause, by order of bob\n"), "{ran:?}");
+        let deploy = ["deploy", "new.json", "--grasps", "20", "--shadow", "5", "--by", "alice"];
+        killed(folder, &args(&deploy), "lets roll-outs pause, by order of bob");
+        assert_eq!(run(&["history"]).done().out, "no roll-out is known there\n", "nobody has it");
+        let ran = run(&["resume"]).done();
+        assert!(!ran.out.contains("pause"), "{ran:?}");
+        run(&deploy).done();
+        run(&["back", "--by", "carol"]).done();
+        let history = run(&["history"]).done().out;
+        let lines: Vec<&str> = history.lines().collect();
+        let digest = &digest(other.as_bytes())[..12];
+        assert!(lines[0].ends_with(&format!("  model new.json ({digest}) by alice")), "{history}");
+        let kept = format!("  {MEMBER}  stage 1, ");
+        assert!(lines[1].starts_with(&kept) && lines[1].ends_with(" grasps, kept"), "{history}");
+        assert!(lines[2].ends_with(" grasps, given back: ordered by carol"), "{history}");
+        let entries = run(&["history", "--json"]).done().json();
+        assert_eq!((entries.len(), &entries[0]["how"]), (2, &"accepted".into()));
+        assert!(entries[0]["grasps"].as_u64().unwrap() >= 20, "{entries:?}");
+    });
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Models that ask for too little or too much in; how many simulated roll-outs of each are rolled back, and after how many grasps, out.
 //!
-//! Each model grasps the same objects of the grasp simulator once. A roll-out draws the grasps of its grippers from these, with a seed: before it
-//! with the default model, and then with the new one. Stages, numbers of grasps and judge are those of `gripctl fleet deploy`.
+//! Each model grasps the same objects of the grasp simulator once, and estimates once beside the default model on them. A roll-out draws the grasps
+//! of its grippers from these, with a seed: before it with the default model, then beside it, and then with the new one. Stages, numbers of grasps
+//! and judge are those of `gripctl fleet deploy`; the first table leaves the shadow stage out (`--shadow 0`), the second one has it.
 //! `slow_lift.toml` is the scene of docs/results/fleet.md and of `tests/deploy.rs`.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -13,7 +14,10 @@ use grip_fleet::{
         Difference, Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop,
     },
 };
-use grip_session::model::parse_estimator;
+use grip_session::{
+    HostEstimator,
+    model::{default_estimator, parse_estimator},
+};
 use grip_sim::Scene;
 use std::{collections::BTreeMap, fs, thread};
 
@@ -68,9 +72,13 @@ fn main() -> anyhow::Result<()> {
     for (share, name) in MODELS {
         let pool = pool(&args, &scene, share)?;
         describe(name, &pool);
-        pools.push((name, pool));
+        let model = parse_estimator("model.json", &hand::scaled(share)?)?;
+        let beside = play_all(&args, &scene, (&default_estimator()?, Some(&model)))?;
+        let beside: Vec<Grasp> =
+            beside.into_iter().filter(|grasp| grasp.compared.is_some()).collect();
+        pools.push((name, Pools { pool, beside }));
     }
-    let before = pools.first().map(|(_, pool)| pool.clone()).context("no model")?;
+    let before = pools.first().map(|(_, pools)| pools.pool.clone()).context("no model")?;
     let judge = JudgeConfig { margin: args.margin, ..JudgeConfig::default() };
     let difference = Difference::default();
     let grasps =
@@ -85,32 +93,76 @@ fn main() -> anyhow::Result<()> {
     };
     println!("a stage takes {grasps} grasps: {difference:?}, {BEFORE} grasps before");
     println!("model, rolled back, in stage 1, grasps until then p50 / p90");
-    for (name, pool) in &pools {
-        let all = (0..args.rollouts).map(|number| {
-            Draws(args.seed.wrapping_mul(1_000_003).wrapping_add(number))
-                .roll_out(config, &before, pool)
-        });
-        let all: Vec<Ended> = all.collect();
-        let mut back: Vec<&Ended> = all.iter().filter(|ended| ended.rolled_back).collect();
-        back.sort_by_key(|ended| ended.grasps);
+    for (name, pools) in &pools {
+        let all = roll_outs(&args, config, &before, pools);
+        let back: Vec<&Ended> = all.iter().filter(|ended| ended.rolled_back).collect();
         let first = back.iter().filter(|ended| ended.stage == 1).count();
-        let at = |tenths: usize| {
-            let grasps = back.get(back.len() * tenths / 10).or(back.last());
-            grasps.map_or("-".to_owned(), |ended| ended.grasps.to_string())
-        };
-        println!("{name}, {} of {}, {first}, {} / {}", back.len(), all.len(), at(5), at(9));
+        let grasps = quantiles(back.iter().map(|ended| ended.grasps));
+        println!("{name}, {} of {}, {first}, {grasps}", back.len(), all.len());
+    }
+    let config = RolloutConfig { shadow: None, ..config };
+    println!(
+        "with a shadow stage: model, stopped as a shadow, grasps compared until then p50 / p90, rolled back later, grasps with it until then p50 / p90"
+    );
+    for (name, pools) in &pools {
+        let all = roll_outs(&args, config, &before, pools);
+        let (shadows, back): (Vec<_>, Vec<_>) = (
+            all.iter().filter(|ended| ended.shadow).collect(),
+            all.iter().filter(|ended| ended.rolled_back).collect(),
+        );
+        let compared = quantiles(shadows.iter().map(|ended| ended.compared));
+        let grasps = quantiles(back.iter().map(|ended| ended.grasps));
+        println!(
+            "{name}, {} of {}, {compared}, {}, {grasps}",
+            shadows.len(),
+            all.len(),
+            back.len()
+        );
     }
     Ok(())
+}
+
+/// What became of each object with a model, and of those with an estimate of it beside the default model.
+struct Pools {
+    pool: Vec<Grasp>,
+    beside: Vec<Grasp>,
+}
+
+fn roll_outs(args: &Args, config: RolloutConfig, before: &[Grasp], pools: &Pools) -> Vec<Ended> {
+    let one = |number| {
+        let draws = Draws(args.seed.wrapping_mul(1_000_003).wrapping_add(number));
+        draws.roll_out(config, before, pools)
+    };
+    (0..args.rollouts).map(one).collect()
+}
+
+/// Median and what nine of ten stay below.
+fn quantiles(values: impl Iterator<Item = usize>) -> String {
+    let mut values: Vec<usize> = values.collect();
+    values.sort_unstable();
+    let at = |tenths: usize| {
+        let value = values.get(values.len() * tenths / 10).or(values.last());
+        value.map_or("-".to_owned(), ToString::to_string)
+    };
+    format!("{} / {}", at(5), at(9))
 }
 
 /// What became of each object with a model that asks for this share of the force.
 fn pool(args: &Args, scene: &Scene, share: f64) -> anyhow::Result<Vec<Grasp>> {
     let estimator = parse_estimator("model.json", &hand::scaled(share)?)?;
+    play_all(args, scene, (&estimator, None))
+}
+
+/// What became of each object with the first model, and what the second one asked for beside it.
+fn play_all(
+    args: &Args,
+    scene: &Scene,
+    models: (&HostEstimator, Option<&HostEstimator>),
+) -> anyhow::Result<Vec<Grasp>> {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
     let some = |first: u64| {
         let seeds = (args.seed + first..args.seed + args.objects).step_by(usize::try_from(cores)?);
-        let all = seeds
-            .map(|seed| Ok((seed, hand::grasp(scene, seed, (&estimator, None), args.seconds)?)));
+        let all = seeds.map(|seed| Ok((seed, hand::grasp(scene, seed, models, args.seconds)?)));
         all.collect::<anyhow::Result<Vec<_>>>()
     };
     let mut all = thread::scope(|scope| {
@@ -149,8 +201,12 @@ fn describe(name: &str, pool: &[Grasp]) {
 
 /// How a roll-out ended.
 struct Ended {
+    /// It was stopped as a shadow.
+    shadow: bool,
     rolled_back: bool,
     stage: usize,
+    /// Grasps that were compared in the shadow stage, and grasps with the model.
+    compared: usize,
     grasps: usize,
 }
 
@@ -167,14 +223,14 @@ impl Draws {
     }
 
     /// All grippers grasp in turn.
-    fn roll_out(mut self, config: RolloutConfig, before: &[Grasp], pool: &[Grasp]) -> Ended {
+    fn roll_out(mut self, config: RolloutConfig, before: &[Grasp], pools: &Pools) -> Ended {
         let member = |n| Member {
             site: "hall".parse().unwrap_or_else(|_| unreachable!()),
             uid: Uid([n; 16]),
         };
         let mut rollout = Rollout::new(config, (0..GRIPPERS).map(member));
         let mut trying: BTreeMap<Member, usize> = BTreeMap::new();
-        let mut history = BTreeMap::new();
+        let (mut beside, mut history) = (Vec::new(), BTreeMap::new());
         loop {
             for order in rollout.step() {
                 let (member, report) = match order {
@@ -184,7 +240,10 @@ impl Draws {
                         (member, Report::Fit(grasps))
                     }
                     Order::Replay(member) => (member, Report::Replaying),
-                    Order::Shadow(member) => (member, Report::Beside),
+                    Order::Shadow(member) => {
+                        beside.push((member.clone(), 0));
+                        (member, Report::Beside)
+                    }
                     Order::Take(member) => {
                         trying.insert(member.clone(), 0);
                         let grasps = history.get(&member).cloned().unwrap_or_default();
@@ -197,11 +256,23 @@ impl Draws {
             }
             match rollout.progress() {
                 Progress::Done | Progress::Stopped(0) => break,
+                Progress::Shadow => {
+                    for (member, from) in &mut beside {
+                        let grasps = vec![self.of(&pools.beside)];
+                        rollout.receive(member, Report::Compared { from: *from, grasps }, 0);
+                        *from += 1;
+                        let (wanted, tally) = rollout.shadow();
+                        if rollout.stopped().is_some() || tally.grasps >= wanted {
+                            break;
+                        }
+                    }
+                    continue;
+                }
                 Progress::Stage(_) if rollout.stopped().is_none() => {}
                 _ => continue,
             }
             for (member, from) in &mut trying {
-                let grasps = vec![self.of(pool)];
+                let grasps = vec![self.of(&pools.pool)];
                 rollout.receive(member, Report::Grasps { from: *from, grasps }, 0);
                 *from += 1;
                 if rollout.stopped().is_some() {
@@ -210,10 +281,12 @@ impl Draws {
             }
         }
         let rolled_back = matches!(rollout.stopped(), Some(Stop::Worse { .. }));
-        if let Some(stop) = rollout.stopped().filter(|_| !rolled_back) {
+        let shadow = matches!(rollout.stopped(), Some(Stop::Wrong { .. }));
+        if let Some(stop) = rollout.stopped().filter(|_| !rolled_back && !shadow) {
             eprintln!("{stop}");
         }
         let grasps = trying.values().sum();
-        Ended { rolled_back, stage: rollout.stage(), grasps }
+        let (stage, compared) = (rollout.stage(), rollout.shadow().1.grasps);
+        Ended { shadow, rolled_back, stage, compared, grasps }
     }
 }

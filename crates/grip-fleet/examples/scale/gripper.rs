@@ -1,6 +1,6 @@
 //! An address in; many pipelines that tell it their slips, and lines about what they did, out.
 
-use super::{Args, now_us, pause, tape};
+use super::{Args, network, now_us, pause, tape};
 use anyhow::Context as _;
 use core::time::Duration;
 
@@ -45,9 +45,9 @@ pub(crate) fn run(address: &str, (first, count): (u16, u16), args: &Args) -> any
     let tapes = (0..6).map(|seed| tape::record(seed).map(Arc::from));
     let tapes = tapes.collect::<anyhow::Result<Vec<Arc<[Sample]>>>>()?;
     let estimator = model::default_estimator()?;
-    let network = Network { router: Some(address.to_owned()), file: None };
+    let way = network::client(args, address)?;
     let made = tapes.iter().cycle().zip(first..first + count);
-    let made = made.map(|(tape, uid)| Gripper::new(tape, uid, &estimator, &network));
+    let made = made.map(|(tape, uid)| Gripper::new(tape, uid, &estimator, &way.network));
     let mut grippers = made.collect::<anyhow::Result<Vec<Gripper>>>()?;
     println!("ready");
     let frames = u64::from(args.seconds) * u64::from(tape::RATE_HZ) / BATCH;

@@ -8,6 +8,7 @@
 #![expect(clippy::print_stdout, reason = "an example that prints what it finds")]
 
 mod gripper;
+mod network;
 mod process;
 mod receiver;
 mod relay;
@@ -16,9 +17,10 @@ mod tape;
 use anyhow::{Context as _, bail};
 use clap::Parser;
 use core::time::Duration;
-use grip_fleet::net::{self, Network};
+use grip_fleet::net;
 use std::io::Read as _;
 use std::net::TcpListener;
+use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 #[derive(Clone, Debug, Parser)]
@@ -30,7 +32,7 @@ struct Args {
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=200))]
     processes: u16,
     /// How long they work (s)
-    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(5..=3600))]
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u32).range(5..=100_000))]
     seconds: u32,
     /// Kill the router after a third of the time, and start another one so much later (s); 0: never
     #[arg(long, default_value_t = 0)]
@@ -39,7 +41,14 @@ struct Args {
     /// the receiver's process, which its processor time includes.
     #[arg(long, default_value_t = 0, conflicts_with = "outage")]
     cut: u32,
-    /// What a process of this program is, for its own use: `router ADDRESS` or `grippers ADDRESS FIRST COUNT`
+    /// Routers in a chain: the grippers connect to the last, the receiver to the first
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=5), conflicts_with = "outage")]
+    routers: u16,
+    /// Folder of keys and certificates, of docs/examples/fleet/certificates.sh FOLDER localhost 127.0.0.1 scale: all connections are TLS, both
+    /// sides with a certificate
+    #[arg(long, conflicts_with = "cut")]
+    tls: Option<PathBuf>,
+    /// What a process of this program is, for its own use: `router ADDRESS [ADDRESS]` or `grippers ADDRESS FIRST COUNT`
     #[arg(hide = true)]
     part: Vec<String>,
 }
@@ -49,7 +58,8 @@ fn main() -> anyhow::Result<()> {
     let part: Vec<&str> = args.part.iter().map(String::as_str).collect();
     match part.as_slice() {
         [] => receiver::run(&args),
-        ["router", address] => router(address),
+        ["router", address] => router(&args, address, None),
+        ["router", address, before] => router(&args, address, Some(before)),
         ["grippers", address, first, count] => {
             let numbers = (first.parse()?, count.parse()?);
             gripper::run(address, numbers, &args)
@@ -59,17 +69,19 @@ fn main() -> anyhow::Result<()> {
 }
 
 /// A router until standard input ends.
-fn router(address: &str) -> anyhow::Result<()> {
-    let _router = net::router(&Network { router: Some(address.to_owned()), file: None })?;
+fn router(args: &Args, address: &str, before: Option<&str>) -> anyhow::Result<()> {
+    let way = network::router(args, address, before)?;
+    let _router = net::router(&way.network)?;
     println!("ready");
     std::io::stdin().read_to_end(&mut Vec::new())?;
     Ok(())
 }
 
 /// A place on this machine where a router can listen.
-fn address() -> anyhow::Result<String> {
+fn address(args: &Args) -> anyhow::Result<String> {
     let listener = TcpListener::bind("127.0.0.1:0").context("no free port")?;
-    Ok(format!("tcp/{}", listener.local_addr()?))
+    let protocol = if args.tls.is_some() { "tls" } else { "tcp" };
+    Ok(format!("{protocol}/{}", listener.local_addr()?))
 }
 
 /// Microseconds of the machine's clock, which all processes share.

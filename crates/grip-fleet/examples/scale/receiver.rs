@@ -2,9 +2,9 @@
 
 use super::process::{Process, loopback_bytes, processor_s};
 use super::relay::Relay;
-use super::{Args, address, now_us};
+use super::{Args, address, network, now_us};
 use core::time::Duration;
-use grip_fleet::net::{Network, Reported, Watch};
+use grip_fleet::net::{Reported, Watch};
 use grip_fleet::{EventId, Selector, Since, Uid};
 use grip_link::message::daemon::ToClient;
 use std::collections::BTreeMap;
@@ -66,12 +66,18 @@ impl Times {
 }
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
-    let address = address()?;
+    let address = address(args)?;
     let mut router = Some(Process::start(&["router", &address], args)?);
-    let network = Network { router: Some(address.clone()), file: None };
-    let mut watch = Watch::new(network.open()?, &Selector::default(), Since::Start, &[])?;
-    let relay = (args.cut > 0).then(|| Relay::start(&address)).transpose()?;
-    let place = relay.as_ref().map_or(&address, |relay| &relay.address).clone();
+    let (mut last, mut more) = (address.clone(), Vec::new());
+    for _ in 1..args.routers {
+        let next = self::address(args)?;
+        more.push(Process::start(&["router", &next, &last], args)?);
+        last = next;
+    }
+    let way = network::client(args, &address)?;
+    let mut watch = Watch::new(way.network.open()?, &Selector::default(), Since::Start, &[])?;
+    let relay = (args.cut > 0).then(|| Relay::start(&last)).transpose()?;
+    let place = relay.as_ref().map_or(&last, |relay| &relay.address).clone();
     let (mut got, theirs) = (Got::default(), args.clone());
     // The first of them tell their events while the others come.
     let starting = thread::spawn(move || start(&theirs, &place));
@@ -81,7 +87,12 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
     }
     let parts = starting.join().map_err(|_| anyhow::anyhow!("a thread has panicked"))??;
-    println!("{} grippers in {} processes for {} s", args.grippers, parts.len(), args.seconds);
+    let how = if args.tls.is_some() { "TLS" } else { "TCP" };
+    let (grippers, routers, seconds) = (args.grippers, args.routers, args.seconds);
+    let processes = parts.len();
+    println!(
+        "{grippers} grippers in {processes} processes for {seconds} s, {routers} routers in a chain, {how}"
+    );
     let (begun_us, bytes, own_s) = (now_us(), loopback_bytes()?, processor_s("self")?);
     let before_s = parts.iter().map(Process::processor_s).sum::<anyhow::Result<f64>>()?;
     let times = Times::new(args, begun_us);
@@ -111,16 +122,17 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     };
     let seconds = (now_us() - begun_us) as f64 / 1e6;
     router_s += router.as_ref().map_or(Ok(0.0), Process::processor_s)?;
+    router_s += more.iter().map(Process::processor_s).sum::<anyhow::Result<f64>>()?;
     got.report(&sent);
     let each = |total: f64| total / f64::from(args.grippers) / seconds;
     println!("processor of a gripper {:.3} %", 100.0 * each(after_s - before_s));
-    println!("processor of the router {:.3} % for each gripper", 100.0 * each(router_s));
+    println!("processor of the routers {:.3} % for each gripper", 100.0 * each(router_s));
     println!(
         "processor of the receiver {:.3} % for each gripper",
         100.0 * each(processor_s("self")? - own_s)
     );
     let bytes = (loopback_bytes()? - bytes) as f64;
-    println!("loopback, both hops, headers included: {:.0} bytes/s for each gripper", each(bytes));
+    println!("loopback, all hops, headers included: {:.0} bytes/s for each gripper", each(bytes));
     println!(
         "the last gripper's frame of ten samples was at most {:.1} ms late",
         late_us as f64 / 1e3

@@ -6,6 +6,7 @@
 //! in force. The model of the configuration, and the one before, need no trial.
 
 mod examine;
+mod history;
 mod models;
 mod order;
 mod rehearsal;
@@ -13,6 +14,7 @@ mod shelf;
 mod standing;
 
 pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
+pub use history::{Entry, History, Origin, Paused};
 pub use models::{Models, Notice, OrderFault, Put, Swap};
 pub use order::{Offer, Order, OrderError};
 pub use rehearsal::{rehearse, replay};
@@ -86,6 +88,8 @@ pub struct Deployment {
     trial: Option<Trial>,
     shadow: Option<Beside>,
     fault: FaultCode,
+    /// Grasps of models on trial, or beside the one in force, do not count.
+    is_paused: bool,
     /// Grasps of higher numbers are those of the model in force.
     since: u64,
     /// Grasps with the model in force, and with the one that comes back next.
@@ -103,6 +107,7 @@ impl Deployment {
             trial: None,
             shadow: None,
             fault: FaultCode::NONE,
+            is_paused: false,
             since: 0,
             grasps: Vec::new(),
             resumed: Vec::new(),
@@ -111,6 +116,17 @@ impl Deployment {
             new.lasting.last = Some(Ended { model, how: How::Restarted });
         }
         new
+    }
+
+    /// Lets grasps of models on trial, or beside the one in force, count or not.
+    pub const fn pause(&mut self, is_paused: bool) {
+        self.is_paused = is_paused;
+    }
+
+    /// Whether an order to take or to try this model waits until roll-outs go on here. The way back does not.
+    #[must_use]
+    pub fn waits(&self, model: &ModelId) -> bool {
+        self.is_paused && self.in_force().sha256 != model.sha256 && !self.is_known(model)
     }
 
     /// The model that has to be in force; none stands for that of the configuration.
@@ -189,9 +205,15 @@ impl Deployment {
         self.shadow = Some(Beside { model, lease_s, watched_us, since, grasps });
     }
 
-    /// The shadow has to go: another model takes over, or nobody watches it any more. Whether there was one.
-    pub fn end_shadow(&mut self) -> bool {
-        self.shadow.take().is_some()
+    /// The shadow has to go: another model takes over, or nobody watches it any more. The one that was there, and in how many grasps it was asked.
+    pub fn end_shadow(&mut self) -> Option<(ModelId, usize)> {
+        self.shadow.take().map(|shadow| (shadow.model, shadow.grasps.len()))
+    }
+
+    /// Whether this model estimates beside the one in force.
+    #[must_use]
+    pub fn is_shadow(&self, sha256: &str) -> bool {
+        self.shadow.as_ref().is_some_and(|shadow| shadow.model.sha256 == sha256)
     }
 
     /// Whether nobody watches the shadow any more.
@@ -266,6 +288,9 @@ impl Deployment {
 
     /// A grasp has ended. One of another model is too late.
     pub fn grasped(&mut self, finished: &Finished) {
+        if self.is_paused && (self.trial.is_some() || self.shadow.is_some()) {
+            return;
+        }
         if let Some(shadow) = &mut self.shadow
             && finished.number > shadow.since
             && finished.grasp.compared.is_some()
@@ -318,8 +343,20 @@ impl Deployment {
             compared: shadow.grasps.len(),
         });
         let configured = configured();
-        let replay = None;
-        Standing { in_force, configured, before, trial, shadow, replay, grasped, grasps, last }
+        let (replay, paused, history) = (None, None, Vec::new());
+        Standing {
+            in_force,
+            configured,
+            before,
+            trial,
+            shadow,
+            replay,
+            grasped,
+            grasps,
+            last,
+            paused,
+            history,
+        }
     }
 
     /// Grasps with this model that somebody watches, from that many on: those of its trial, or those in which it was asked as a shadow.

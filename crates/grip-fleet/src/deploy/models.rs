@@ -1,8 +1,8 @@
 //! Orders and counts in; answers, notices for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
 
 use super::{
-    Declined, Deployment, Examined, Fault, ModelId, Offer, Order, Rehearsal, ReplayReport, Shelf,
-    ShelfError, Standing, Step, examine,
+    Declined, Deployment, Entry, Examined, Fault, History, How, ModelId, Offer, Order, Origin,
+    Paused, Rehearsal, ReplayReport, Shelf, ShelfError, Standing, Step, examine,
 };
 use crate::rollout::Finished;
 use grip_link::message::FaultCode;
@@ -62,6 +62,9 @@ pub struct Models {
     replay: Option<(ModelId, u64, Option<Rehearsal>)>,
     /// The model of a replay that has not begun.
     rehearsing: Option<Examined>,
+    history: History,
+    /// Time of day (ns since 1970); 0 where that is not known.
+    utc_ns: u64,
 }
 
 impl Models {
@@ -79,7 +82,10 @@ impl Models {
             notices: Vec::new(),
             replay: None,
             rehearsing: None,
+            history: History::default(),
+            utc_ns: 0,
         };
+        models.remember();
         if let Some(last) = &models.deployment.lasting().last {
             models.notices.push(Notice::Done(format!("the last {}: {}", last.model, last.how)));
         }
@@ -88,6 +94,25 @@ impl Models {
         }
         models.note();
         Ok(models)
+    }
+
+    /// What an earlier run has noted. A file that cannot be read costs what stands in it, and nothing else.
+    fn remember(&mut self) {
+        match self.shelf.history() {
+            Ok(history) => self.history = history,
+            Err(error) => {
+                let text = format!("earlier roll-outs are not known here: {}", message(&error));
+                self.notices.push(Notice::Trouble(text));
+            }
+        }
+        self.deployment.pause(self.history.paused.is_some());
+        let open = self.history.entries.iter_mut().filter(|entry| entry.how.is_none());
+        open.for_each(|entry| entry.how = Some(How::Restarted));
+    }
+
+    /// Sets the time of day (ns since 1970).
+    pub const fn set_utc(&mut self, utc_ns: u64) {
+        self.utc_ns = utc_ns;
     }
 
     /// Puts the model in force that was accepted, where that of this SHA-256 is.
@@ -107,26 +132,29 @@ impl Models {
         now_us: u64,
         swap: &mut Swap<'_>,
     ) -> Result<Standing, OrderFault> {
-        let (mut grasps, mut replay) = (Vec::new(), None);
+        let (mut grasps, mut replay, mut history) = (Vec::new(), None, Vec::new());
         match order {
             Order::Notify => {}
-            Order::Check(Offer { name, sha256, lease_s, bytes }) => {
+            Order::Check(Offer { name, sha256, lease_s, bytes, .. }) => {
                 let model = examine(&name, &sha256, &bytes)?;
                 self.deployment.check(&model.id, lease_s)?;
                 let trial = self.standing().trial.is_some();
                 let known = &self.deployment;
                 grasps = if trial { known.grasps_before() } else { known.grasps(0) }.to_vec();
+                history.extend(self.history.open(&model.id).cloned());
             }
-            Order::Replay(Offer { name, sha256, lease_s, bytes }) => {
+            Order::Replay(Offer { name, sha256, lease_s, bytes, .. }) => {
                 let model = examine(&name, &sha256, &bytes)?;
                 self.deployment.check(&model.id, lease_s)?;
                 replay = Some(self.replay(model, lease_s, now_us));
             }
-            Order::Shadow(Offer { name, sha256, lease_s, bytes }) => {
-                self.cast(&examine(&name, &sha256, &bytes)?, lease_s, now_us, swap)?;
+            Order::Shadow(Offer { name, sha256, lease_s, origin, bytes }) => {
+                let model = examine(&name, &sha256, &bytes)?;
+                self.cast(&model, &origin, (lease_s, now_us), swap)?;
             }
-            Order::Take(Offer { name, sha256, lease_s, bytes }) => {
-                self.take(&examine(&name, &sha256, &bytes)?, lease_s, now_us, swap)?;
+            Order::Take(Offer { name, sha256, lease_s, origin, bytes }) => {
+                let model = examine(&name, &sha256, &bytes)?;
+                self.take(&model, &origin, (lease_s, now_us), swap)?;
                 grasps = self.deployment.grasps_before().to_vec();
             }
             Order::Watch { sha256, from } => {
@@ -137,16 +165,53 @@ impl Models {
                 let was = self.deployment.lasting().clone();
                 self.deployment.accept(&sha256, now_us)?;
                 if *self.deployment.lasting() != was {
-                    self.report_last();
+                    self.report_last(None);
                     self.note();
                 }
             }
-            Order::Back { sha256 } => {
+            Order::Back { sha256, why } => {
+                if sha256.as_deref().is_some_and(|sha256| self.deployment.is_shadow(sha256)) {
+                    self.end_shadow((How::Told, why.clone()), swap);
+                }
                 let step = self.deployment.back(sha256.as_deref());
-                self.go_back(&step, swap)?;
+                self.go_back(&step, why, swap)?;
             }
+            Order::Pause { by } => {
+                let at_ns = self.utc_ns;
+                self.pause(Some(Paused { by, at_ns }))?;
+            }
+            Order::Resume => self.pause(None)?,
+            Order::History => history = self.entries(),
         }
-        Ok(Standing { grasps, replay, ..self.deployment.standing() })
+        Ok(Standing { grasps, replay, history, ..self.standing() })
+    }
+
+    /// Lets roll-outs pause here, or go on: first on disk.
+    fn pause(&mut self, paused: Option<Paused>) -> Result<(), ShelfError> {
+        if self.history.paused.is_some() == paused.is_some() {
+            return Ok(());
+        }
+        let text = match &paused {
+            Some(Paused { by, .. }) => format!("roll-outs pause here, by order of {by}"),
+            None => "roll-outs go on here".to_owned(),
+        };
+        let history = History { paused, ..self.history.clone() };
+        self.shelf.note_history(&history)?;
+        self.history = history;
+        self.deployment.pause(self.history.paused.is_some());
+        self.report(text);
+        Ok(())
+    }
+
+    /// Which roll-outs were here, with the grasps of the one that goes on.
+    fn entries(&self) -> Vec<Entry> {
+        let count = |mut entry: Entry| {
+            if entry.how.is_none() {
+                entry.grasps = Some(self.deployment.grasps_of(&entry.model.sha256, 0).len());
+            }
+            entry
+        };
+        self.history.entries.iter().cloned().map(count).collect()
     }
 
     /// What the recordings have shown of the model; where nobody has asked within the lease, they are replayed.
@@ -189,8 +254,8 @@ impl Models {
     fn cast(
         &mut self,
         model: &Examined,
-        lease_s: u32,
-        now_us: u64,
+        origin: &Origin,
+        (lease_s, now_us): (u32, u64),
         swap: &mut Swap<'_>,
     ) -> Result<(), OrderFault> {
         if !self.deployment.check_shadow(&model.id, lease_s)? {
@@ -198,49 +263,87 @@ impl Models {
             self.deployment.watch(&model.id.sha256, now_us)?;
             return Ok(());
         }
+        if self.deployment.waits(&model.id) {
+            return Ok(());
+        }
         let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
+        self.end_entry((How::Told, None));
         self.deployment.cast(model.id.clone(), lease_s, since, now_us);
+        self.history.begin(&model.id, origin, self.utc_ns);
+        self.note_history();
         let text = format!("{} estimates beside the one in force, and moves nothing", model.id);
         self.report(text);
         Ok(())
     }
 
     /// The shadow goes.
-    fn end_shadow(&mut self, why: &str, swap: &mut Swap<'_>) {
-        if self.deployment.end_shadow() {
-            let text = match swap(Put::Beside(None)) {
-                Ok(_) => format!("no model estimates beside the one in force any more: {why}"),
-                // Without the connection to gripd it has ended too.
-                Err(reason) => format!("the model beside the one in force is left there: {reason}"),
-            };
-            self.report(text);
+    fn end_shadow(&mut self, end: (How, Option<String>), swap: &mut Swap<'_>) {
+        if let Some(how) = self.end_entry(end) {
+            let why = if how == How::Unwatched { "nobody watches it" } else { "it was asked to" };
+            self.remove_shadow(why, swap);
         }
+    }
+
+    /// The entry of the shadow ends, and its part in the deployment.
+    fn end_entry(&mut self, (how, why): (How, Option<String>)) -> Option<How> {
+        let (model, compared) = self.deployment.end_shadow()?;
+        if let Some(entry) = self.history.open(&model) {
+            entry.grasps = Some(compared);
+        }
+        self.history.end(&model, (how, why), self.utc_ns);
+        self.note_history();
+        Some(how)
+    }
+
+    fn remove_shadow(&mut self, why: &str, swap: &mut Swap<'_>) {
+        let text = match swap(Put::Beside(None)) {
+            Ok(_) => format!("no model estimates beside the one in force any more: {why}"),
+            // Without the connection to gripd it has ended too.
+            Err(reason) => format!("the model beside the one in force is left there: {reason}"),
+        };
+        self.report(text);
     }
 
     fn take(
         &mut self,
         model: &Examined,
-        lease_s: u32,
-        now_us: u64,
+        origin: &Origin,
+        (lease_s, now_us): (u32, u64),
         swap: &mut Swap<'_>,
     ) -> Result<(), OrderFault> {
+        if self.deployment.waits(&model.id) {
+            return Ok(());
+        }
         let step = self.deployment.take(model.id.clone(), lease_s, now_us)?;
         if step == Step::Stay {
             return Ok(());
         }
-        self.end_shadow("a model is put in force", swap);
+        // Of the same model the entry goes on.
+        if self.deployment.is_shadow(&model.id.sha256) {
+            self.deployment.end_shadow();
+            self.remove_shadow("a model is put in force", swap);
+        } else {
+            self.end_shadow((How::Told, None), swap);
+        }
         if self.standing().trial.is_none() {
-            return self.go_back(&step, swap);
+            return self.go_back(&step, None, swap);
         }
         self.begin(model, swap)?;
+        self.history.begin(&model.id, origin, self.utc_ns);
+        self.note_history();
         let text =
             format!("{} is on trial, as long as somebody watches it every {lease_s} s", model.id);
         self.report(text);
         Ok(())
     }
 
-    fn go_back(&mut self, step: &Step, swap: &mut Swap<'_>) -> Result<(), OrderFault> {
-        self.follow(step, swap);
+    fn go_back(
+        &mut self,
+        step: &Step,
+        why: Option<String>,
+        swap: &mut Swap<'_>,
+    ) -> Result<(), OrderFault> {
+        self.follow(step, why, swap);
         if self.due { Err(OrderFault::Swap("it is tried again".to_owned())) } else { Ok(()) }
     }
 
@@ -252,9 +355,9 @@ impl Models {
     /// The time, and the latched fault of the gripper. A model on trial that nobody watches any more goes; a way back that failed is tried again.
     pub fn tick(&mut self, now_us: u64, fault: FaultCode, swap: &mut Swap<'_>) {
         let step = self.deployment.tick(now_us, fault);
-        self.follow(&step, swap);
+        self.follow(&step, None, swap);
         if self.deployment.is_shadow_left(now_us) {
-            self.end_shadow("nobody watches it", swap);
+            self.end_shadow((How::Unwatched, None), swap);
         }
         if self.due {
             self.restore(swap);
@@ -264,13 +367,13 @@ impl Models {
     /// Other settings are in force, with that model where none came over the network.
     pub fn reloaded(&mut self, configured: ModelId, swap: &mut Swap<'_>) {
         let step = self.deployment.reloaded(configured);
-        self.follow(&step, swap);
+        self.follow(&step, None, swap);
     }
 
     /// How they stand.
     #[must_use]
     pub fn standing(&self) -> Standing {
-        self.deployment.standing()
+        Standing { paused: self.history.paused.clone(), ..self.deployment.standing() }
     }
 
     /// What has happened since it was asked last.
@@ -298,9 +401,9 @@ impl Models {
         }
     }
 
-    fn follow(&mut self, step: &Step, swap: &mut Swap<'_>) {
+    fn follow(&mut self, step: &Step, why: Option<String>, swap: &mut Swap<'_>) {
         if *step != Step::Stay {
-            self.report_last();
+            self.report_last(why);
             self.note();
             self.restore(swap);
         }
@@ -343,16 +446,29 @@ impl Models {
         self.notices.push(Notice::Done(text));
     }
 
-    fn report_last(&mut self) {
-        if let Some(last) = &self.deployment.lasting().last {
-            self.report(format!("{}: {}", last.model, last.how));
+    fn report_last(&mut self, why: Option<String>) {
+        let Some(last) = self.deployment.lasting().last.clone() else { return };
+        self.report(format!("{}: {}", last.model, last.how));
+        // Those of the model before count only from the swap on.
+        let grasps = self.deployment.grasps(0).len();
+        if let Some(entry) = self.history.open(&last.model) {
+            entry.grasps = Some(grasps);
+        }
+        self.history.end(&last.model, (last.how, why), self.utc_ns);
+        self.note_history();
+    }
+
+    fn note_history(&mut self) {
+        if let Err(error) = self.shelf.note_history(&self.history) {
+            let text = format!("the history of roll-outs cannot be kept: {}", message(&error));
+            self.notices.push(Notice::Trouble(text));
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Models, Notice, Offer, Order, Put, Rehearsal, Standing};
+    use super::{Models, Notice, Offer, Order, Origin, Put, Rehearsal, Standing};
     use crate::{
         deploy::{How, ModelId, digest},
         rollout::{Compared, Finished, Grasp},
@@ -369,7 +485,13 @@ mod tests {
 
     fn take(name: &str, text: &str) -> Order {
         let bytes: Arc<[u8]> = text.as_bytes().into();
-        Order::Take(Offer { name: name.to_owned(), sha256: digest(&bytes), lease_s: 60, bytes })
+        Order::Take(Offer {
+            name: name.to_owned(),
+            sha256: digest(&bytes),
+            lease_s: 60,
+            origin: Origin::default(),
+            bytes,
+        })
     }
 
     fn open(folder: &Path) -> Models {
@@ -414,7 +536,7 @@ mod tests {
         assert!(
             matches!(&models.notices()[..], [Notice::Done(text), _] if text.contains("started again"))
         );
-        models.obey(Order::Back { sha256: Some(sha256) }, 0, &mut swap).unwrap();
+        models.obey(Order::Back { sha256: Some(sha256), why: None }, 0, &mut swap).unwrap();
         assert_eq!(models.standing().in_force.name, "file");
         let [a, b] = ["a", "b"].map(|name| Some(name.to_owned()));
         assert_eq!(in_force, [a.clone(), b, a, None]);

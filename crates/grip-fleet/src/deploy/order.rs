@@ -1,5 +1,6 @@
 //! An order about models as parameters and a payload of a question, and back.
 
+use super::{Origin, history::reason};
 use std::sync::Arc;
 
 /// A model.
@@ -11,6 +12,8 @@ pub struct Offer {
     pub sha256: String,
     /// Its trial ends where nobody watches it for so long (s), 1 to 86400.
     pub lease_s: u32,
+    /// Which roll-out it belongs to.
+    pub origin: Origin,
     /// Its file, shared by all who are offered it.
     pub bytes: Arc<[u8]>,
 }
@@ -44,7 +47,18 @@ pub enum Order {
     Back {
         /// SHA-256 of its file.
         sha256: Option<String>,
+        /// Why, for the history.
+        why: Option<String>,
     },
+    /// Let roll-outs pause here: no model begins, and no grasp of one counts.
+    Pause {
+        /// Who orders it.
+        by: String,
+    },
+    /// Let them go on.
+    Resume,
+    /// Which roll-outs were there?
+    History,
 }
 
 /// Why a question is no order.
@@ -62,7 +76,7 @@ pub enum OrderError {
     },
     /// An order of another kind.
     #[error(
-        "order={0} is not known; there are check, replay, shadow, take, watch, accept and back"
+        "order={0} is not known; there are check, replay, shadow, take, watch, accept, back, pause, resume and history"
     )]
     Unknown(String),
 }
@@ -74,8 +88,14 @@ impl Order {
         let order = |name: &str| ("order", name.to_owned());
         match self {
             Self::Notify => Vec::new(),
-            Self::Back { sha256: None } => vec![order("back")],
-            Self::Back { sha256: Some(sha256) } => vec![order("back"), ("sha256", sha256.clone())],
+            Self::Back { sha256, why } => {
+                let sha256 = sha256.iter().map(|sha256| ("sha256", sha256.clone()));
+                let why = why.iter().map(|why| ("why", reason(why)));
+                [order("back")].into_iter().chain(sha256).chain(why).collect()
+            }
+            Self::Pause { by } => vec![order("pause"), ("by", Origin::new(by, 0, 0).by)],
+            Self::Resume => vec![order("resume")],
+            Self::History => vec![order("history")],
             Self::Watch { sha256, from } => {
                 vec![order("watch"), ("sha256", sha256.clone()), ("from", from.to_string())]
             }
@@ -109,7 +129,16 @@ impl Order {
         let order = parameter("order").unwrap_or_default();
         match order.as_str() {
             "" => Ok(Self::Notify),
-            "back" => Ok(Self::Back { sha256: parameter("sha256") }),
+            "back" => {
+                let why = parameter("why").map(|why| reason(&why));
+                Ok(Self::Back { sha256: parameter("sha256"), why })
+            }
+            "pause" => {
+                let by = parameter("by").unwrap_or_default();
+                Ok(Self::Pause { by: Origin::new(&by, 0, 0).by })
+            }
+            "resume" => Ok(Self::Resume),
+            "history" => Ok(Self::History),
             "watch" => {
                 let sha256 = text(&parameter, "watch", "sha256")?;
                 Ok(Self::Watch { sha256, from: number(&parameter, "watch", "from")? })
@@ -126,12 +155,16 @@ impl Order {
 
 impl Offer {
     fn parameters(&self, order: &'static str) -> Vec<(&'static str, String)> {
-        let Self { name, sha256, lease_s, .. } = self;
+        let Self { name, sha256, lease_s, origin, .. } = self;
+        let Origin { by, rollout_ns, stage } = origin;
         vec![
             ("order", order.to_owned()),
             ("sha256", sha256.clone()),
             ("name", name.chars().filter(|letter| !";=#?&".contains(*letter)).collect()),
             ("lease", lease_s.to_string()),
+            ("by", Origin::new(by, 0, 0).by),
+            ("rollout", rollout_ns.to_string()),
+            ("stage", stage.to_string()),
         ]
     }
 
@@ -140,7 +173,11 @@ impl Offer {
         order: &'static str,
         bytes: Vec<u8>,
     ) -> Result<Self, OrderError> {
+        let whole = |name| parameter(name).and_then(|text| text.parse().ok()).unwrap_or_default();
+        let stage = u32::try_from(whole("stage")).unwrap_or_default();
+        let by = parameter("by").unwrap_or_default();
         Ok(Self {
+            origin: Origin::new(&by, whole("rollout"), stage),
             name: parameter("name").unwrap_or_default(),
             sha256: text(parameter, order, "sha256")?,
             lease_s: number(parameter, order, "lease")?,
@@ -169,7 +206,7 @@ fn text(
 
 #[cfg(test)]
 mod tests {
-    use super::{Offer, Order};
+    use super::{Offer, Order, Origin};
 
     fn read(parameters: &[(&str, String)], bytes: &[u8]) -> Result<Order, String> {
         let found = |name: &str| {
@@ -181,11 +218,15 @@ mod tests {
     #[test]
     fn orders_are_read_as_they_are_written() {
         let (name, sha256) = ("m.json".to_owned(), "ab".to_owned());
-        let offer = Offer { name, sha256: sha256.clone(), lease_s: 12, bytes: [1, 2].into() };
+        let (sha, origin, bytes) = (sha256.clone(), Origin::new("bob", 17, 2), [1, 2].into());
+        let offer = Offer { name, sha256: sha, lease_s: 12, origin, bytes };
         for order in [
             Order::Notify,
-            Order::Back { sha256: None },
-            Order::Back { sha256: Some(sha256.clone()) },
+            Order::Back { sha256: None, why: None },
+            Order::Back { sha256: Some(sha256.clone()), why: Some("it is worse".to_owned()) },
+            Order::Pause { by: "alice".to_owned() },
+            Order::Resume,
+            Order::History,
             Order::Watch { sha256: sha256.clone(), from: 7 },
             Order::Accept { sha256 },
             Order::Check(offer.clone()),
@@ -219,7 +260,7 @@ mod tests {
             (&[("order", "accept")], "an order to accept a model needs sha256=, and got nothing"),
             (
                 &[("order", "drop")],
-                "order=drop is not known; there are check, replay, shadow, take, watch, accept and back",
+                "order=drop is not known; there are check, replay, shadow, take, watch, accept, back, pause, resume and history",
             ),
         ] {
             let parameters: Vec<_> =

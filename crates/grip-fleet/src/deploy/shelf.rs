@@ -1,9 +1,9 @@
 //! A folder in; the models of one gripper, and which of them it has accepted, kept over an end of its daemon out.
 //!
-//! `SHA256.json` are models, `standing.json` is [`Lasting`]. Each file is written beside its place, synced and renamed: after a crash there is the
+//! `SHA256.json` are models, `standing.json` is [`Lasting`], `history.json` is [`History`]. Each file is written beside its place, synced and renamed: after a crash there is the
 //! old one or the new one. A model is read only where its SHA-256 is that of its name.
 
-use super::{Lasting, ModelId, examine::digest};
+use super::{History, Lasting, ModelId, examine::digest};
 use std::{
     fs::{self, File, TryLockError},
     io::{self, Write as _},
@@ -11,6 +11,7 @@ use std::{
 };
 
 const STANDING: &str = "standing.json";
+const HISTORY: &str = "history.json";
 
 /// Why models cannot be kept.
 #[derive(Debug, thiserror::Error)]
@@ -93,6 +94,31 @@ impl Shelf {
         }
         let reason = "the file has another SHA-256 than its name says".to_owned();
         Err(ShelfError::Content { path, reason })
+    }
+
+    /// Which roll-outs were here; none where no file is there.
+    ///
+    /// # Errors
+    /// [`ShelfError`].
+    pub fn history(&self) -> Result<History, ShelfError> {
+        let path = self.folder.join(HISTORY);
+        match fs::read(&path) {
+            Ok(bytes) => serde_json::from_slice(&bytes)
+                .map_err(|error| ShelfError::Content { path, reason: error.to_string() }),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(History::default()),
+            Err(source) => Err(ShelfError::File { path, source }),
+        }
+    }
+
+    /// Keeps which roll-outs were here.
+    ///
+    /// # Errors
+    /// [`ShelfError`].
+    pub fn note_history(&self, history: &History) -> Result<(), ShelfError> {
+        let path = || self.folder.join(HISTORY);
+        let bytes = serde_json::to_vec_pretty(history)
+            .map_err(|error| ShelfError::Content { path: path(), reason: error.to_string() })?;
+        self.write(HISTORY, &bytes)
     }
 
     /// Keeps how it stands, and lets go of models that nothing names any more.

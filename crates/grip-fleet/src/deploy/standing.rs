@@ -1,6 +1,6 @@
 //! What a gripper says of its models, and what it keeps of them over an end of its daemon.
 
-use super::Rehearsal;
+use super::{Entry, Paused, Rehearsal};
 use crate::rollout::Grasp;
 use core::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -116,8 +116,19 @@ impl Standing {
     pub fn configured(model: &ModelId) -> Self {
         let (grasped, grasps) = (0, Vec::new());
         let (in_force, configured) = (model.clone(), model.clone());
-        let (before, trial, shadow, replay, last) = (None, None, None, None, None);
-        Self { in_force, configured, before, trial, shadow, replay, grasped, grasps, last }
+        Self {
+            in_force,
+            configured,
+            before: None,
+            trial: None,
+            shadow: None,
+            replay: None,
+            grasped,
+            grasps,
+            last: None,
+            paused: None,
+            history: Vec::new(),
+        }
     }
 }
 
@@ -146,6 +157,12 @@ pub struct Standing {
     pub grasps: Vec<Grasp>,
     /// What became of the last model.
     pub last: Option<Ended>,
+    /// Who lets roll-outs pause here, where somebody does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub paused: Option<Paused>,
+    /// Those that were asked for, the latest last: all, or to a check the one of this model that goes on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub history: Vec<Entry>,
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 
 use super::{Ask, NetError, ask};
 use crate::{
-    deploy::{ModelId, Offer, Order, Standing, digest},
+    deploy::{ModelId, Offer, Order, Origin, Paused, Standing, digest},
     key::{Member, Part},
     rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop, Tally},
 };
@@ -46,6 +46,8 @@ pub enum Happening {
     Stage(usize),
     /// A gripper has said something about the model.
     Reported(Member, Report),
+    /// Roll-outs pause at a gripper, or go on there.
+    Paused(Member, Option<Paused>),
     /// A gripper did not answer, or said why it cannot; it is asked again.
     Silent(Member, Option<String>),
 }
@@ -61,7 +63,13 @@ impl Deployer {
         members: impl IntoIterator<Item = Member>,
         (patience, lease_s): (Duration, u32),
     ) -> Self {
-        let offer = Offer { name, sha256: digest(&bytes), lease_s, bytes: bytes.into() };
+        let offer = Offer {
+            name,
+            sha256: digest(&bytes),
+            lease_s,
+            origin: Origin::default(),
+            bytes: bytes.into(),
+        };
         let rollout = Rollout::new(config, members);
         let none = BTreeSet::new;
         Self {
@@ -76,6 +84,14 @@ impl Deployer {
             returning: none(),
             patience,
         }
+    }
+
+    /// The same of a roll-out that somebody began at this time of day (ns since 1970), for the histories of the grippers. Where one of them
+    /// tries the model already, the roll-out is the one that brought it.
+    #[must_use]
+    pub fn with_origin(mut self, by: &str, rollout_ns: u64) -> Self {
+        self.offer.origin = Origin::new(by, rollout_ns, 0);
+        self
     }
 
     /// Gives orders, watches the trials and hands out what was answered. The clock is read when an answer has come, or patience has ended.
@@ -116,7 +132,13 @@ impl Deployer {
         }
         for some in self.orders().chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
-                happenings.push(self.receive(member, &order, answer, now_us()));
+                if let Ok(standing) = &answer {
+                    let paused = standing.paused.clone();
+                    if self.rollout.pause(&member, paused.is_some()) {
+                        happenings.push(Happening::Paused(member.clone(), paused));
+                    }
+                }
+                happenings.extend(self.receive(member, &order, answer, now_us()));
             }
         }
         happenings
@@ -130,12 +152,24 @@ impl Deployer {
         };
         let watch =
             |(who, from): (&Member, usize)| (who.clone(), Order::Watch { sha256: sha256(), from });
+        let why = self.rollout.stopped().map(ToString::to_string);
+        let back = each(&self.returning, Order::Back { sha256: Some(sha256()), why });
+        if !self.rollout.paused().is_empty() && self.checking.is_empty() {
+            let watched: Vec<_> = self.rollout.watched().map(watch).collect();
+            let is_asked = |who: &&Member| !watched.iter().any(|(member, _)| member == *who);
+            let paused = self.rollout.paused().iter().filter(is_asked);
+            let paused = paused.map(|who| (who.clone(), Order::Notify)).collect();
+            return [back, paused, watched].concat();
+        }
+        let origin =
+            Origin { stage: self.stage().try_into().unwrap_or(0), ..self.offer.origin.clone() };
+        let take = Order::Take(Offer { origin, ..self.offer.clone() });
         [
-            each(&self.returning, Order::Back { sha256: Some(sha256()) }),
+            back,
             each(&self.checking, Order::Check(self.offer.clone())),
             each(&self.replaying, Order::Replay(self.offer.clone())),
             each(&self.casting, Order::Shadow(self.offer.clone())),
-            each(&self.taking, Order::Take(self.offer.clone())),
+            each(&self.taking, take),
             each(&self.accepting, Order::Accept { sha256: sha256() }),
             self.rollout.watched().map(watch).collect(),
         ]
@@ -219,7 +253,7 @@ impl Deployer {
         order: &Order,
         answer: Result<Standing, NetError>,
         now_us: u64,
-    ) -> Happening {
+    ) -> Option<Happening> {
         let report = match (order, answer) {
             (
                 Order::Check(_) | Order::Replay(_) | Order::Shadow(_) | Order::Take(_),
@@ -237,7 +271,14 @@ impl Deployer {
                     error => Some(reason(&error)),
                 };
                 self.rollout.miss(&member, reason.clone(), now_us);
-                return Happening::Silent(member, reason);
+                return Some(Happening::Silent(member, reason));
+            }
+            // It takes nothing new in a pause, and shows whether that goes on.
+            (Order::Notify, Ok(_)) => return None,
+            (Order::Shadow(_) | Order::Take(_) | Order::Replay(_), Ok(standing))
+                if standing.paused.is_some() && !self.is_there(&standing) =>
+            {
+                return None;
             }
             (Order::Check(_), Ok(standing)) => self.checked(standing),
             (Order::Replay(_), Ok(standing)) => match standing.replay {
@@ -249,7 +290,7 @@ impl Deployer {
             (Order::Take(_), Ok(standing)) => Report::Taken(standing.grasps),
             (Order::Watch { from, sha256 }, Ok(standing)) => watched(*from, sha256, standing),
             (Order::Accept { .. }, Ok(_)) => Report::Kept,
-            (Order::Back { .. } | Order::Notify, Ok(_)) => Report::Back,
+            (_, Ok(_)) => Report::Back,
         };
         match order {
             Order::Check(_) => self.checking.remove(&member),
@@ -258,14 +299,26 @@ impl Deployer {
             Order::Take(_) => self.taking.remove(&member),
             Order::Accept { .. } => self.accepting.remove(&member),
             Order::Back { .. } => self.returning.remove(&member),
-            Order::Notify | Order::Watch { .. } => false,
+            _ => false,
         };
         self.rollout.receive(&member, report.clone(), now_us);
-        Happening::Reported(member, report)
+        Some(Happening::Reported(member, report))
+    }
+
+    /// Whether the model is in force there, or estimates beside the one in force.
+    fn is_there(&self, standing: &Standing) -> bool {
+        let shadow = standing.shadow.as_ref().map(|shadow| &shadow.model);
+        [Some(&standing.in_force), shadow]
+            .into_iter()
+            .flatten()
+            .any(|model| model.sha256 == self.offer.sha256)
     }
 
     /// The answer of one that would take the model.
-    fn checked(&self, standing: Standing) -> Report {
+    fn checked(&mut self, standing: Standing) -> Report {
+        if let Some(entry) = standing.history.first() {
+            self.offer.origin.rollout_ns = entry.origin.rollout_ns;
+        }
         let is_ours = |model: &ModelId| model.sha256 == self.offer.sha256;
         if standing.trial.is_some() && is_ours(&standing.in_force) {
             Report::Trying(standing.grasps)

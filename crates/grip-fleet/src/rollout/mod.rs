@@ -99,6 +99,8 @@ pub struct Rollout {
     replay: bool,
     replayed: BTreeSet<Member>,
     replays: Tally,
+    /// Those at which roll-outs pause.
+    paused: BTreeSet<Member>,
     stop: Option<Stop>,
 }
 
@@ -121,6 +123,7 @@ impl Rollout {
             replay: config.replay,
             replayed: BTreeSet::new(),
             replays: Tally::default(),
+            paused: BTreeSet::new(),
             stop: None,
         }
     }
@@ -133,11 +136,32 @@ impl Rollout {
         }
     }
 
+    /// Roll-outs pause at a gripper, or do not any more. Where one pauses, nobody gets the model, and no grasp is judged. Whether that is new.
+    pub fn pause(&mut self, member: &Member, is_paused: bool) -> bool {
+        if is_paused && self.members.contains_key(member) {
+            self.paused.insert(member.clone())
+        } else {
+            self.paused.remove(member)
+        }
+    }
+
+    /// Those at which roll-outs pause.
+    #[must_use]
+    pub const fn paused(&self) -> &BTreeSet<Member> {
+        &self.paused
+    }
+
     /// Takes the report of a gripper; one that is not in this roll-out changes nothing.
     pub fn receive(&mut self, member: &Member, report: Report, now_us: u64) {
         let Some(phase) = self.members.get_mut(member) else { return };
         self.silent.remove(member);
+        let is_paused = !self.paused.is_empty();
         match (report, phase) {
+            // They are asked for again.
+            (Report::Compared { .. }, Phase::Beside(watched)) if is_paused => watched.rest(now_us),
+            (Report::Grasps { .. }, Phase::Running(running)) if is_paused => {
+                running.watched.rest(now_us);
+            }
             (Report::Fit(before), phase @ Phase::Checked) => {
                 self.before.insert(member.clone(), before);
                 *phase = Phase::Waiting;
@@ -242,6 +266,9 @@ impl Rollout {
         self.plan();
         if self.stop.is_some() {
             return self.give_back();
+        }
+        if !self.paused.is_empty() {
+            return Vec::new();
         }
         let known = self.take(usize::MAX, |phase| *phase == Phase::Known);
         if !known.is_empty() {
@@ -413,7 +440,10 @@ impl Rollout {
 
     /// Who was ordered to take the model, or may have it by this roll-out, and has not given it back.
     pub fn holding(&self) -> impl Iterator<Item = &Member> {
-        let holding = |phase: &Phase| phase.is_reached() || *phase == Phase::Returning;
+        let stops = self.stop.is_some();
+        let holding = move |phase: &Phase| {
+            phase.is_reached() || *phase == Phase::Returning || stops && phase.is_shadow()
+        };
         self.members.iter().filter(move |(_, phase)| holding(phase)).map(|(member, _)| member)
     }
 
@@ -514,9 +544,10 @@ impl Rollout {
         }
     }
 
-    /// Everybody who has the model, or may have it.
+    /// Everybody who has the model, or may have it, also beside the one in force.
     fn give_back(&mut self) -> Vec<Order> {
-        let all = self.members.iter_mut().filter(|(_, phase)| phase.is_reached());
+        let has = |phase: &Phase| phase.is_reached() || phase.is_shadow();
+        let all = self.members.iter_mut().filter(|(_, phase)| has(phase));
         all.map(|(member, phase)| {
             *phase = Phase::Returning;
             Order::GiveBack(member.clone())

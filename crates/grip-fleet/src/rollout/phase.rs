@@ -49,6 +49,11 @@ impl Watched {
         Self { now: 0, grasped_us: now_us, idle_us: 0 }
     }
 
+    /// None of its grasps is taken: it is not idle.
+    pub(super) const fn rest(&mut self, now_us: u64) {
+        (self.grasped_us, self.idle_us) = (now_us, 0);
+    }
+
     /// Those that are not known yet; what is known already is skipped, and nothing is taken behind a gap.
     pub(super) fn take(
         &mut self,

@@ -88,6 +88,10 @@ impl Plant {
             self.obey(orders);
         }
         self.now_us += 10 * SECOND;
+        // What is made in a pause is asked for again, and not played here.
+        if !self.rollout.paused().is_empty() {
+            return;
+        }
         for (member, from) in self.new.clone() {
             let is_lost = self.lost_every > 0 && from % self.lost_every == 0;
             let grasps = vec![grasp(from + 11, is_lost)];
@@ -479,6 +483,11 @@ fn a_model_that_asks_for_far_too_much_is_stopped_before_a_finger_moves() {
     rollout.receive(&second, Report::Compared { from: 0, grasps: compared(30.0, 1) }, 1);
     let tally = Tally { grasps: 3, high: 3, ..Tally::default() };
     assert_eq!(rollout.stopped(), Some(&Stop::Wrong { what: Wrong::High, tally }));
+    // The shadows go at once, with the reason.
+    let both = [first, second];
+    assert_eq!(rollout.step(), both.clone().map(Order::GiveBack));
+    assert_eq!(rollout.progress(), Progress::Stopped(2));
+    both.iter().for_each(|member| rollout.receive(member, Report::Back, 2));
     assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
     assert_eq!(
         rollout.stopped().unwrap().to_string(),
@@ -540,4 +549,43 @@ fn recordings_are_replayed_before_a_finger_moves() {
     let tally = Tally { grasps: 3, low: 3, ..Tally::default() };
     assert_eq!(rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
     assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
+}
+
+#[test]
+fn a_pause_gives_the_model_to_nobody_and_judges_nothing_until_it_is_over() {
+    let mut plant = Plant::new(20, 1);
+    plant.turn();
+    let who = plant.new.keys().next().unwrap().clone();
+    assert!(plant.rollout.pause(&who, true));
+    assert!(!plant.rollout.pause(&who, true), "it pauses already");
+    let before = plant.rollout.evidence();
+    // Longer than a gripper may be idle, with a model that loses each object.
+    for _ in 0..400 {
+        plant.now_us += 10 * SECOND;
+        let grasps = vec![grasp(11, true); 30];
+        plant.rollout.receive(&who, Report::Grasps { from: 1, grasps }, plant.now_us);
+        assert_eq!(plant.rollout.step(), []);
+    }
+    assert_eq!((plant.rollout.evidence(), plant.new.len()), (before, 1));
+    assert_eq!(plant.rollout.stopped(), None);
+    assert!(plant.rollout.pause(&who, false));
+    let grasps = vec![grasp(11, true); 30];
+    plant.rollout.receive(&who, Report::Grasps { from: 1, grasps }, plant.now_us);
+    assert!(matches!(plant.rollout.stopped(), Some(Stop::Worse { .. })));
+    // The way back is open in a pause too.
+    plant.rollout.pause(&who, true);
+    assert_eq!(plant.rollout.step(), [Order::GiveBack(who)]);
+}
+
+#[test]
+fn a_pause_at_a_gripper_that_waits_stops_the_next_stage() {
+    let mut plant = Plant::new(20, 0);
+    plant.turn();
+    let waiting = members(20).pop().unwrap();
+    plant.rollout.pause(&waiting, true);
+    (0..60).for_each(|_| plant.turn());
+    assert_eq!((plant.new.len(), plant.rollout.progress()), (1, Progress::Stage(1)));
+    plant.rollout.pause(&waiting, false);
+    assert_eq!(plant.run().last(), Some(&20));
+    assert_eq!(plant.rollout.progress(), Progress::Done);
 }

@@ -3,14 +3,14 @@
 use super::{PlaceArgs, network};
 use crate::{
     cli::fleet::{DeployArgs, Selection},
-    commands::{checked, clock::Clock},
+    commands::{checked, clock, clock::Clock},
     output,
 };
 use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_fleet::{
     Member,
-    deploy::{digest, examine},
+    deploy::{Paused, digest, examine},
     net::{Deployer, Happening, Session, members},
     rollout::{
         Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Rehearsal, Report, RolloutConfig,
@@ -47,7 +47,8 @@ pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let printer = Printer::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
     let times = (PATIENCE, args.lease);
-    let deployer = Deployer::new(session, config, (name, bytes), members, times);
+    let deployer = Deployer::new(session, config, (name, bytes), members, times)
+        .with_origin(&args.operator.by, clock::utc_ns());
     drive(deployer, printer, args.plan, signals)
 }
 
@@ -240,6 +241,7 @@ impl Printer {
         match happening {
             Happening::Planned { shadow, grasps } => self.planned(*shadow, *grasps),
             Happening::Stage(stage) => self.begin(*stage),
+            Happening::Paused(member, paused) => self.paused(member, paused.as_ref()),
             Happening::Silent(member, reason) => {
                 if self.silent.insert(member.clone(), reason.clone()).as_ref() == Some(reason) {
                     return Ok(());
@@ -252,6 +254,15 @@ impl Printer {
                 self.reported(member, report)
             }
         }
+    }
+
+    fn paused(&self, member: &Member, paused: Option<&Paused>) -> anyhow::Result<()> {
+        let Some(Paused { by, .. }) = paused else {
+            return self.gripper(member, "resumed", "lets roll-outs go on", None);
+        };
+        let text =
+            format!("lets roll-outs pause, by order of {by}: `gripctl fleet resume --to {member}`");
+        self.gripper(member, "paused", &text, None)
     }
 
     fn planned(&self, shadow: usize, grasps: usize) -> anyhow::Result<()> {
