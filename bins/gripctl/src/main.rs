@@ -3,6 +3,7 @@
 mod cli;
 mod commands;
 mod output;
+mod terminal;
 
 use clap::Parser as _;
 use cli::{Cli, Command};
@@ -18,6 +19,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Demo(args) => commands::demo::run(&args),
         Command::Ports(args) => commands::ports::run(&args),
         Command::Doctor(args) => commands::doctor::run(&args),
         Command::Status(args) => commands::status::run(&args),

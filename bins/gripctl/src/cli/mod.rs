@@ -28,6 +28,8 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Show one simulated grasp as curves in the terminal, and what to type next. Begin here.
+    Demo(DemoArgs),
     /// List the serial ports of this computer.
     Ports(PortsArgs),
     /// Diagnose a gripper and this computer; suggest a command for each fault.
@@ -108,6 +110,19 @@ pub(crate) enum Command {
     Export(ExportArgs),
     /// Repeat the study of the four nets on simulated grasps and explain it: tables, curves, report.
     Study(StudyArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// Name of a built-in scene, or a scene file.
+    #[arg(default_value = "default")]
+    pub(crate) scene: String,
+    /// Seed of the object, instead of that of the scene; the same seed gives the same grasp.
+    #[arg(long)]
+    pub(crate) seed: Option<u64>,
+    /// Also write the recording (.csv), for `gripctl replay` and gripmon.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

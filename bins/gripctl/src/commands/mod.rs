@@ -6,6 +6,7 @@ mod clock;
 pub(crate) mod collect;
 mod columns;
 pub(crate) mod csv;
+pub(crate) mod demo;
 pub(crate) mod doctor;
 pub(crate) mod esc;
 pub(crate) mod estimate;

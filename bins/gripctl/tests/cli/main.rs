@@ -6,6 +6,7 @@ mod axes;
 mod calibrate;
 mod collect;
 mod daemon;
+mod demo;
 mod doctor;
 mod estimate;
 mod export;
