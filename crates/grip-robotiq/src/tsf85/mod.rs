@@ -220,7 +220,7 @@ mod tests {
         first.into_iter().chain(values).collect()
     }
 
-    /// What the hub sends in a period, as its data rate of 160 bytes tells: taxels of both fingers, then dynamic channels and motion.
+    /// What the hub sends in a period, by its data rate of 160 bytes: taxels of both fingers, then dynamic channels and motion.
     fn set(dynamic: [i16; 2]) -> Vec<u8> {
         let taxels = |finger: u8| packet(&record(1, finger, &[u16::from(finger) + 100; 28]));
         let rest = [0, 1].map(|finger| {
