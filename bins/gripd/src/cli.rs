@@ -19,7 +19,7 @@ pub(crate) struct Cli {
     pub(crate) port: Option<String>,
     /// A sensor alone, named as for --port, rows of samples of another program: rows:- (standard input),
     /// rows:tcp:IP:PORT, rows:unix:PATH or rows:udp:IP:PORT, or tsf85:PORT for Robotiq's fingertips. Nothing is
-    /// commanded unless --gripper says so.
+    /// commanded unless --gripper names one.
     #[arg(long, env = "GRIPD_SENSOR", value_name = "PORT", conflicts_with = "port")]
     pub(crate) sensor: Option<String>,
     /// `none` only observes; `rows`, or the name of the sensor again, sends the commands where the samples come from; a

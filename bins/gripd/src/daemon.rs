@@ -169,7 +169,7 @@ fn joined(
     clock: Clock,
     shared: &Arc<Shared>,
 ) -> anyhow::Result<From> {
-    let reports = mpsc::channel();
+    let (report_in, reports) = mpsc::channel();
     let context = || EndContext {
         clock: move || clock.now_us(),
         shared: Arc::clone(shared),
@@ -177,7 +177,7 @@ fn joined(
         config: settings.config.clone(),
         baud: settings.baud,
         usb: usb_filter(&settings.config.usb),
-        reports: reports.0.clone(),
+        reports: report_in.clone(),
     };
     let gripper = settings.gripper.as_ref().map(|gripper| start_gripper(gripper, context()));
     let commanded = match (gripper.transpose()?, settings.actuator()) {
@@ -191,8 +191,8 @@ fn joined(
         (_, Some(started)) => RowSource::Sensor { name: sensor.to_string(), started },
         (_, None) => return Err(anyhow!("{sensor}: it has no line")),
     };
-    let (rows, lines, reports) =
-        Rows::start(source, commanded, move || clock.now_us(), Arc::clone(shared), reports)?;
+    let (rows, lines) =
+        Rows::start(source, commanded, move || clock.now_us(), Arc::clone(shared), report_in)?;
     let lines = Lines::Made(lines);
     Ok(From { lines, simulator: None, rows: Some(rows), reports: Some(reports) })
 }

@@ -384,7 +384,7 @@ fn check_rows(
         )));
     }
     if *address == RowsAddress::Stdin && !quiet {
-        let message = "rows:- with a gripper prints commands on standard output: say --json, or --gripper none";
+        let message = "rows:- with a gripper prints commands on standard output: add --json, or --gripper none";
         return Err(WrongArgument(message.to_owned()));
     }
     Ok(())

@@ -161,7 +161,7 @@ struct Thread<C> {
 }
 
 impl Rows {
-    /// Opens the source and starts the thread. Lines to the board come out of the first receiver, sentences for people out of the second.
+    /// Opens the source and starts the thread. Lines to the board come out of the receiver, sentences for people go to `reports`.
     /// `clock` gives microseconds and never goes back.
     ///
     /// # Errors
@@ -171,8 +171,8 @@ impl Rows {
         commanded: Commanded,
         clock: impl Fn() -> u64 + Send + 'static,
         shared: Arc<Shared>,
-        reports: (Sender<String>, Receiver<String>),
-    ) -> Result<(Self, Receiver<Line>, Receiver<String>), RowsFault> {
+        reports: Sender<String>,
+    ) -> Result<(Self, Receiver<Line>), RowsFault> {
         let (place, peer, datagrams, sensor_fault) = match source {
             RowSource::Program(address) => {
                 let datagrams = matches!(address, RowsAddress::Udp(_));
@@ -196,7 +196,6 @@ impl Rows {
         wake.set_nonblocking(true).map_err(system)?;
         waker.set_nonblocking(true).map_err(system)?;
         let (line_in, lines) = mpsc::channel();
-        let (report_in, reports) = reports;
         let (back_in, back) = mpsc::sync_channel(LINES);
         let (ended_in, ended) = mpsc::channel();
         let mut thread = Thread {
@@ -208,7 +207,7 @@ impl Rows {
             place: place.clone(),
             shared,
             lines: Some(line_in),
-            reports: report_in,
+            reports,
             back,
             wake,
             ours: Some(ours),
@@ -226,7 +225,7 @@ impl Rows {
         let thread = thread::Builder::new().name("rows".to_owned()).stack_size(STACK).spawn(run);
         let thread = thread.map_err(system)?;
         let back = Back { lines: back_in, wake: Arc::new(waker) };
-        Ok((Self { back, ended, thread }, lines, reports))
+        Ok((Self { back, ended, thread }, lines))
     }
 
     /// The way back to the program.
@@ -472,7 +471,7 @@ fn order(drive: Drive) -> Order {
     }
 }
 
-/// What a gripper is asked for, within what it says of itself.
+/// What a gripper is asked for, within what it declares.
 fn limited(actuator: Option<Actuator>, update: &GripperUpdate) -> Option<Actuator> {
     let [force_max_n, slew_n_s] = update.most.unwrap_or([f32::INFINITY; 2]);
     actuator.map(|actuator| Actuator {
@@ -532,9 +531,9 @@ mod tests {
         let address = RowsAddress::Stream(Listen::Unix(path.clone()));
         let shared = Arc::new(Shared::default());
         let (source, nobody) = (super::RowSource::Program(address), super::Commanded::Nobody);
-        let (rows, lines, _reports) =
-            Rows::start(source, nobody, || 0, Arc::clone(&shared), std::sync::mpsc::channel())
-                .unwrap();
+        let (reports, _texts) = std::sync::mpsc::channel();
+        let (rows, lines) =
+            Rows::start(source, nobody, || 0, Arc::clone(&shared), reports).unwrap();
         let mut program = UnixStream::connect(&path).unwrap();
         program.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
         for _ in 0..3 {

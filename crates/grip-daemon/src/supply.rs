@@ -101,7 +101,7 @@ impl Supply {
                 Err(error) if self.waits_after(&error) => {
                     self.report_once(message(&error));
                     let pause = self.backoff.pause();
-                    self.wait(pause);
+                    wait(&self.ends.shared, pause);
                 }
                 Err(error) => {
                     self.ends.shared.stop.store(true, Ordering::Relaxed);
@@ -141,10 +141,10 @@ impl Supply {
                     self.backoff.reset();
                 }
                 let pause = self.backoff.pause();
-                self.wait(pause);
+                wait(&self.ends.shared, pause);
                 return;
             }
-            self.wait(LOOK_EVERY);
+            wait(&self.ends.shared, LOOK_EVERY);
         }
     }
 
@@ -159,15 +159,15 @@ impl Supply {
         // Nobody listens any more: the program ends.
         let _reported = self.ends.updates.send(updates);
     }
+}
 
-    /// Waits, but not beyond the end of the program.
-    fn wait(&self, time: Duration) {
-        let mut left = time;
-        while !left.is_zero() && !self.stops() {
-            let slice = left.min(LOOK_EVERY);
-            let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(slice.subsec_nanos()) };
-            let _ended = poll(&mut [], Some(&timeout));
-            left -= slice;
-        }
+/// Waits for `time`, but not beyond the end of the program.
+pub(crate) fn wait(shared: &Shared, time: Duration) {
+    let mut left = time;
+    while !left.is_zero() && !shared.stop.load(Ordering::Relaxed) {
+        let slice = left.min(LOOK_EVERY);
+        let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(slice.subsec_nanos()) };
+        let _ended = poll(&mut [], Some(&timeout));
+        left -= slice;
     }
 }

@@ -7,7 +7,7 @@ use core::ops::Range;
 use grip_eval::trial::{self, Outcome};
 use grip_record::{ChannelSet, CsvWriter, StylusKind};
 use grip_session::{exit::Exit, report::Event, session::Update};
-use grip_sim::{Scene, scene};
+use grip_sim::scene;
 use slip_core::{Phase, Sample, SlipReport, Step, units::Micros};
 use std::{
     fs::File,
@@ -70,7 +70,13 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Exit> {
         Update::Event(Event::Slip(slip)) => seen.slips.push(slip),
         _ => {}
     })?;
-    curves(&scene, &seen, &outcome)?;
+    output::line(&format!(
+        "A simulated gripper closes with {} N on an object (scene {}) that needs {:.2} N, and lifts it.\n",
+        config.grip.trial_force_n,
+        scene.config().name,
+        outcome.truth.force_needed_n
+    ))?;
+    curves(&seen, outcome.truth.force_needed_n)?;
     for slip in &seen.slips {
         output::line(&sentence(slip))?;
     }
@@ -82,12 +88,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn curves(scene: &Scene, seen: &Seen, outcome: &Outcome) -> anyhow::Result<()> {
-    let needed_n = outcome.truth.force_needed_n;
-    output::line(&format!(
-        "A simulated gripper closes with 1.2 N on an object (scene {}) that needs {needed_n:.2} N, and lifts it.\n",
-        scene.config().name
-    ))?;
+fn curves(seen: &Seen, needed_n: f64) -> anyhow::Result<()> {
     let plot =
         |title, points, rows, level| terminal::Plot { title, points, time: SHOWN, rows, level };
     let plots = [
@@ -172,16 +173,26 @@ fn write(file: &Path, samples: &[Sample]) -> anyhow::Result<()> {
 
 /// What to type now.
 fn next(args: &DemoArgs) -> anyhow::Result<()> {
-    let file = args.output.as_ref().map(|file| file.display().to_string());
-    let first = file.as_ref().map_or_else(
-        || "gripctl demo -o demo.csv         the same, with a recording to work with".to_owned(),
-        |file| format!("gripctl replay {file}         its events, with all details"),
-    );
-    let watch = file.unwrap_or_else(|| "--demo".to_owned());
-    let watch = format!("gripmon {watch}");
-    output::line(&format!(
-        "Next:\n  {first}\n  {watch:<32} live curves in a window\n  {:<32} the same in real time, by the daemon\n  {:<32} a hundred objects",
-        "gripd --port sim --duration 10", "gripctl grasp"
-    ))?;
+    let (first, watch) = match &args.output {
+        Some(file) => {
+            let file = file.display();
+            let replay = (format!("gripctl replay {file}"), "its events, with all details");
+            (replay, format!("gripmon {file}"))
+        }
+        None => {
+            let again = ("gripctl demo -o demo.csv".to_owned(), "the same, with a recording");
+            (again, "gripmon --demo".to_owned())
+        }
+    };
+    let commands = [
+        first,
+        (watch, "live curves in a window"),
+        ("gripd --port sim --duration 10".to_owned(), "the same in real time, by the daemon"),
+        ("gripctl grasp".to_owned(), "a hundred objects"),
+    ];
+    output::line("Next:")?;
+    for (command, what) in &commands {
+        output::line(&format!("  {command:<32} {what}"))?;
+    }
     Ok(())
 }

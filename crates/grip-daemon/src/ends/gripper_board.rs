@@ -115,7 +115,7 @@ impl GripperBoard {
             holds_n: self.holds_n.unwrap_or(0.0),
             most,
         };
-        // A force that is no number differs from itself: it says nothing new.
+        // Each reading of the force is sent; without one only a change is.
         let same = |shown: GripperUpdate| {
             let motion = |update: GripperUpdate| update.reading.map(|reading| reading.moving);
             motion(shown) == motion(update) && force_n.is_none()

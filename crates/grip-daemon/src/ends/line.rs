@@ -1,16 +1,13 @@
 //! An end and its port in; the end served over a line that is opened again whenever it is lost.
 
 use super::{EndContext, EndFault};
-use crate::hot::Shared;
+use crate::{hot::Shared, supply::wait};
 use core::{sync::atomic::Ordering, time::Duration};
 use grip_port::{Backoff, Line, Source};
-use rustix::event::{Timespec, poll};
 use std::sync::Arc;
 
 /// Longest wait for bytes: an order waits no longer.
 const WAIT: Duration = Duration::from_millis(1);
-/// The thread looks this often whether it is to end.
-const LOOK_EVERY: Duration = Duration::from_millis(25);
 /// An end that was not ready after this time (us) is not there.
 const PATIENCE_US: u64 = 3_000_000;
 /// Bytes read at once.
@@ -96,7 +93,7 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
                 Err(source) => return Err(EndFault::Port { end: self.name.clone(), source }),
             }
             let pause = self.backoff.pause();
-            self.wait(pause);
+            wait(&self.context.shared, pause);
         }
         Ok(())
     }
@@ -176,16 +173,5 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
         // Nobody listens any more where the program ends.
         let _sent = self.context.reports.send(text);
         self.reported = Some(condition);
-    }
-
-    /// Waits, but not beyond the end of the program.
-    fn wait(&self, time: Duration) {
-        let mut left = time;
-        while !left.is_zero() && !self.stops() {
-            let slice = left.min(LOOK_EVERY);
-            let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(slice.subsec_nanos()) };
-            let _ended = poll(&mut [], Some(&timeout));
-            left -= slice;
-        }
     }
 }

@@ -70,7 +70,7 @@ pub struct GripperUpdate {
     pub reading: Option<GripperReading>,
     /// Force (N) with which it held something when it was found first.
     pub holds_n: f32,
-    /// The most that it allows, where it says so: force (N) and change of force (N/s).
+    /// The most that it allows, where that is known: force (N) and change of force (N/s).
     pub most: Option<[f32; 2]>,
 }
 

@@ -12,7 +12,7 @@ const SILENT_US: u64 = 100_000;
 pub(super) struct Tsf85End {
     sensor: Tsf85,
     rows: UnixDatagram,
-    heard: bool,
+    streams: bool,
 }
 
 impl Tsf85End {
@@ -20,7 +20,7 @@ impl Tsf85End {
         let sensor = Tsf85::new(config);
         // The socket has room for it: it is the first.
         let _sent = rows.send(sensor.header().as_bytes());
-        Self { sensor, rows, heard: false }
+        Self { sensor, rows, streams: false }
     }
 }
 
@@ -30,18 +30,18 @@ impl End for Tsf85End {
     }
 
     fn closed(&mut self, _now_us: u64) {
-        self.heard = false;
+        self.streams = false;
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) {
-        let Self { sensor, rows, heard } = self;
+        let Self { sensor, rows, streams } = self;
         let (mut taken, mut packed) = (Vec::new(), Vec::new());
         sensor.receive(now_us, bytes, |row| taken.push(*row));
         for row in &taken {
             sensor.pack(row, &mut packed);
             // What finds no room is missing, which its number shows.
             let _lost = rows.send(&packed);
-            *heard = true;
+            *streams = true;
         }
     }
 
@@ -54,7 +54,7 @@ impl End for Tsf85End {
 
     fn condition(&self, now_us: u64) -> Condition {
         let counters = self.sensor.counters();
-        if self.heard && now_us.saturating_sub(self.sensor.heard_us()) < SILENT_US {
+        if self.streams && now_us.saturating_sub(self.sensor.received_us()) < SILENT_US {
             return Condition::Ready;
         }
         let broken = counters.crc + counters.malformed + counters.garbage_bytes;

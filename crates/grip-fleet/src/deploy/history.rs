@@ -100,7 +100,7 @@ impl History {
     }
 
     /// A model ends here, after so many grasps; one that was accepted before has an entry of its own for that.
-    pub fn end(&mut self, model: &ModelId, (how, why): (How, Option<String>), now_ns: u64) {
+    pub fn end(&mut self, model: &ModelId, how: How, why: Option<String>, now_ns: u64) {
         if self.open(model).is_none() {
             let known = |entry: &&Entry| entry.model.sha256 == model.sha256;
             let last = self.entries.iter().rev().find(known);

@@ -150,11 +150,11 @@ impl Models {
             }
             Order::Shadow(Offer { name, sha256, lease_s, origin, bytes }) => {
                 let model = examine(&name, &sha256, &bytes)?;
-                self.cast(&model, &origin, (lease_s, now_us), swap)?;
+                self.cast(&model, &origin, lease_s, now_us, swap)?;
             }
             Order::Take(Offer { name, sha256, lease_s, origin, bytes }) => {
                 let model = examine(&name, &sha256, &bytes)?;
-                self.take(&model, &origin, (lease_s, now_us), swap)?;
+                self.take(&model, &origin, lease_s, now_us, swap)?;
                 grasps = self.deployment.grasps_before().to_vec();
             }
             Order::Watch { sha256, from } => {
@@ -171,7 +171,7 @@ impl Models {
             }
             Order::Back { sha256, why } => {
                 if sha256.as_deref().is_some_and(|sha256| self.deployment.is_shadow(sha256)) {
-                    self.end_shadow((How::Told, why.clone()), swap);
+                    self.end_shadow(How::Told, why.clone(), swap);
                 }
                 let step = self.deployment.back(sha256.as_deref());
                 self.go_back(&step, why, swap)?;
@@ -255,7 +255,8 @@ impl Models {
         &mut self,
         model: &Examined,
         origin: &Origin,
-        (lease_s, now_us): (u32, u64),
+        lease_s: u32,
+        now_us: u64,
         swap: &mut Swap<'_>,
     ) -> Result<(), OrderFault> {
         if !self.deployment.check_shadow(&model.id, lease_s)? {
@@ -267,7 +268,7 @@ impl Models {
             return Ok(());
         }
         let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
-        self.end_entry((How::Told, None));
+        self.end_entry(How::Told, None);
         self.deployment.cast(model.id.clone(), lease_s, since, now_us);
         self.history.begin(&model.id, origin, self.utc_ns);
         self.note_history();
@@ -277,22 +278,22 @@ impl Models {
     }
 
     /// The shadow goes.
-    fn end_shadow(&mut self, end: (How, Option<String>), swap: &mut Swap<'_>) {
-        if let Some(how) = self.end_entry(end) {
+    fn end_shadow(&mut self, how: How, why: Option<String>, swap: &mut Swap<'_>) {
+        if self.end_entry(how, why) {
             let why = if how == How::Unwatched { "nobody watches it" } else { "it was asked to" };
             self.remove_shadow(why, swap);
         }
     }
 
-    /// The entry of the shadow ends, and its part in the deployment.
-    fn end_entry(&mut self, (how, why): (How, Option<String>)) -> Option<How> {
-        let (model, compared) = self.deployment.end_shadow()?;
+    /// The entry of the shadow ends, and its part in the deployment; `false` where there is none.
+    fn end_entry(&mut self, how: How, why: Option<String>) -> bool {
+        let Some((model, compared)) = self.deployment.end_shadow() else { return false };
         if let Some(entry) = self.history.open(&model) {
             entry.grasps = Some(compared);
         }
-        self.history.end(&model, (how, why), self.utc_ns);
+        self.history.end(&model, how, why, self.utc_ns);
         self.note_history();
-        Some(how)
+        true
     }
 
     fn remove_shadow(&mut self, why: &str, swap: &mut Swap<'_>) {
@@ -308,7 +309,8 @@ impl Models {
         &mut self,
         model: &Examined,
         origin: &Origin,
-        (lease_s, now_us): (u32, u64),
+        lease_s: u32,
+        now_us: u64,
         swap: &mut Swap<'_>,
     ) -> Result<(), OrderFault> {
         if self.deployment.waits(&model.id) {
@@ -323,7 +325,7 @@ impl Models {
             self.deployment.end_shadow();
             self.remove_shadow("a model is put in force", swap);
         } else {
-            self.end_shadow((How::Told, None), swap);
+            self.end_shadow(How::Told, None, swap);
         }
         if self.standing().trial.is_none() {
             return self.go_back(&step, None, swap);
@@ -357,7 +359,7 @@ impl Models {
         let step = self.deployment.tick(now_us, fault);
         self.follow(&step, None, swap);
         if self.deployment.is_shadow_left(now_us) {
-            self.end_shadow((How::Unwatched, None), swap);
+            self.end_shadow(How::Unwatched, None, swap);
         }
         if self.due {
             self.restore(swap);
@@ -454,7 +456,7 @@ impl Models {
         if let Some(entry) = self.history.open(&last.model) {
             entry.grasps = Some(grasps);
         }
-        self.history.end(&last.model, (last.how, why), self.utc_ns);
+        self.history.end(&last.model, last.how, why, self.utc_ns);
         self.note_history();
     }
 

@@ -60,7 +60,7 @@ pub struct Tsf85 {
     stamps: (Option<u16>, Option<u16>),
     /// When the last row came (us), once one did.
     came_us: Option<u64>,
-    heard_us: u64,
+    received_us: u64,
     asked_us: Option<u64>,
 }
 
@@ -81,7 +81,7 @@ impl Tsf85 {
             broken: 0,
             stamps: (None, None),
             came_us: None,
-            heard_us: 0,
+            received_us: 0,
             asked_us: None,
         }
     }
@@ -107,7 +107,7 @@ impl Tsf85 {
 
     /// The order to stream, where it is due: at the start, and again while nothing comes.
     pub fn request(&mut self, now_us: u64) -> Option<[u8; 5]> {
-        let quiet_us = now_us.saturating_sub(self.heard_us);
+        let quiet_us = now_us.saturating_sub(self.received_us);
         let due = self
             .asked_us
             .is_none_or(|asked_us| quiet_us > ASK_US && now_us.saturating_sub(asked_us) > ASK_US);
@@ -138,15 +138,15 @@ impl Tsf85 {
         self.cutter.checksum()
     }
 
-    /// Since when (us) nothing has come.
+    /// When (us) the last packet came.
     #[must_use]
-    pub fn heard_us(&self) -> u64 {
-        self.heard_us
+    pub fn received_us(&self) -> u64 {
+        self.received_us
     }
 
     /// Takes bytes, and hands complete rows to `take`.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8], mut take: impl FnMut(&Row)) {
-        let Self { config, cutter, row, size, broken, stamps, came_us, heard_us, .. } = self;
+        let Self { config, cutter, row, size, broken, stamps, came_us, received_us, .. } = self;
         cutter.push(bytes);
         while let Some(cut) = cutter.next() {
             let packet = match cut {
@@ -156,7 +156,7 @@ impl Tsf85 {
                     continue;
                 }
             };
-            *heard_us = now_us;
+            *received_us = now_us;
             let mut complete = false;
             for record in records(packet) {
                 match record.kind {

@@ -178,7 +178,7 @@ impl RowBoard {
         }
     }
 
-    /// Whether the last command of the host is to open the fingers. [`RowBoard::drive`] alone does not say so: the loss of a host can
+    /// Whether the last command of the host is to open the fingers. [`RowBoard::drive`] alone does not show it: the loss of a host can
     /// be a reason to open, too.
     #[must_use]
     pub fn opens(&self) -> bool {

@@ -468,10 +468,10 @@ impl GripController {
         if self.command_n < trial_n {
             return;
         }
-        match rises {
-            true if input.touching => self.lag.risen(input.applied_n),
-            true => self.lag.unseen(),
-            false => {}
+        if rises && input.touching {
+            self.lag.risen(input.applied_n);
+        } else if rises {
+            self.lag.unseen();
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
