@@ -2,11 +2,8 @@
 
 use super::{
     Evidence, GripConfig, GripInput, Sliding, SlipNow,
-    feeling::Feeling,
-    giving::{FELT_ON_S, Giving},
-    lag::Reach,
-    response::Response,
-    yielding::Yielding,
+    feeling::{FELT_ON_S, Feeling, Giving, Yielding},
+    lag::{Reach, Response},
 };
 use crate::{
     estimate::{G_M_S2, KAPPA},

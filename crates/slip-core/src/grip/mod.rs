@@ -21,23 +21,18 @@
 mod braking;
 mod config;
 mod feeling;
-mod giving;
 mod input;
 mod lag;
-mod response;
-mod search;
-mod touch;
-mod yielding;
+mod object;
 
 pub use config::GripConfig;
 pub use input::{Evidence, GripInput, Sliding, SlipNow, Trials};
+pub use object::GripEvent;
 pub use slip_msg::GripState;
-pub use touch::GripEvent;
 
 use braking::{Braking, HeldBy, Known};
 use lag::Lag;
-use search::Search;
-use touch::Touch;
+use object::{Search, Touch};
 
 /// The force controller.
 #[derive(Clone, Copy, Debug)]
