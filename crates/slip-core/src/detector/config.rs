@@ -1,6 +1,6 @@
 //! Bands, thresholds and times of the detector.
 
-use super::gate::GateConfig;
+use super::reference::GateConfig;
 
 /// Bands of the detector: shear, vibration and the four that part a slip from motion.
 pub const BANDS: usize = 6;

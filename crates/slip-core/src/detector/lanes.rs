@@ -1,12 +1,11 @@
-//! The bands of a configuration at a sample rate: which of them exist, their filters and how much they can tell.
+//! The bands of a configuration at a sample rate: their filters, and the readings of all axes in the block that is being filled.
 
-use super::{
-    config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE},
-    pending::MOST,
-};
+use super::config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE};
 use crate::{
     error::ConfigError,
     filter::{Band, FilterBank, MAX_CORNER},
+    resolution::Resolution,
+    sample::FURTHER_AXES,
 };
 
 /// Filters that run for the [`BANDS`]: a whole number of vectors where the processor has them. Those without a band have a part in
@@ -119,4 +118,363 @@ pub(super) fn samples(ms: f32, rate_hz: f32) -> u32 {
     )]
     let n = libm::ceilf(1e-3 * ms * rate_hz).clamp(1.0, 1e9) as u32;
     n
+}
+
+// Readings in, the block of them that is being filled out.
+
+/// Longest block: half a millisecond at 50 kHz.
+pub(super) const MOST: usize = 25;
+
+/// Readings of stylus and motion reference, side by side, oldest first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pending {
+    stylus: [f32; MOST],
+    reference: [f32; MOST],
+    len: usize,
+}
+
+impl Default for Pending {
+    fn default() -> Self {
+        Self { stylus: [0.0; MOST], reference: [0.0; MOST], len: 0 }
+    }
+}
+
+impl Pending {
+    /// Appends the next reading of the stylus and of the reference (off its mean); gives the new length. What does not
+    /// fit is left out, which a block of at most [`MOST`] readings never meets.
+    #[inline]
+    pub(super) fn push(&mut self, stylus: f32, reference: f32) -> usize {
+        if let (Some(x), Some(u)) =
+            (self.stylus.get_mut(self.len), self.reference.get_mut(self.len))
+        {
+            (*x, *u) = (stylus, reference);
+            self.len += 1;
+        }
+        self.len
+    }
+
+    /// The readings of the stylus.
+    #[inline]
+    pub(super) fn stylus(&self) -> &[f32] {
+        self.stylus.get(..self.len).unwrap_or(&[])
+    }
+
+    /// The readings of the reference.
+    #[inline]
+    pub(super) fn reference(&self) -> &[f32] {
+        self.reference.get(..self.len).unwrap_or(&[])
+    }
+
+    /// Begins another block.
+    #[inline]
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+}
+
+// Stylus readings in, band signals out, from a start that is not a step.
+
+/// Time whose mean becomes the zero of the filters (ms): one reading alone would turn its noise into a step.
+const PRIME_MS: f32 = 2.0;
+
+/// The filter bank of the detector with its start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PrimedBank {
+    bank: FilterBank<LANES>,
+    len: u32,
+    left: u32,
+    sum: f32,
+    first: f32,
+    offset: f32,
+}
+
+impl PrimedBank {
+    pub(super) fn new(lanes: &Lanes, rate_hz: f32) -> Result<Self, ConfigError> {
+        let len = samples(PRIME_MS, rate_hz);
+        Ok(Self { bank: lanes.bank(rate_hz)?, len, left: len, sum: 0.0, first: 0.0, offset: 0.0 })
+    }
+
+    /// Starts afresh with the next readings.
+    pub(super) fn start(&mut self) {
+        self.left = self.len;
+    }
+
+    /// Whether the start lasts: the next reading belongs to it.
+    #[inline]
+    pub(super) fn is_starting(&self) -> bool {
+        self.left > 0
+    }
+
+    /// The band signals of the next reading (finite); `None` while the start lasts.
+    #[inline]
+    pub(super) fn step(&mut self, x: f32) -> Option<[f32; LANES]> {
+        if self.is_starting() {
+            self.start_with(x);
+            return None;
+        }
+        Some(self.bank.step(x - self.offset))
+    }
+
+    /// Runs the bands over a block that is no part of the start: the sum of squares of each band signal times its `scale`.
+    #[inline]
+    pub(super) fn energy(&mut self, block: &Pending, scale: &[f32; LANES]) -> [f32; LANES] {
+        self.energy_of(block.stylus(), scale)
+    }
+
+    /// [`PrimedBank::energy`] of these readings.
+    #[inline]
+    pub(super) fn energy_of(&mut self, readings: &[f32], scale: &[f32; LANES]) -> [f32; LANES] {
+        self.bank.energy(readings, self.offset, scale)
+    }
+
+    /// Keeps the states clear of subnormal numbers, where single readings are taken.
+    #[inline]
+    pub(super) fn flush_tiny(&mut self) {
+        self.bank.flush_tiny();
+    }
+
+    /// Takes a reading (finite) of the start.
+    #[cold]
+    pub(super) fn start_with(&mut self, x: f32) {
+        if self.left == self.len {
+            self.first = x;
+            self.sum = 0.0;
+        }
+        // Summed about the first reading, so that a large offset costs no digits.
+        self.sum += x - self.first;
+        self.left -= 1;
+        if self.left == 0 {
+            #[expect(clippy::cast_precision_loss, reason = "at most 100 samples")]
+            let mean = self.sum / self.len as f32;
+            self.offset = self.first + mean;
+            self.bank.prime(0.0);
+        }
+    }
+}
+
+// The further axes of a vibration sensor and of a motion reference in, what their bands add to those of the first axis out.
+//
+// Each axis runs through the same filters, and the energies of a band are summed over the axes:
+//
+// ```text
+// E_b = sum over axes a of sum over samples of (h_b * x_a)^2
+// ```
+//
+// A filter is linear, so the band signals of an axis that is turned are the turned band signals, and the sum of their squares is the
+// same however the sensor is mounted. No single signal does that: the norm of the vector shows only what lies along its mean (for an
+// accelerometer, gravity), at twice the frequency where that is zero, and a projection is blind across its direction.
+// Floor, thresholds and tests take the sums as they take the energies of one axis. The noise of several axes varies less than that of one,
+// which the tests do not know: it makes false alarms rarer.
+//
+// An axis that never shows anything but 0 is none, and costs a comparison.
+
+type Values = [f32; FURTHER_AXES];
+
+/// Readings of the further axes in the block that is being filled, oldest first.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    readings: [[f32; MOST]; FURTHER_AXES],
+    len: usize,
+}
+
+impl Block {
+    const EMPTY: Self = Self { readings: [[0.0; MOST]; FURTHER_AXES], len: 0 };
+
+    fn push(&mut self, values: Values) {
+        for (axis, value) in self.readings.iter_mut().zip(values) {
+            if let Some(place) = axis.get_mut(self.len) {
+                *place = value;
+            }
+        }
+        self.len = (self.len + 1).min(MOST);
+    }
+
+    fn axes(&self) -> impl Iterator<Item = &[f32]> {
+        self.readings.iter().map(|axis| axis.get(..self.len).unwrap_or(&[]))
+    }
+}
+
+/// The further axes of the vibration sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axes {
+    used: bool,
+    next: Values,
+    banks: [PrimedBank; FURTHER_AXES],
+    block: Block,
+    resolution: [Resolution; FURTHER_AXES],
+}
+
+impl Axes {
+    pub(super) fn new(lanes: &Lanes, rate_hz: f32) -> Result<Self, ConfigError> {
+        Ok(Self {
+            used: false,
+            next: [0.0; FURTHER_AXES],
+            banks: [PrimedBank::new(lanes, rate_hz)?; FURTHER_AXES],
+            block: Block::EMPTY,
+            resolution: [Resolution::default(); FURTHER_AXES],
+        })
+    }
+
+    /// Starts the filters afresh with the next readings.
+    pub(super) fn start(&mut self) {
+        self.banks.iter_mut().for_each(PrimedBank::start);
+        self.block.len = 0;
+    }
+
+    /// The readings (finite) that belong to the next step.
+    #[inline]
+    pub(super) fn next(&mut self, values: Values) {
+        if self.used || values != [0.0; FURTHER_AXES] {
+            self.used = true;
+            self.next = values;
+        }
+    }
+
+    /// Takes the readings of this step into the block.
+    #[inline]
+    pub(super) fn take(&mut self) {
+        if self.used {
+            self.put_by();
+        }
+    }
+
+    #[inline(never)]
+    fn put_by(&mut self) {
+        let mut starting = false;
+        for (bank, value) in self.banks.iter_mut().zip(self.next) {
+            if bank.is_starting() {
+                bank.start_with(value);
+                starting = true;
+            }
+        }
+        if !starting {
+            self.block.push(self.next);
+        }
+    }
+
+    /// Runs the bands over the block and ends it: adds the sum of squares of each band signal times its `scale`.
+    #[inline]
+    pub(super) fn add_energy(&mut self, sums: &mut [f32; LANES], scale: &[f32; LANES]) {
+        if !self.used {
+            return;
+        }
+        for (bank, readings) in self.banks.iter_mut().zip(self.block.axes()) {
+            for (sum, energy) in sums.iter_mut().zip(bank.energy_of(readings, scale)) {
+                *sum += energy;
+            }
+        }
+        self.block.len = 0;
+    }
+
+    /// The noise that rounding makes (rms) over all axes, where that of the first is `rms`. Asked at the end of each
+    /// block while the floor is learned.
+    pub(super) fn resolution(&mut self, rms: f32) -> f32 {
+        if !self.used {
+            return rms;
+        }
+        for (resolution, x) in self.resolution.iter_mut().zip(self.next) {
+            resolution.push(x);
+        }
+        self.resolution.iter().fold(rms, |all, axis| libm::hypotf(all, axis.rms()))
+    }
+}
+
+/// The further axes of the motion reference.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReferenceAxes {
+    used: bool,
+    next: Values,
+    changed: bool,
+    mean: Option<Values>,
+    slow: Values,
+    banks: [FilterBank<LANES>; FURTHER_AXES],
+    block: Block,
+}
+
+impl ReferenceAxes {
+    pub(super) fn new(lanes: &Lanes, rate_hz: f32) -> Result<Self, ConfigError> {
+        Ok(Self {
+            used: false,
+            next: [0.0; FURTHER_AXES],
+            changed: false,
+            mean: None,
+            slow: [0.0; FURTHER_AXES],
+            banks: [lanes.bank(rate_hz)?; FURTHER_AXES],
+            block: Block::EMPTY,
+        })
+    }
+
+    /// The readings (finite) that belong to the next step.
+    #[inline]
+    pub(super) fn next(&mut self, values: Values) {
+        if self.used || values != [0.0; FURTHER_AXES] {
+            self.used = true;
+            self.changed = values != self.next;
+            self.next = values;
+        }
+    }
+
+    /// Whether a reading of this step differs from the one before.
+    #[inline]
+    pub(super) fn has_changed(&self) -> bool {
+        self.changed
+    }
+
+    /// Adds the energy of the distance from the mean, and of the mean of that, with the weights of both means.
+    #[inline]
+    pub(super) fn add_distance(&mut self, energy: &mut [f32; 2], mean_share: f32, slow_share: f32) {
+        if !self.used {
+            return;
+        }
+        let mut mean = self.mean.unwrap_or(self.next);
+        for ((x, mean), slow) in self.next.iter().zip(&mut mean).zip(&mut self.slow) {
+            let distance = x - *mean;
+            *mean += mean_share * distance;
+            *slow += slow_share * (distance - *slow);
+            energy[0] += distance * distance;
+            energy[1] += *slow * *slow;
+        }
+        self.mean = Some(mean);
+    }
+
+    /// Takes the readings of this step, off their means, into the block; the means themselves where they are not `live`.
+    #[inline]
+    pub(super) fn put_by(&mut self, live: bool) {
+        if self.used {
+            let mean = self.mean.filter(|_| live).unwrap_or(self.next);
+            self.block.push(core::array::from_fn(|axis| self.next[axis] - mean[axis]));
+        }
+    }
+
+    /// Runs the bands over the block and ends it: adds the sum of squares of each band signal (unit squared).
+    #[inline]
+    pub(super) fn add_energy(&mut self, sums: &mut [f32; LANES]) {
+        if !self.used {
+            return;
+        }
+        for (bank, readings) in self.banks.iter_mut().zip(self.block.axes()) {
+            for (sum, energy) in sums.iter_mut().zip(bank.energy(readings, 0.0, &[1.0; LANES])) {
+                *sum += energy;
+            }
+        }
+        self.end_block();
+    }
+
+    #[inline]
+    pub(super) fn end_block(&mut self) {
+        self.block.len = 0;
+    }
+
+    /// Starts the bands as if the reference had always been at its mean.
+    pub(super) fn start(&mut self) {
+        self.banks.iter_mut().for_each(|bank| bank.prime(0.0));
+        self.end_block();
+    }
+
+    /// The means begin with the next reading.
+    pub(super) fn restart(&mut self) {
+        self.mean = None;
+        self.slow = [0.0; FURTHER_AXES];
+        self.start();
+    }
 }

@@ -1,14 +1,12 @@
-//! Readings of the motion reference and commanded motion in; whether the robot moves, and the bands of the reference, out.
+//! Readings of the motion reference and commanded motion in; whether the robot moves, and what that may add to the floor of each band, out.
 //!
 //! While the robot stands still each reading costs two comparisons: its distance from the running mean (10 ms), and the mean of
 //! this distance over 1.5 ms, each against `motion_sigmas` times its noise. The second sees slow motion that the noise of
 //! single readings hides, but that the shear band of the stylus would not. The bands run only in motion.
 
 use super::{
-    axes::ReferenceAxes,
-    gate::GateConfig,
-    lanes::{LANES, Lanes, samples},
-    pending::Pending,
+    config::{BANDS, FIRST_OCTAVE},
+    lanes::{LANES, Lanes, Pending, ReferenceAxes, of_bands, padded, samples},
 };
 use crate::{
     error::ConfigError,
@@ -273,5 +271,298 @@ impl Reference {
             let white = self.slow_share / (2.0 - self.slow_share);
             self.doubtful = quiet[1] > COLOURED * white * quiet[0];
         }
+    }
+}
+
+// Band energies of the motion reference in; what the robot's own motion may add to the floor of each band out.
+//
+// ```text
+// floor_b = 1 + gain_b r_b       r_b <- max(energy of the reference in the block, r_b exp(-block / 3 ms))
+// ```
+//
+// in units of the quiet floors. `gain` is the energy that motion leaves in a band of the stylus over the energy it leaves in
+// the same band of the reference, times what it takes to keep the alarm threshold above all of it: with a
+// threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
+// over the time between the peaks of two filters, so that the front of a tap does not slip through.
+//
+// A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion says nothing of it. It shows as a jump of the
+// reference: for some time after a peak of [`KNOCK`] times its mean, and after motion has begun, the gain is [`KNOCK_GAIN`] times as high.
+
+/// How the motion of the robot is told from slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct GateConfig {
+    /// What motion adds to the floor of shear, vibration and the four other bands, over the energy of the reference (stylus
+    /// unit squared over reference unit squared). The defaults fit a reference that shows motion about as the stylus does,
+    /// within a factor of 1.5 in amplitude; another needs calibration.
+    pub gain: [f32; BANDS],
+    /// Reference over its noise (rms) that is motion.
+    pub motion_sigmas: f32,
+    /// How long motion is taken to last after the reference has shown it (ms).
+    pub hold_ms: f32,
+    /// Times the quiet floor is raised in commanded motion without a reference.
+    pub blind_margin: f32,
+}
+
+impl Default for GateConfig {
+    fn default() -> Self {
+        Self {
+            gain: [0.5, 0.5, 0.5, 0.5, 0.5, 0.7],
+            motion_sigmas: 6.0,
+            hold_ms: 300.0,
+            blind_margin: 16.0,
+        }
+    }
+}
+
+/// Memory of the highest block of the reference (s).
+const PEAK_S: f32 = 3e-3;
+
+/// Peak of a band of the reference over its mean that is a knock.
+const KNOCK: f32 = 5.0;
+/// What a knock may show more at the stylus than motion does (energy).
+const KNOCK_GAIN: f32 = 8.0;
+/// How long a knock rings (s).
+const RINGS_S: f32 = 0.04;
+/// Memory of the mean peak (s).
+const GATE_MEAN_S: f32 = 0.01;
+/// So long after it (s) less than this share of its height is left of a knock; what has more is motion.
+const FADED_S: f32 = 0.015;
+const LEFT: f32 = 0.3;
+
+/// The gate and its memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gate {
+    config: GateConfig,
+    /// Gain of each band between energies scaled by their quiet floors.
+    gain: [f32; BANDS],
+    peak: [f32; BANDS],
+    peak_decay: f32,
+    /// Mean of the peak, its share of a block, and blocks until the last knock no longer rings.
+    mean: [f32; BANDS],
+    mean_share: f32,
+    rings: u32,
+    rings_len: u32,
+    faded_len: u32,
+    /// The highest peak since the knock, in the bands that it shows in.
+    struck: f32,
+}
+
+impl Gate {
+    /// A gate for blocks of `block_s` (s).
+    pub(super) fn new(config: GateConfig, block_s: f32) -> Self {
+        Self {
+            config,
+            gain: [0.0; BANDS],
+            peak: [0.0; BANDS],
+            peak_decay: libm::expf(-block_s / PEAK_S),
+            mean: [0.0; BANDS],
+            mean_share: -libm::expm1f(-block_s / GATE_MEAN_S),
+            rings: 0,
+            rings_len: samples(1e3 * RINGS_S, 1.0 / block_s),
+            faded_len: samples(1e3 * (RINGS_S - FADED_S), 1.0 / block_s),
+            struck: 0.0,
+        }
+    }
+
+    /// Takes new quiet floors (unit squared).
+    pub(super) fn rescale(&mut self, stylus: &[f32; BANDS]) {
+        self.gain = core::array::from_fn(|b| (self.config.gain[b] / stylus[b]).min(1e30));
+        self.start();
+    }
+
+    /// Begins another stretch of motion.
+    pub(super) fn start(&mut self) {
+        self.peak = [0.0; BANDS];
+        self.mean = [0.0; BANDS];
+        (self.rings, self.struck) = (self.rings_len, 0.0);
+    }
+
+    /// Whether a knock rings, or motion has just begun.
+    #[inline]
+    pub(super) fn rings(&self) -> bool {
+        self.rings > 0
+    }
+
+    /// The floor of each band that a block alone gives, without knock and peak: what is held longer would show the
+    /// reference late.
+    #[inline]
+    pub(super) fn instant(
+        &self,
+        sums: &[f32; LANES],
+        per_sample: f32,
+        learned: &[f32; BANDS],
+    ) -> [f32; BANDS] {
+        core::array::from_fn(|b| 1.0 + learned[b] * self.gain[b] * sums[b] * per_sample)
+    }
+
+    /// Takes the sum of squares of each band of the reference (unit squared) over a block of `1 / per_sample` samples: the floor
+    /// of each band over its quiet floor.
+    #[inline]
+    pub(super) fn block(
+        &mut self,
+        sums: &[f32; LANES],
+        per_sample: f32,
+        learned: &[f32; BANDS],
+    ) -> [f32; BANDS] {
+        let (mut knocks, mut level) = (false, 0.0);
+        for (b, sum) in sums.iter().enumerate().take(BANDS) {
+            let energy = sum * per_sample;
+            self.peak[b] = energy.max(self.peak[b] * self.peak_decay);
+            if b >= FIRST_OCTAVE + 2 {
+                knocks |= self.peak[b] > KNOCK * self.mean[b];
+                level += self.peak[b];
+            }
+            self.mean[b] += self.mean_share * (self.peak[b] - self.mean[b]);
+        }
+        self.struck = if self.rings > 0 { self.struck.max(level) } else { level };
+        self.rings = if knocks { self.rings_len } else { self.rings.saturating_sub(1) };
+        if self.rings == self.faded_len && level > LEFT * self.struck {
+            self.rings = 0;
+        }
+        let over = if self.rings > 0 { KNOCK_GAIN } else { 1.0 };
+        core::array::from_fn(|b| 1.0 + over * learned[b] * self.gain[b] * self.peak[b])
+    }
+}
+
+// Energies of blocks in, the same a number of blocks later out: the stylus waits for a reference that is late, a
+// reference that is early for the stylus.
+
+/// Longest delay in blocks: 107.5 ms at 50 kHz and below.
+pub(super) const LONGEST_DELAY: u8 = 215;
+
+/// The blocks that wait.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Delay {
+    past: [[f32; BANDS]; LONGEST_DELAY as usize],
+    len: u8,
+    /// The reference waits, not the stylus.
+    early: bool,
+    at: u8,
+    filled: u8,
+}
+
+impl Delay {
+    /// None waits.
+    pub(super) const fn new() -> Self {
+        Self {
+            past: [[0.0; BANDS]; LONGEST_DELAY as usize],
+            len: 0,
+            early: false,
+            at: 0,
+            filled: 0,
+        }
+    }
+
+    /// How long the stylus waits (blocks); below 0 the reference.
+    #[inline]
+    pub(super) fn blocks(&self) -> i16 {
+        let len = i16::from(self.len);
+        if self.early { -len } else { len }
+    }
+
+    /// Another delay (blocks), at most [`LONGEST_DELAY`]; it begins empty.
+    pub(super) fn set(&mut self, blocks: i16) {
+        self.len =
+            u8::try_from(blocks.unsigned_abs()).map_or(LONGEST_DELAY, |len| len.min(LONGEST_DELAY));
+        self.early = blocks < 0;
+        self.clear();
+    }
+
+    /// What waits belongs to nothing that follows.
+    pub(super) fn clear(&mut self) {
+        (self.at, self.filled) = (0, 0);
+    }
+
+    /// The robot starts or stops: what waits of the reference belongs to another stretch of motion.
+    pub(super) fn turn(&mut self) {
+        if self.early {
+            self.clear();
+        }
+    }
+
+    /// Takes the energies of a block of the stylus; gives those that are decided on, `None` until there are any.
+    #[inline]
+    pub(super) fn stylus(&mut self, energy: [f32; BANDS]) -> Option<[f32; BANDS]> {
+        if self.early { Some(energy) } else { self.pass(energy) }
+    }
+
+    /// Takes the energies of a block of the reference; gives those that belong to the block that is decided on.
+    #[inline]
+    pub(super) fn reference(&mut self, energy: [f32; LANES]) -> [f32; LANES] {
+        if self.early {
+            padded(self.pass(of_bands(&energy)).unwrap_or_default(), 0.0)
+        } else {
+            energy
+        }
+    }
+
+    /// Takes the energies of a block; gives those of the block that far before, `None` until there is one.
+    #[inline]
+    fn pass(&mut self, energy: [f32; BANDS]) -> Option<[f32; BANDS]> {
+        if self.len == 0 {
+            return Some(energy);
+        }
+        let before = core::mem::replace(self.past.get_mut(usize::from(self.at))?, energy);
+        self.at = if self.at + 1 < self.len { self.at + 1 } else { 0 };
+        if self.filled < self.len {
+            self.filled += 1;
+            return None;
+        }
+        Some(before)
+    }
+
+    /// The floors that the energies of the stylus are over are `1 / factors` of those before.
+    #[cold]
+    pub(super) fn rescale(&mut self, factors: [f32; BANDS]) {
+        if self.early {
+            return;
+        }
+        for energy in self.past.iter_mut().take(self.filled.into()) {
+            energy.iter_mut().zip(factors).for_each(|(e, factor)| *e *= factor);
+        }
+    }
+}
+
+#[cfg(test)]
+mod delay_tests {
+    use super::{super::config::BANDS, Delay, LANES, LONGEST_DELAY, of_bands};
+
+    #[test]
+    fn a_block_comes_out_as_many_blocks_later_in_the_floors_of_then() {
+        let energy = |i: u16| [f32::from(i); BANDS];
+        let mut delay = Delay::new();
+        assert_eq!(delay.pass(energy(7)), Some(energy(7)));
+        for blocks in [1_u16, 3, 50] {
+            delay.set(i16::try_from(blocks).unwrap());
+            for i in 0..200 {
+                assert_eq!(delay.pass(energy(i)), i.checked_sub(blocks).map(energy), "{blocks}");
+            }
+            delay.rescale([2.0; BANDS]);
+            assert_eq!(delay.pass(energy(0)), Some(energy(2 * (200 - blocks))));
+        }
+        delay.set(i16::from(LONGEST_DELAY) + 1);
+        assert_eq!(delay.blocks(), i16::from(LONGEST_DELAY));
+        assert_eq!(delay.reference([1.0; LANES]), [1.0; LANES]);
+    }
+
+    #[test]
+    fn a_reference_that_is_early_waits_and_the_stylus_does_not() {
+        let mut delay = Delay::new();
+        delay.set(-2);
+        for (i, wanted) in [0.0, 0.0, 1.0, 2.0, 0.0, 0.0, 5.0].into_iter().enumerate() {
+            if i == 4 {
+                delay.turn();
+            }
+            let given = delay.reference([1.0 + i as f32; LANES]);
+            assert_eq!(of_bands(&given), [wanted; BANDS], "{i}");
+            delay.rescale([9.0; BANDS]);
+            assert_eq!(delay.stylus([3.0; BANDS]), Some([3.0; BANDS]));
+        }
+        assert_eq!(delay.blocks(), -2);
     }
 }

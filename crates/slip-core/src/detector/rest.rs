@@ -1,11 +1,15 @@
-//! Stretches of rest in, the mean noise energy of each band out.
+//! Stretches of rest in; the mean noise energy of each band, and whether the floor was learned on something that moves, out.
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
 
-use super::{BANDS, DetectorConfig, lanes::Lanes, primed::PrimedBank};
+use super::{
+    DetectorConfig,
+    config::BANDS,
+    lanes::{Lanes, PrimedBank},
+};
 use crate::{
     error::ConfigError,
-    floor::FloorConfig,
+    floor::{FloorConfig, Stretch},
     resolution::Resolution,
     sample::{FURTHER_AXES, Vector},
 };
@@ -110,5 +114,139 @@ impl RestMeter {
     )]
     pub fn energy(&self) -> Option<[f32; BANDS]> {
         (self.samples > 0).then(|| self.sum.map(|sum| (sum / self.samples as f64) as f32))
+    }
+}
+
+// Stretches of rest in, whether the floor was learned on something that moves out.
+//
+// The energy of noise in a part of a stretch scatters as the number of its independent readings n says: the logarithm
+// has the deviation sqrt(2 / n). What slides or moves becomes louder and quieter. A floor is doubtful where parts
+// scatter twice as far before three steady stretches in a row have confirmed it, and where something quieter than it
+// has come. A knock or a slip of a quarter of a stretch changes no quartile.
+
+/// What is known of the noise floor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FloorHealth {
+    /// Nothing speaks against it.
+    #[default]
+    Good,
+    /// No rest was seen yet: what it was learned on moved or slid.
+    Doubtful,
+}
+
+impl FloorHealth {
+    /// The name used in output lines.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+        }
+    }
+}
+
+/// The band that is looked at: shear, which low rates carry as well.
+const BAND: usize = 0;
+/// Scatter that noise alone does not reach, over the expected one and at least.
+const UNSTEADY: f32 = 2.0;
+const LEAST_UNSTEADY: f32 = 0.42;
+/// Scatter that is steady, over the expected one and at least.
+const STEADY: f32 = 1.5;
+const LEAST_STEADY: f32 = 0.3;
+/// Steady stretches in a row that confirm the floor, and the energy over it that they may have.
+const CONFIRMS: u8 = 3;
+const SAME: f32 = 2.5;
+/// A floor that fell below this share of what was believed was none.
+const QUIETER: f32 = 0.4;
+
+/// The doubt and its memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    /// Independent readings in a block.
+    readings: f32,
+    health: FloorHealth,
+    steady: u8,
+    /// A slip went on in this stretch, which says nothing of the floor then.
+    disturbed: bool,
+}
+
+impl Doubt {
+    pub(super) fn new(readings: &[f32; BANDS]) -> Self {
+        let readings = readings[BAND];
+        Self { readings, health: FloorHealth::Good, steady: 0, disturbed: false }
+    }
+
+    #[inline]
+    pub(super) fn health(&self) -> FloorHealth {
+        self.health
+    }
+
+    /// A slip goes on.
+    #[inline]
+    pub(super) fn disturb(&mut self) {
+        self.disturbed = true;
+    }
+
+    #[cold]
+    pub(super) fn judge(&mut self, stretch: &Stretch<BANDS>) {
+        #[expect(clippy::cast_precision_loss, reason = "blocks of at most a second")]
+        let expected = libm::sqrtf(2.0 / (self.readings * stretch.part_blocks as f32));
+        let (spread, over_floor) = (stretch.spread[BAND], stretch.over_floor[BAND]);
+        if over_floor < QUIETER {
+            (self.health, self.steady) = (FloorHealth::Doubtful, 0);
+        }
+        let disturbed = core::mem::take(&mut self.disturbed);
+        if self.steady >= CONFIRMS || disturbed {
+            return;
+        }
+        if spread > LEAST_UNSTEADY.max(UNSTEADY * expected) {
+            (self.health, self.steady) = (FloorHealth::Doubtful, 0);
+        } else if spread < LEAST_STEADY.max(STEADY * expected) && over_floor < SAME {
+            self.steady += 1;
+            if self.steady >= CONFIRMS {
+                self.health = FloorHealth::Good;
+            }
+        } else {
+            self.steady = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod doubt_tests {
+    use super::{Doubt, FloorHealth};
+    use crate::{detector::BANDS, floor::Stretch};
+
+    /// 40 independent readings in a part: noise scatters by 0.22.
+    fn after(doubt: &mut Doubt, spread: f32, over_floor: f32) -> FloorHealth {
+        let stretch =
+            Stretch { spread: [spread; BANDS], over_floor: [over_floor; BANDS], part_blocks: 40 };
+        doubt.judge(&stretch);
+        doubt.health()
+    }
+
+    #[test]
+    fn what_scatters_is_no_rest_until_three_steady_stretches() {
+        let mut doubt = Doubt::new(&[1.0; BANDS]);
+        assert_eq!(after(&mut doubt, 0.2, 1.0), FloorHealth::Good);
+        assert_eq!(after(&mut doubt, 0.6, 1.0), FloorHealth::Doubtful);
+        for (spread, over_floor) in [(0.2, 1.0), (0.2, 1.0), (0.2, 9.0), (0.2, 1.0), (0.2, 1.0)] {
+            assert_eq!(after(&mut doubt, spread, over_floor), FloorHealth::Doubtful);
+        }
+        assert_eq!(after(&mut doubt, 0.2, 1.0), FloorHealth::Good);
+        assert_eq!(
+            after(&mut doubt, 2.0, 1.0),
+            FloorHealth::Good,
+            "confirmed: this is another thing"
+        );
+        assert_eq!(after(&mut doubt, 0.2, 0.1), FloorHealth::Doubtful, "it was none");
+    }
+
+    #[test]
+    fn a_slip_states_nothing_of_the_floor() {
+        let mut doubt = Doubt::new(&[1.0; BANDS]);
+        doubt.disturb();
+        assert_eq!(after(&mut doubt, 2.0, 1.0), FloorHealth::Good);
+        assert_eq!(after(&mut doubt, 2.0, 1.0), FloorHealth::Doubtful);
     }
 }

@@ -10,24 +10,13 @@
 //! ([`level`](super::level)).
 
 use super::{
-    axes::Axes,
     config::{BANDS, DetectorConfig, TestKind, VIBRATION},
-    correlation::{Correlation, Relation},
-    coupling::{Coupling, WEAK},
-    cusum::Cusum,
-    decision::Decision,
-    delay::Delay,
-    doubt::{Doubt, FloorHealth},
-    evidence::{Certificate, Evidence, Scores},
-    gate::Gate,
-    glrt::Glrt,
-    knocks::Knocks,
-    lanes::{LANES, Lanes, of_bands, padded},
-    level::Level,
-    pending::Pending,
-    primed::PrimedBank,
-    reference::{MotionInput, Reference},
-    test::{Block, EnergyTest, SequentialTest},
+    coupling::{Correlation, Coupling, Knocks, Relation, WEAK},
+    evidence::{Certificate, Decision, Evidence, Scores},
+    lanes::{Axes, LANES, Lanes, Pending, PrimedBank, of_bands, padded},
+    reference::{Delay, Gate, MotionInput, Reference},
+    rest::{Doubt, FloorHealth},
+    test::{Block, Cusum, EnergyTest, Glrt, Level, SequentialTest},
 };
 use crate::health::SensorHealth;
 use crate::{
