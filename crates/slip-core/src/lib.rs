@@ -34,7 +34,6 @@ mod resolution;
 pub mod sample;
 pub mod scene;
 mod sink;
-pub mod speed;
 pub mod stages;
 mod travel_noise;
 pub mod turns;

@@ -14,9 +14,9 @@ use crate::{
     features::Features,
     irregularity::IrregularityExtractor,
     sample::Sample,
-    speed::{SpeedConfig, SpeedReading, SpeedWindow},
     travel_noise::TravelNoise,
     units::Micros,
+    velocity::{SpeedConfig, SpeedReading, SpeedWindow},
 };
 
 /// How a slip is measured.

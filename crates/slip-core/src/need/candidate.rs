@@ -1,7 +1,11 @@
-//! Needed forces and a time in which the load comes in; how the objects then move, and how likely the readings are, out.
+//! Needed forces and a time in which the load comes in; how likely each of them is after the readings, its distribution and quantiles, out.
 
-use super::{CREEP_M_S, FORCES, STEP, SURFACE_SPREAD, TURN_LN, TURN_SPREAD, logarithm::ln};
+use super::{
+    AHEAD_S, CREEP_M_S, FORCES, FORGET_S, Felt, Need, RAMPS, SLOPE_BLOCKS, STEP, SURFACE_SPREAD,
+    TURN_LN, TURN_SPREAD,
+};
 use crate::estimate::G_M_S2;
+use core::f32::consts::{FRAC_1_SQRT_2, LN_2, LOG2_E};
 
 /// How much later than it comes the alarm is known (s).
 const ALARM_S: f32 = 4.5e-4;
@@ -250,6 +254,148 @@ pub(super) fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> 
     (2.0 * ramp_s * (impulse - from_n * lasted_s) / (lasted_s * lasted_s)).max(from_n)
 }
 
+// The power of a block in; the distribution of the needed force after it, and its quantiles, out.
+
+/// The logarithm of a likelihood over the best one from which on it adds nothing to the sums, not even in their last bit; the exponential
+/// of less is slow where it is no normal number.
+const NEGLIGIBLE: f32 = -80.0;
+
+impl Need {
+    /// What a block says whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
+    pub(super) fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
+        let d_s = self.block_s;
+        let keep = libm::expf(-d_s / FORGET_S);
+        self.power = self.power * keep + w * (square - noise);
+        self.weight = self.weight * keep + w;
+        let [least, most] = self.law.slope;
+        let block = Block {
+            keep,
+            w,
+            square,
+            noise: noise / self.signal(noise, w),
+            weight: self.weight,
+            believed: SLOPE_BLOCKS,
+            prior: SLOPE_BLOCKS * least * most,
+            least2: least * least,
+            most2: most * most,
+        };
+        let surface = Surface::after(self.swings.turns);
+        let extreme_s = self.extreme_s.take();
+        let mut best = f32::NEG_INFINITY;
+        for (row, (ramp_s, ramp_ln)) in self.rows.iter_mut().zip(RAMPS) {
+            if let Some(extreme_s) = extreme_s {
+                row.extreme(extreme_s);
+            }
+            row.go(force_n, ramp_s, d_s);
+            row.weigh(&block);
+            if self.law.turns {
+                row.weigh_turns(&surface);
+            }
+            for p in &mut row.p {
+                *p += ramp_ln;
+                best = at_least(best, *p);
+            }
+        }
+        self.conclude(best);
+    }
+
+    /// Weighted squares of the readings without noise, of which some are left where the noise is `noise` and the last block weighs `w`.
+    pub(super) fn signal(&self, noise: f32, w: f32) -> f32 {
+        (self.power + 1e-3 * noise).max(0.05 * noise * w)
+    }
+
+    /// From the logarithms of the likelihoods, of which `best` is the largest, to probabilities and quantiles.
+    fn conclude(&mut self, best: f32) {
+        const BINS: usize = 64;
+        /// Width of a bin in the logarithm of the needed force over that at the alarm.
+        #[expect(clippy::cast_precision_loss, reason = "small numbers")]
+        const BIN: f32 = STEP * (FORCES as f32 + 1.0) / BINS as f32;
+        let mut bins = [0.0_f32; BINS];
+        let mut all = 0.0;
+        for row in &mut self.rows {
+            for p in &mut row.p {
+                let ln = *p - best;
+                *p = if ln < NEGLIGIBLE { 0.0 } else { exp(ln) };
+            }
+            all += row.p.iter().sum::<f32>();
+        }
+        let mut speed_m_s = 0.0;
+        for (row, (ramp_s, _)) in self.rows.iter_mut().zip(RAMPS) {
+            let mut need_ln = -0.5 * STEP;
+            for ((p, speed), load) in row.p.iter_mut().zip(&row.speed_m_s).zip(&row.load) {
+                need_ln += STEP;
+                if *p <= 0.0 {
+                    continue;
+                }
+                *p /= all;
+                speed_m_s += *p * speed;
+                let mut now = need_ln;
+                if ramp_s > 0.0 && *load < 1.0 {
+                    now += ln((load + AHEAD_S / ramp_s).min(1.0));
+                }
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "from 0, and beyond the last there is none"
+                )]
+                let bin = (now / BIN).max(0.0) as usize;
+                if let Some(bin) = bins.get_mut(bin.min(BINS - 1)) {
+                    *bin += *p;
+                }
+            }
+        }
+        self.speed_m_s = speed_m_s;
+        let from_n = self.felt.from_n;
+        let quantile = |share: f32| {
+            let (mut sum, mut ln) = (0.0, 0.0);
+            for p in bins {
+                if sum + p >= share {
+                    ln += BIN * (share - sum) / p;
+                    break;
+                }
+                sum += p;
+                ln += BIN;
+            }
+            from_n * libm::expf(ln)
+        };
+        self.felt = Felt { low_n: quantile(0.1), median_n: quantile(0.5), ..self.felt };
+    }
+}
+
+// Logarithm and exponential without a branch or a table, so that a loop over candidates takes several at once. Within 3e-7 of the exact value.
+
+/// The natural logarithm of a normal number above 0. With `x = 2^e (1 + s) / (1 - s)` it is `e ln 2 + 2 artanh s`, and `s` is below 0.172.
+#[inline(always)]
+pub(super) fn ln(x: f32) -> f32 {
+    const MANTISSA: u32 = 0x007f_ffff;
+    let low = FRAC_1_SQRT_2.to_bits();
+    let over = x.to_bits().wrapping_sub(low);
+    #[expect(clippy::cast_precision_loss, clippy::cast_possible_wrap, reason = "-127 to 128")]
+    let exponent = ((over as i32) >> 23) as f32;
+    let m = f32::from_bits((over & MANTISSA).wrapping_add(low));
+    let s = (m - 1.0) / (m + 1.0);
+    let s2 = s * s;
+    let series = 1.0 + s2 * (1.0 / 3.0 + s2 * (1.0 / 5.0 + s2 * (1.0 / 7.0 + s2 * (1.0 / 9.0))));
+    exponent * LN_2 + 2.0 * s * series
+}
+
+/// The exponential of a number from -80 to 80, by the first terms of its series about the nearest power of two.
+#[inline(always)]
+pub(super) fn exp(x: f32) -> f32 {
+    /// What is added to this is rounded to whole numbers.
+    const ROUNDS: f32 = 12_582_912.0;
+    /// `ln 2` in two parts, of which the first has few digits.
+    const LN_2_HIGH: f32 = 0.693_359_4;
+    const LN_2_LOW: f32 = -2.121_944_4e-4;
+    let rounded = x * LOG2_E + ROUNDS;
+    let whole = rounded - ROUNDS;
+    let t = (x - whole * LN_2_HIGH) - whole * LN_2_LOW;
+    let series = 1.0 / 24.0 + t * (1.0 / 120.0 + t * (1.0 / 720.0));
+    let series = 1.0 + t * (1.0 + t * (0.5 + t * (1.0 / 6.0 + t * series)));
+    let power = rounded.to_bits().wrapping_sub(ROUNDS.to_bits()).wrapping_add(127) << 23;
+    series * f32::from_bits(power)
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -452,6 +598,33 @@ mod tests {
             #[expect(clippy::cast_possible_truncation, reason = "a test")]
             let reported = balance(impulse as f32, t as f32, from as f32, ramp_s as f32);
             assert!((reported - 8.0).abs() < 0.05, "{ramp_s}: {reported}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod logarithm_tests {
+    use super::{exp, ln};
+
+    /// Every 4,099th normal number.
+    #[test]
+    fn the_logarithm_is_that_of_libm() {
+        for bits in (f32::MIN_POSITIVE.to_bits()..=f32::MAX.to_bits()).step_by(4099) {
+            let x = f32::from_bits(bits);
+            let exact = libm::log(f64::from(x));
+            let error = (f64::from(ln(x)) - exact).abs();
+            assert!(error <= 3e-7 * exact.abs().max(0.3), "{x}: {} for {exact}", ln(x));
+        }
+        assert_eq!(ln(1.0).to_bits(), 0.0_f32.to_bits());
+    }
+
+    #[test]
+    fn the_exponential_is_that_of_libm() {
+        for i in -800_000..=800_000_i32 {
+            #[expect(clippy::cast_possible_truncation, reason = "a test")]
+            let x = (f64::from(i) * 1e-4) as f32;
+            let exact = libm::exp(f64::from(x));
+            assert!((f64::from(exp(x)) - exact).abs() <= 3e-7 * exact, "{x}: {} {exact}", exp(x));
         }
     }
 }

@@ -17,19 +17,13 @@
 //! Sums forget within 80 ms. A block costs three logarithms and one exponential a candidate.
 
 mod candidate;
-mod history;
-mod logarithm;
-mod posterior;
-mod swings;
-mod vibration;
+mod readings;
 
 use crate::sample::Signal;
 use core::f32::consts::LN_2;
 
 use candidate::{Row, balance};
-use history::History;
-use swings::{Seen, Swings};
-use vibration::Vibration;
+use readings::{History, Seen, Swings, Vibration};
 
 /// Needed forces that are tried, each larger than the one before by [`STEP`] in the logarithm, from the force at the alarm on; all as probable.
 const FORCES: usize = 24;
@@ -284,7 +278,7 @@ impl Need {
         self.signal = signal;
         self.law = match signal {
             Signal::Displacement => HEIGHTS,
-            Signal::Vibration => vibration::law(n * dt_s),
+            Signal::Vibration => readings::law(n * dt_s),
         };
         self.vibration.begin();
         // In place: a copy of all this would not fit on the stack of a microcontroller.

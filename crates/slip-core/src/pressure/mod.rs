@@ -18,13 +18,9 @@
 //!
 //! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
 
-mod range;
-mod rest;
-mod shape;
-mod standing;
+mod frames;
 
-pub use rest::PatternRest;
-pub use standing::Standing;
+pub use frames::{PatternRest, Standing};
 
 use crate::{
     detector::SlipState,
@@ -33,8 +29,7 @@ use crate::{
     resolution::Resolution,
     units::Micros,
 };
-use range::{Range, Widest};
-use shape::{Shape, Spread};
+use frames::{Range, Shape, Spread, Widest};
 
 /// Most taxels of an array: 256 with the feature `wide-arrays`, which recordings have, else what one channel of the link can
 /// carry.
@@ -91,8 +86,8 @@ impl PressureConfig {
     /// # Errors
     /// The first value outside its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("pressure.threshold", self.threshold, 1.5, shape::CLIP)?;
-        ConfigError::within("pressure.gross", self.gross, self.threshold, shape::CLIP)?;
+        ConfigError::within("pressure.threshold", self.threshold, 1.5, frames::CLIP)?;
+        ConfigError::within("pressure.gross", self.gross, self.threshold, frames::CLIP)?;
         ConfigError::within("pressure.follow_ms", self.follow_ms, 10.0, 1e6)?;
         ConfigError::within("pressure.release_ms", self.release_ms, 1.0, 10_000.0)?;
         ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
@@ -289,7 +284,7 @@ impl<const N: usize> PressurePattern<N> {
             return false;
         };
         let before = self.ranged;
-        self.ranged = self.range.mean(self.len, range::CLIP * known) / known;
+        self.ranged = self.range.mean(self.len, frames::RANGE_CLIP * known) / known;
         self.ranged > before.max(1.0)
     }
 
