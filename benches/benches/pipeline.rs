@@ -6,7 +6,7 @@ mod rounds;
 use core::hint::black_box;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, measurement::WallTime};
 use slip_benches::scenes::{SCENES, STRETCH, SceneRun};
-use slip_core::scene::Scene;
+use slip_core::sample::Scene;
 
 fn handle(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("Pipeline::handle");

@@ -6,8 +6,8 @@ use grip_session::model;
 use slip_core::{
     Pipeline, PipelineConfig, Sample,
     detector::{BANDS, Certificate, ScoreLaw},
-    scene::Scene,
-    stages::StageCounters,
+    event::StageCounters,
+    sample::Scene,
     units::Hertz,
 };
 
@@ -162,7 +162,7 @@ fn stages_in(
 #[cfg(test)]
 mod tests {
     use super::{STRETCH, SceneRun};
-    use slip_core::scene::Scene;
+    use slip_core::sample::Scene;
 
     fn stages(scene: Scene, no_skip: bool) -> [u64; 4] {
         let stages = SceneRun::new(scene, no_skip).unwrap().stages;

@@ -13,7 +13,7 @@ use slip_benches::{frames, networks, scenes, signals::Signals};
 use slip_core::{
     Phase, Sample, Step,
     health::SensorHealth,
-    scene::Scene,
+    sample::Scene,
     units::{Micros, Newtons},
 };
 

@@ -1,11 +1,7 @@
 //! Samples in, steps out.
 
 use mlp_core::{Model, Network, Scaler};
-use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample, Step,
-    estimate::{Estimator, EstimatorError},
-    features::Feature,
-};
+use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, Step, estimate::{Estimator, EstimatorError, Feature}};
 
 /// Weights in flash.
 type Weights = &'static [f32];

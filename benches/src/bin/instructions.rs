@@ -20,7 +20,7 @@ use slip_benches::{
 };
 use slip_core::{
     esc::{EscSums, Reading, Trial},
-    scene::Scene,
+    sample::Scene,
 };
 
 const CASES: [&str; 12] = [

@@ -9,8 +9,8 @@ use crate::{
 };
 use grip_link::host::LinkState;
 use grip_session::session::ClockHealth;
-use slip_core::{PipelineState, health::SensorHealth, methods::Method};
-use slip_core::{grip::GripState, scene::Scene};
+use slip_core::{PipelineState, event::Method, health::SensorHealth};
+use slip_core::{grip::GripState, sample::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).
 pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {

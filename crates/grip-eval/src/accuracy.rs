@@ -12,8 +12,7 @@ use grip_sim::{
 use serde::Serialize;
 use slip_core::{
     esc::{Esc, Flags, Reading},
-    estimate::ForceEstimate,
-    features::Features,
+    estimate::{Features, ForceEstimate},
 };
 
 /// The built-in models were trained on rows of this seed.

@@ -9,7 +9,7 @@ use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_o
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
 use slip_core::{
-    Arrival, Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros,
+    Arrival, Sample, grip::GripState, health::SensorHealth, sample::Scene, units::Micros,
 };
 use slip_msg::{EXTRAPOLATED, FaultCode, INFORMATIVE, Reading};
 use std::{collections::BTreeMap, io::Cursor, path::Path};

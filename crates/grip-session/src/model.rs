@@ -17,10 +17,7 @@ use mlp_core::{
     scaler::{MAX_IO, ScaleError},
 };
 use sha2::{Digest as _, Sha256};
-use slip_core::{
-    estimate::{Estimator, EstimatorError},
-    features::Feature,
-};
+use slip_core::estimate::{Estimator, EstimatorError, Feature};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -236,7 +233,7 @@ mod tests {
         EnsembleFile, ModelError, ModelFile, built_in, default_estimator, parse_estimator,
         read_estimator, weakness,
     };
-    use slip_core::{estimate::MAX_MEMBERS, features::Features};
+    use slip_core::estimate::{Features, MAX_MEMBERS};
     use std::path::Path;
 
     #[test]

@@ -5,9 +5,8 @@ use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step,
     detector::SlipDetector,
+    event::{Method, StageCounters},
     health::{HealthConfig, HealthCounters},
-    methods::Method,
-    stages::StageCounters,
     units::Hertz,
 };
 use std::sync::Arc;

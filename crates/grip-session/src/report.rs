@@ -8,8 +8,7 @@ use slip_core::{
     Cause, CauseSet, Phase, SlipReport, Step,
     detector::FloorHealth,
     esc::{Flag, Flags, Reading},
-    estimate::ForceEstimate,
-    features::Features,
+    estimate::{Features, ForceEstimate},
     grip::GripEvent,
     health::{Sensor, SensorHealth},
     units::Micros,
@@ -377,10 +376,10 @@ mod tests {
     use slip_core::{
         CauseSet, Phase, SlipReport, Step,
         detector::FloorHealth,
+        event::Method,
         grip::GripEvent,
         health::{Sensor, SensorHealth},
-        methods::Method,
-        scene::Scene,
+        sample::Scene,
         units::{Micros, Newtons},
         velocity::{SpeedSource, Velocity},
     };

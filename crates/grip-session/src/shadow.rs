@@ -2,7 +2,10 @@
 
 use crate::{model::HostEstimator, report::EventLog};
 use grip_link::message::daemon::{Estimates, Unsure};
-use slip_core::{estimate::ForceEstimate, features::Features, units::Micros};
+use slip_core::{
+    estimate::{Features, ForceEstimate},
+    units::Micros,
+};
 
 /// What a slip that has ended showed last, and what the controller made of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

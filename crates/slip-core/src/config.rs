@@ -2,16 +2,15 @@
 
 use crate::{
     Signal,
-    confidence::TAIL_RANGE,
     detector::{BANDS, Certificate, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
     error::ConfigError,
+    event::{Methods, TAIL_RANGE},
     filter::MAX_CORNER,
     floor::FloorConfig,
     fusion,
     grip::GripConfig,
     health::{ANY, HealthConfig},
-    methods::Methods,
     observation::ObservationConfig,
     pressure::PressureConfig,
     units::Hertz,

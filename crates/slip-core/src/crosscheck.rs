@@ -23,7 +23,7 @@
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
 use crate::{
-    turns::{TurnCount, Turns},
+    course::{TurnCount, Turns},
     units::Micros,
 };
 

@@ -9,8 +9,8 @@ use crate::{
     detector::SlipState,
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
+    event::{Method, Methods},
     health::SensorHealth,
-    methods::{Method, Methods},
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     sample::Sample,
     units::Micros,
@@ -311,7 +311,7 @@ mod tests {
     use crate::{
         detector::SlipState,
         distance::DistanceConfig,
-        methods::{Method, Methods},
+        event::{Method, Methods},
         pressure::PressureConfig,
         sample::Sample,
         units::Micros,

@@ -10,11 +10,11 @@
 //! than [`ObservationConfig::longest_ms`]; a speed carries more noise than a distance.
 
 use crate::{
+    course::TravelNoise,
     esc::{EscSum, Reading, Trial},
-    features::Features,
+    estimate::Features,
     irregularity::IrregularityExtractor,
     sample::Sample,
-    travel_noise::TravelNoise,
     units::Micros,
     velocity::{SpeedConfig, SpeedReading, SpeedWindow},
 };

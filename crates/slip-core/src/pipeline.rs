@@ -6,37 +6,29 @@
 mod build;
 mod control;
 mod detect;
-mod grip_force;
-mod host_time;
-mod rest;
 mod slip;
 
 use crate::{
     ClientCommand,
     config::PipelineConfig,
-    course::Course,
+    course::{Course, TravelQuality, Turns},
     crosscheck::Whiteness,
     detector::SlipDetector,
-    estimate::{Estimator, friction::FrictionMeter},
-    event::Step,
+    drift::Sink,
+    estimate::{Estimator, FrictionMeter},
+    event::{StageCounters, Step},
     fusion::{Detection, Fusion},
     grip::{GripController, GripState, Trials},
     health::{HealthCheck, HealthCounters, SensorHealth},
     need::Need,
     observation::SlipObservation,
     pressure::Standing,
-    sample::Sample,
-    scene::{Contact, Scene},
-    sink::Sink,
-    stages::StageCounters,
-    travel_noise::TravelQuality,
-    turns::Turns,
+    sample::{Contact, Sample, Scene},
     units::Micros,
     velocity::VelocityMeter,
 };
-use grip_force::GripForce;
-use host_time::HostTime;
-use rest::{Rest, Rested};
+use control::{GripForce, HostTime};
+use detect::{Rest, Rested};
 use slip::{Grasp, Slip};
 
 /// The whole signal path of one gripper. `W` holds the weights of the network.

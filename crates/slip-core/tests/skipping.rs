@@ -4,10 +4,9 @@
 use proptest::prelude::*;
 use slip_core::{
     Arrival, Pipeline, PipelineConfig, Sample, Step,
+    event::{Method, Methods, StageCounters},
     grip::GripEvent,
-    methods::{Method, Methods},
-    scene::Scene,
-    stages::StageCounters,
+    sample::Scene,
     units::{Hertz, Micros},
 };
 

@@ -19,7 +19,7 @@ use slip_core::{
     Arrival, ClientCommand, Pipeline, PipelineConfig, Sample, Step,
     health::SensorHealth,
     pressure::MAX_TAXELS,
-    scene::Scene,
+    sample::Scene,
     units::{Hertz, Micros},
 };
 use std::{path::Path, sync::Arc};

@@ -16,7 +16,7 @@ use grip_eval::{
 use grip_record::files;
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
-use slip_core::features::Feature;
+use slip_core::estimate::Feature;
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,

@@ -8,7 +8,7 @@ use grip_scope::{
     EventMark,
     feed::{causes_text, confidence_text},
 };
-use slip_core::methods::Method;
+use slip_core::event::Method;
 
 /// Up to so many events are listed.
 const MOST: usize = 120;

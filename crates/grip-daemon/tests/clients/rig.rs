@@ -10,7 +10,7 @@ use grip_link::message::daemon::{
     Estimates, Goodbye, NoticeKind, RealTime, RowSet, Subscribe, ToClient, Topics,
 };
 use slip_core::PipelineState;
-use slip_core::{Sample, grip::GripState, health::SensorHealth, scene::Scene, units::Micros};
+use slip_core::{Sample, grip::GripState, health::SensorHealth, sample::Scene, units::Micros};
 
 /// Turns of the daemon after which a test has hung.
 pub(crate) const PATIENCE: u32 = 20_000;

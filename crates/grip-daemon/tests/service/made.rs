@@ -12,8 +12,8 @@ use grip_link::{
 };
 use grip_session::report::Event as Happened;
 use slip_core::{
-    Phase, PipelineState, SlipReport, grip::GripState, health::SensorHealth, methods::Method,
-    scene::Scene, units::Micros,
+    Phase, PipelineState, SlipReport, event::Method, grip::GripState, health::SensorHealth,
+    sample::Scene, units::Micros,
 };
 
 const FIRMWARE: Firmware = Firmware { major: 1, minor: 2, patch: 3 };

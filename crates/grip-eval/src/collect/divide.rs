@@ -86,7 +86,7 @@ pub fn divide(rows: &[Row], keep: Keep, share: f64, seed: u64) -> Result<Divided
 mod tests {
     use super::{DivideError, Keep, divide};
     use crate::collect::{MeasuredSlip, Row};
-    use slip_core::{features::Features, units::Micros};
+    use slip_core::{estimate::Features, units::Micros};
     use std::collections::BTreeSet;
 
     fn rows(names: impl Iterator<Item = (u32, u32)>) -> Vec<Row> {

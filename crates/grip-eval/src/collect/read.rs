@@ -15,7 +15,7 @@ use grip_session::{
     replay::{self, Replay},
     tape::{Played, Tape, TapeError, TapeOptions},
 };
-use slip_core::features::Feature;
+use slip_core::estimate::Feature;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},

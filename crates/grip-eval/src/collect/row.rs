@@ -1,7 +1,7 @@
 //! A slip and where it was recorded in, a line of the training file out.
 
 use super::watch::MeasuredSlip;
-use slip_core::{estimate::KAPPA, features::Feature};
+use slip_core::estimate::{Feature, KAPPA};
 
 /// Names of the columns in the order of [`Row::csv`]: where it was, both forces, what models use, and the target with its bounds.
 pub const COLUMNS: [&str; 18] = [
@@ -82,7 +82,7 @@ mod tests {
     use super::{COLUMNS, Row};
     use crate::collect::MeasuredSlip;
     use slip_core::{
-        features::{Feature, Features},
+        estimate::{Feature, Features},
         units::Micros,
     };
 

@@ -2,7 +2,7 @@
 
 use slip_core::{
     Phase, Sample, SlipReport, Step,
-    features::Features,
+    estimate::Features,
     grip::GripEvent,
     health::SensorHealth,
     units::{Micros, Newtons},
@@ -259,8 +259,8 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
     use slip_core::{
-        Phase, Sample, SlipReport, Step, features::Features, grip::GripEvent, health::SensorHealth,
-        scene::Scene, units::Micros,
+        Phase, Sample, SlipReport, Step, estimate::Features, grip::GripEvent, health::SensorHealth,
+        sample::Scene, units::Micros,
     };
 
     const FIRST: SlipReport =

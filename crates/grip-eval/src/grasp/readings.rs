@@ -7,10 +7,7 @@ use crate::grasp::trial::TrialError;
 use core::cell::Cell;
 use grip_session::session::Update;
 use grip_sim::Scene;
-use slip_core::{
-    estimate::{ForceEstimate, KAPPA},
-    features::{Feature, Features},
-};
+use slip_core::estimate::{Feature, Features, ForceEstimate, KAPPA};
 
 /// One set of features while the object slips.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use slip_core::{
     PipelineConfig,
     detector::{DetectorConfig, TestKind},
     esc::Reading,
-    methods::{Method, Methods},
+    event::{Method, Methods},
 };
 
 /// A way to look for slips in a recording.

@@ -12,7 +12,7 @@ use grip_record::Channel;
 use slip_core::{
     PipelineConfig,
     detector::{BANDS, KnownFloors, MotionInput, RestMeter, SlipDetector},
-    methods::Method,
+    event::Method,
     pressure::{MAX_TAXELS, PatternRest},
 };
 

@@ -11,7 +11,7 @@ use grip_record::{LabelKind, Recording};
 use grip_session::replay::Replay;
 use slip_core::{
     Phase, PipelineConfig, SlipReport, Step, detector::FloorHealth, pressure::Standing,
-    scene::Scene, units::Micros,
+    sample::Scene, units::Micros,
 };
 
 /// A longer step, in periods, is a gap.

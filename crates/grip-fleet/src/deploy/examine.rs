@@ -11,7 +11,7 @@ use core::fmt::Write as _;
 use grip_session::{HostEstimator, ModelError, model};
 use slip_core::{
     esc::{Esc, Flags, Reading},
-    features::Features,
+    estimate::Features,
 };
 
 /// The longest model file (bytes).

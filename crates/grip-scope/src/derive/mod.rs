@@ -12,7 +12,7 @@ use grip_session::HostEstimator;
 
 use slip_core::detector::BANDS;
 use slip_core::esc::Esc;
-use slip_core::features::Features;
+use slip_core::estimate::Features;
 use slip_core::irregularity::{TurnFinder, TurnKind};
 use slip_core::velocity::Velocity;
 use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, Step};

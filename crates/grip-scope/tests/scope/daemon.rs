@@ -11,7 +11,7 @@ use grip_link::message::{Kind, Versions};
 use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
 use slip_core::ClientCommand;
 use slip_core::PipelineState;
-use slip_core::{Sample, grip::GripState, scene::Scene, units::Micros};
+use slip_core::{Sample, grip::GripState, sample::Scene, units::Micros};
 use std::io::{Read as _, Write as _};
 use std::net::TcpListener;
 use std::path::Path;

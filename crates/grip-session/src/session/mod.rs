@@ -30,10 +30,10 @@ use pace::{SlewLimiter, Transit, Wanted};
 use path::Path;
 use slip_core::{
     ClientCommand, ConfigError, Pipeline, Sample, Step,
+    event::StageCounters,
     grip::{GripState, Trials},
     health::HealthCounters,
     pressure::MAX_TAXELS,
-    stages::StageCounters,
     units::{Micros, Newtons},
 };
 use std::sync::Arc;

@@ -4,8 +4,7 @@ use super::config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE};
 use crate::{
     error::ConfigError,
     filter::{Band, FilterBank, MAX_CORNER},
-    resolution::Resolution,
-    sample::FURTHER_AXES,
+    sample::{FURTHER_AXES, Resolution},
 };
 
 /// Filters that run for the [`BANDS`]: a whole number of vectors where the processor has them. Those without a band have a part in

@@ -10,8 +10,7 @@ use super::{
 use crate::{
     error::ConfigError,
     floor::{FloorConfig, Stretch},
-    resolution::Resolution,
-    sample::{FURTHER_AXES, Vector},
+    sample::{FURTHER_AXES, Resolution, Vector},
 };
 
 const AXES: usize = 1 + FURTHER_AXES;

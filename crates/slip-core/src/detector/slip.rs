@@ -18,13 +18,12 @@ use super::{
     rest::{Doubt, FloorHealth},
     test::{Block, Cusum, EnergyTest, Glrt, Level, SequentialTest},
 };
-use crate::health::SensorHealth;
 use crate::{
-    causes::{Cause, Causes},
     error::ConfigError,
+    event::{Cause, Causes},
     floor::{Floor, FloorConfig},
-    resolution::Resolution,
-    sample::Sample,
+    health::SensorHealth,
+    sample::{Resolution, Sample},
 };
 
 /// What the detector sees.

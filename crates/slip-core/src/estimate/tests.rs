@@ -1,7 +1,7 @@
 //! Ensembles of networks that compute known functions, and their deviations.
 
 use super::{Estimator, EstimatorError, ForceEstimate, G_M_S2, NoEstimate};
-use crate::features::{Feature, Features};
+use super::{Feature, Features};
 use mlp_core::{Activation, Column, Model, Network, Scaler, Transform};
 
 type Weights = &'static [f32];

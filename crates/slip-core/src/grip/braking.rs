@@ -6,8 +6,8 @@ use super::{
     lag::{Reach, Response},
 };
 use crate::{
+    course::Passing,
     estimate::{G_M_S2, KAPPA},
-    turns::Passing,
 };
 
 /// Estimates that the force to hold with is a mean of, at most.

@@ -1,7 +1,10 @@
 //! The input of the controller with each sample, and the names of what it does.
 
 use super::GripConfig;
-use crate::{course::Motion, need::Felt, turns::Passing};
+use crate::{
+    course::{Motion, Passing},
+    need::Felt,
+};
 
 /// A slip as the controller sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

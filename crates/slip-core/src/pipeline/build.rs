@@ -1,25 +1,28 @@
 //! Settings in, a pipeline before its first sample out.
 
-use super::{Pipeline, grip_force::GripForce, host_time::HostTime, rest::Rest, slip::Grasp};
+use super::{
+    Pipeline,
+    control::{GripForce, HostTime},
+    detect::Rest,
+    slip::Grasp,
+};
 use crate::{
     Signal,
     config::PipelineConfig,
-    course::Course,
+    course::{Course, TravelQuality, Turns},
     crosscheck::Whiteness,
     detector::{KnownFloors, SlipDetector},
+    drift::Sink,
     error::ConfigError,
-    estimate::{Estimator, friction::FrictionMeter},
+    estimate::{Estimator, FrictionMeter},
+    event::StageCounters,
     fusion::Fusion,
     grip::GripController,
     health::HealthCheck,
     need::Need,
     observation::SlipObservation,
     pressure::Standing,
-    scene::{Contact, Scene},
-    sink::Sink,
-    stages::StageCounters,
-    travel_noise::TravelQuality,
-    turns::Turns,
+    sample::{Contact, Scene},
     units::Micros,
     velocity::VelocityMeter,
 };

@@ -3,18 +3,14 @@
 use super::Pipeline;
 use crate::{
     Phase, Signal, SlipReport,
-    causes::{Cause, Causes},
-    confidence::confidence,
+    course::Turns,
     crosscheck::Seen,
     detector::SlipState,
-    event::Step,
+    event::{Cause, Causes, Method, Step, confidence},
     fusion::Detection,
-    methods::Method,
     need::Alarm,
     pressure::Standing,
-    sample::Sample,
-    scene::Scene,
-    turns::Turns,
+    sample::{Sample, Scene},
     units::Micros,
     velocity::{Measured, Velocity},
 };

@@ -26,7 +26,7 @@ use crate::{
     detector::SlipState,
     error::ConfigError,
     health::{ANY, SensorHealth},
-    resolution::Resolution,
+    sample::Resolution,
     units::Micros,
 };
 use frames::{Range, Shape, Spread, Widest};

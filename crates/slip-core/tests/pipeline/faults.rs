@@ -6,7 +6,7 @@ use slip_core::{
     Sample, SlipReport,
     grip::GripState,
     health::{HealthCounters, SensorHealth},
-    scene::Scene,
+    sample::Scene,
 };
 use std::collections::VecDeque;
 

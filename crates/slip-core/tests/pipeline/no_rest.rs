@@ -3,7 +3,7 @@
 use slip_core::{
     Pipeline, PipelineConfig, Sample, Signal, SlipReport, Step,
     detector::FloorHealth,
-    methods::Method,
+    event::Method,
     units::{Hertz, Micros},
 };
 
