@@ -31,33 +31,28 @@ BENCHES_AND_TESTS = {"slip-benches", "stories"}
 # execution, by hand: crate, then files under src. Not counted: files that only define settings, units, codes or errors.
 PATH_FILES = {
     "grip-daemon": """
-        hot rings item latency
+        hot rings latency
     """,
     "grip-port": """
         line linux/wire
     """,
     "grip-session": """
-        session/mod session/path session/pace session/time_base session/wishes motion report
+        session/mod session/path session/pace session/time_base motion report
     """,
     "grip-link": """
-        host/link host/conversation host/timing decoder cobs crc frame sender message/grip message/samples
+        host/link host/conversation decoder cobs crc frame sender message/grip message/samples
     """,
     "slip-msg": """
-        wire message slip
+        wire message
     """,
     "slip-core": """
-        pipeline pipeline/rest pipeline/detect pipeline/slip pipeline/control pipeline/grip_force pipeline/host_time
-        sample health drift scene stages event methods fusion distance course crosscheck turns travel_noise resolution
-        floor confidence filter/bank filter/svf filter/envelope detector/slip detector/axes detector/coupling
-        detector/cusum detector/decision detector/doubt detector/evidence detector/gate detector/lanes detector/level
-        detector/pending detector/primed detector/reference detector/correlation causes pressure/mod pressure/shape
-        pressure/range pressure/rest
-        pressure/standing speed velocity/mod observation irregularity/mod irregularity/turn irregularity/low_pass
-        esc/mod features estimate estimate/friction need/mod need/candidate need/history need/posterior need/swings
-        need/vibration grip/mod grip/touch grip/braking grip/lag grip/search grip/input grip/feeling grip/response
+        pipeline pipeline/detect pipeline/slip pipeline/control sample health drift event fusion distance course
+        crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
+        detector/rest detector/test pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
+        need/mod need/candidate need/readings grip/mod grip/object grip/braking grip/lag grip/input grip/feeling
     """,
     "mlp-core": """
-        model network scaler activation tanh
+        model network activation tanh
     """,
 }
 # Types that carry a sample's content from one of these files to the next, by hand: their values are made for each sample or frame.

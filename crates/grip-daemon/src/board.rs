@@ -2,7 +2,7 @@
 
 use crate::{
     counters::HotCounters,
-    item::{Item, LinkNote},
+    rings::{Item, LinkNote},
 };
 use grip_link::{
     host::{CloseReason, LinkState},

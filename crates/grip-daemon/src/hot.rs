@@ -5,8 +5,7 @@
 
 use crate::{
     counters::HotCounters,
-    item::{Item, LinkNote},
-    rings::Outbox,
+    rings::{Item, LinkNote, Outbox},
 };
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use grip_link::{

@@ -13,8 +13,8 @@ use grip_record::files;
 use mlp_core::{
     ensemble_file::{EnsembleFile, is_ensemble},
     file::{self, Deviation, FileError, ModelFile},
+    model::{MAX_IO, ScaleError},
     network::{MAX_WIDTH, ShapeError},
-    scaler::{MAX_IO, ScaleError},
 };
 use sha2::{Digest as _, Sha256};
 use slip_core::estimate::{Estimator, EstimatorError, Feature};

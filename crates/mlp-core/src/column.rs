@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use crate::scaler::Transform;
+use crate::model::Transform;
 
 /// A column of a data set and what is done to it before scaling. Written `name` or `name:ln`.
 #[derive(Debug, Clone, PartialEq, Eq)]

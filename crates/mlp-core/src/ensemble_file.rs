@@ -8,8 +8,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded};
-use crate::scaler::Transform;
+use crate::{
+    file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded},
+    model::Transform,
+};
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "ensemble-model";

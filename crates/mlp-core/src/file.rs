@@ -17,12 +17,13 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::activation::Activation;
-use crate::column::ColumnSpec;
-use crate::model::Model;
-use crate::network::{Network, ShapeError};
-use crate::scaler::{Column, ScaleError, Scaler, Transform};
-use crate::topology::{MOST_INPUTS, MOST_OUTPUTS, Topology};
+use crate::{
+    activation::Activation,
+    column::ColumnSpec,
+    model::{Column, Model, ScaleError, Scaler, Transform},
+    network::{Network, ShapeError},
+    topology::{MOST_INPUTS, MOST_OUTPUTS, Topology},
+};
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "mlp-model";

@@ -30,14 +30,14 @@ pub mod fixed;
 pub mod model;
 pub mod network;
 pub mod q15;
-pub mod scaler;
 pub mod tanh;
 #[cfg(feature = "file")]
 pub mod topology;
 
 pub use activation::Activation;
 pub use fixed::{DeepMlp, Dense, Mlp};
-pub use model::{Coverage, Estimate, Model, PredictError};
+pub use model::{
+    Column, Coverage, Estimate, MAX_IO, Model, PredictError, ScaleError, Scaler, Transform,
+};
 pub use network::{MAX_LAYERS, MAX_WIDTH, Network, ShapeError, weight_count};
 pub use q15::{Q15, Q15Error};
-pub use scaler::{Column, MAX_IO, ScaleError, Scaler, Transform};

@@ -1,7 +1,7 @@
 //! Features of a slip in, the adequate grasp force out: the network with its inputs by name, and the formula.
 
 use crate::esc::Esc;
-use mlp_core::{Model, Network, PredictError, scaler::MAX_IO};
+use mlp_core::{Model, Network, PredictError, model::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;

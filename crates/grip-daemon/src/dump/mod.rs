@@ -6,8 +6,8 @@ mod frames;
 
 use crate::{
     board::Board,
-    item::{Item, LinkNote},
     log::Clocks,
+    rings::{Item, LinkNote},
     status::Status,
 };
 use core::fmt::Write as _;

@@ -10,7 +10,6 @@
 mod conversation;
 mod link;
 mod request;
-mod timing;
 
 pub use conversation::{Loss, LossCount};
 pub use link::{GripCommand, HostEvent, HostLink};

@@ -8,7 +8,6 @@ mod explain;
 mod pace;
 mod path;
 mod time_base;
-mod wishes;
 
 pub use crate::report::ClockHealth;
 pub use begin::{Beginning, device_config};
@@ -27,7 +26,7 @@ use grip_link::{
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use pace::{SlewLimiter, Transit, Wanted};
-use path::Path;
+use path::{Path, Wishes};
 use slip_core::{
     ClientCommand, ConfigError, Pipeline, Sample, Step,
     event::StageCounters,
@@ -38,7 +37,6 @@ use slip_core::{
 };
 use std::sync::Arc;
 use time_base::TimeBase;
-use wishes::Wishes;
 
 /// No usable row for longer than this (us), or than three frames last: the session is blind.
 const BLIND_US: u64 = 50_000;

@@ -7,8 +7,8 @@
 
 use crate::activation::Activation;
 use crate::model::Model;
+use crate::model::{Axis, Transform};
 use crate::network::weight_count;
-use crate::scaler::{Axis, Transform};
 
 /// Relative error of one operation.
 const UNIT: f64 = 1.0 / 4_194_304.0;
@@ -128,8 +128,8 @@ fn unscaling(axis: &Axis, size: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Column, Scaler};
     use crate::network::Network;
-    use crate::scaler::{Column, Scaler};
 
     fn model(activation: Activation, transform: Transform) -> Model<Vec<f32>> {
         let sizes = [2, 9, 1];

@@ -11,7 +11,7 @@ use core::fmt::Write as _;
 use super::c_text::{array, comment, constants, identifier, literal, operand};
 use super::{ExportError, MAX_PREFIX};
 use crate::activation::Activation;
-use crate::scaler::{Axis, Scaler, Transform};
+use crate::model::{Axis, Scaler, Transform};
 use crate::tanh::{DENOMINATOR, LIMIT, NUMERATOR};
 use crate::train::ModelFile;
 use crate::train::file::FileColumn;

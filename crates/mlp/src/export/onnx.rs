@@ -19,7 +19,7 @@ use super::proto::{
     TypeProto, ValueInfoProto,
 };
 use crate::activation::Activation;
-use crate::scaler::{Axis, Transform};
+use crate::model::{Axis, Transform};
 use crate::train::ModelFile;
 use crate::train::file::FileColumn;
 

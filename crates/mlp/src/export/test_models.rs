@@ -1,7 +1,7 @@
 //! Nothing in; model files of every shape that can be exported out, for the tests.
 
 use crate::activation::Activation;
-use crate::scaler::Transform;
+use crate::model::Transform;
 use crate::train::file::FileColumn;
 use crate::train::{ModelFile, Topology};
 

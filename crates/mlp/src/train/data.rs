@@ -9,7 +9,7 @@ pub use super::data_error::{DataSetError, Place};
 use super::objective::count;
 use super::scaling::{Method, Scaling};
 use super::topology::{MOST_INPUTS, MOST_OUTPUTS};
-use crate::scaler::Transform;
+use crate::model::Transform;
 
 /// What a classifier tells apart.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -157,8 +157,8 @@ fn scaled_error(scaling: &Scaling, prediction: f64, target: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::activation::Activation;
+    use crate::model::{Column, Scaler, Transform};
     use crate::network::Network;
-    use crate::scaler::{Column, Scaler, Transform};
     use ndarray::{Axis, arr2};
 
     /// Predicts `y = x` for 0..4.

@@ -5,7 +5,7 @@ use core::str::FromStr;
 use super::column::{ColumnSpec, unit_of};
 use super::file::{FileColumn, rounded};
 use super::topology::Topology;
-use crate::scaler::{Column, Transform};
+use crate::model::{Column, Transform};
 
 /// What training values become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -194,7 +194,7 @@ pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scaler::Scaler;
+    use crate::model::Scaler;
 
     #[test]
     fn agrees_with_the_scaler_of_the_model() {
