@@ -9,7 +9,7 @@ use grip_link::{
     message::{FaultCode, Firmware, Status as DeviceStatus},
 };
 use grip_session::report::Event;
-use slip_core::{Phase, PipelineState, event::Method};
+use slip_core::{Phase, PipelineState, alarm::Method};
 use std::{collections::VecDeque, path::PathBuf};
 
 /// Events that are remembered.

@@ -9,7 +9,7 @@ use crate::{
 };
 use grip_link::host::LinkState;
 use grip_session::session::ClockHealth;
-use slip_core::{PipelineState, event::Method, health::SensorHealth};
+use slip_core::{PipelineState, alarm::Method, health::SensorHealth};
 use slip_core::{grip::GripState, sample::Scene};
 
 /// Writes all metrics. `now_us` is host time (us).

@@ -29,8 +29,8 @@ use grip_session::{
 };
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample,
+    alarm::TAIL_RANGE,
     detector::{BANDS, Certificate, DetectorConfig, RestMeter, SlipDetector},
-    event::TAIL_RANGE,
     health::SensorHealth,
     sample::Vector,
 };

@@ -5,7 +5,7 @@ use grip_record::{
     Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
     mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
 };
-use slip_core::{Sample, Signal, event::Method};
+use slip_core::{Sample, Signal, alarm::Method};
 use std::path::Path;
 
 /// Name of the configuration among the attachments, with all layers merged.

@@ -4,8 +4,9 @@ use crate::{config::HostConfig, model::HostEstimator};
 use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step,
+    alarm::Method,
     detector::SlipDetector,
-    event::{Method, StageCounters},
+    event::StageCounters,
     health::{HealthConfig, HealthCounters},
     units::Hertz,
 };

@@ -375,8 +375,8 @@ mod tests {
     use super::{Condition, Event, EventLog};
     use slip_core::{
         CauseSet, Phase, SlipReport, Step,
+        alarm::Method,
         detector::FloorHealth,
-        event::Method,
         grip::GripEvent,
         health::{Sensor, SensorHealth},
         sample::Scene,

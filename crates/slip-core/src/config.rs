@@ -2,10 +2,10 @@
 
 use crate::{
     Signal,
+    alarm::{Methods, TAIL_RANGE},
     detector::{BANDS, Certificate, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
     error::ConfigError,
-    event::{Methods, TAIL_RANGE},
     filter::MAX_CORNER,
     floor::FloorConfig,
     fusion,

@@ -5,11 +5,11 @@
 //! as often as those of its methods added up.
 
 use crate::{
+    alarm::{Method, Methods},
     crosscheck::{CrossCheck, Seen},
     detector::SlipState,
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
-    event::{Method, Methods},
     health::SensorHealth,
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
     sample::Sample,
@@ -309,9 +309,9 @@ fn higher(joined: Option<Detection>, stated: Detection) -> Option<Detection> {
 mod tests {
     use super::{Detection, Fusion};
     use crate::{
+        alarm::{Method, Methods},
         detector::SlipState,
         distance::DistanceConfig,
-        event::{Method, Methods},
         pressure::PressureConfig,
         sample::Sample,
         units::Micros,

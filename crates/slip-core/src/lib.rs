@@ -6,6 +6,7 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 
+pub mod alarm;
 pub mod config;
 pub mod course;
 pub mod crosscheck;
@@ -29,9 +30,10 @@ pub mod pressure;
 pub mod sample;
 pub mod velocity;
 
+pub use alarm::{Cause, CauseSet, Causes};
 pub use config::PipelineConfig;
 pub use error::ConfigError;
-pub use event::{Cause, CauseSet, Causes, Step};
+pub use event::Step;
 pub use pipeline::Pipeline;
 pub use sample::{Arrival, Sample, Signal};
 pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};

@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use slip_core::{
     Arrival, Pipeline, PipelineConfig, Sample, Step,
-    event::{Method, Methods, StageCounters},
+    alarm::{Method, Methods},
+    event::StageCounters,
     grip::GripEvent,
     sample::Scene,
     units::{Hertz, Micros},

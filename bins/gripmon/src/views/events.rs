@@ -8,7 +8,7 @@ use grip_scope::{
     EventMark,
     feed::{causes_text, confidence_text},
 };
-use slip_core::event::Method;
+use slip_core::alarm::Method;
 
 /// Up to so many events are listed.
 const MOST: usize = 120;

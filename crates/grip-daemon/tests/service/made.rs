@@ -12,7 +12,7 @@ use grip_link::{
 };
 use grip_session::report::Event as Happened;
 use slip_core::{
-    Phase, PipelineState, SlipReport, event::Method, grip::GripState, health::SensorHealth,
+    Phase, PipelineState, SlipReport, alarm::Method, grip::GripState, health::SensorHealth,
     sample::Scene, units::Micros,
 };
 

@@ -8,7 +8,7 @@ use grip_daemon::{
 use grip_link::host::CloseReason;
 use grip_link::message::daemon::ClockOffset;
 use grip_session::session::ClockHealth;
-use slip_core::{Phase, event::Method};
+use slip_core::{Phase, alarm::Method};
 
 fn page(board: &Board) -> String {
     let mut page = Exposition::default();

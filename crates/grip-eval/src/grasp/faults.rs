@@ -18,7 +18,7 @@ use grip_sim::{
     scene::Draw,
 };
 use serde::Serialize;
-use slip_core::{event::Method, units::Micros};
+use slip_core::{alarm::Method, units::Micros};
 
 /// From the lift to the end of a grasp (s).
 const HOLD_S: f64 = 2.0;

@@ -6,9 +6,9 @@
 
 use slip_core::{
     PipelineConfig,
+    alarm::{Method, Methods},
     detector::{DetectorConfig, TestKind},
     esc::Reading,
-    event::{Method, Methods},
 };
 
 /// A way to look for slips in a recording.

@@ -11,8 +11,8 @@ use crate::taxels;
 use grip_record::Channel;
 use slip_core::{
     PipelineConfig,
+    alarm::Method,
     detector::{BANDS, KnownFloors, MotionInput, RestMeter, SlipDetector},
-    event::Method,
     pressure::{MAX_TAXELS, PatternRest},
 };
 

@@ -1,6 +1,6 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
-use slip_core::{Cause, CauseSet, Phase, SlipReport, event::Method};
+use slip_core::{Cause, CauseSet, Phase, SlipReport, alarm::Method};
 
 slip_msg::named! {
     /// Kinds of events.

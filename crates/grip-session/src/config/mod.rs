@@ -25,10 +25,10 @@ use core::net::SocketAddr;
 use serde::{Deserialize, Serialize};
 use slip_core::{
     PipelineConfig, Signal,
+    alarm::{Method, Methods},
     detector::DetectorConfig,
     distance::DistanceConfig,
     esc::Reading,
-    event::{Method, Methods},
     floor::FloorConfig,
     grip::GripConfig,
     health::HealthConfig,

@@ -19,8 +19,8 @@ use super::{
     test::{Block, Cusum, EnergyTest, Glrt, Level, SequentialTest},
 };
 use crate::{
+    alarm::{Cause, Causes},
     error::ConfigError,
-    event::{Cause, Causes},
     floor::{Floor, FloorConfig},
     health::SensorHealth,
     sample::{Resolution, Sample},

@@ -102,11 +102,6 @@ impl Swings {
 }
 
 // Readings of an accelerometer in; the power of the vibration, and the needed force that follows from its course, out.
-//
-// A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
-// of the noise. What is believed follows the course of the speed as with a stylus, but there are no peaks to count,
-// and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
-// the force to hold with is found by a second set of sums, which knows the ringing.
 
 /// A reading counts up to so many deviations of the noise: what is more is no vibration.
 const MOST: f32 = 1e6;
@@ -156,6 +151,11 @@ struct Ringing {
 }
 
 /// Its power over that of the noise, and what every candidate expects.
+////
+//// A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
+//// of the noise. What is believed follows the course of the speed as with a stylus, but there are no peaks to count,
+//// and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
+//// the force to hold with is found by a second set of sums, which knows the ringing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vibration {
     mean: Option<f32>,

@@ -3,10 +3,11 @@
 use super::Pipeline;
 use crate::{
     Phase, Signal, SlipReport,
+    alarm::{Cause, Causes, Method, confidence},
     course::Turns,
     crosscheck::Seen,
     detector::SlipState,
-    event::{Cause, Causes, Method, Step, confidence},
+    event::Step,
     fusion::Detection,
     need::Alarm,
     pressure::Standing,

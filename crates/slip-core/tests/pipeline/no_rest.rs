@@ -2,8 +2,8 @@
 
 use slip_core::{
     Pipeline, PipelineConfig, Sample, Signal, SlipReport, Step,
+    alarm::Method,
     detector::FloorHealth,
-    event::Method,
     units::{Hertz, Micros},
 };
 
