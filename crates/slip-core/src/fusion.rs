@@ -11,7 +11,7 @@ use crate::{
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
     health::SensorHealth,
-    pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
+    pressure::{MAX_TAXELS, PATTERN_GONE, PressureConfig, PressurePattern},
     sample::Sample,
     units::Micros,
 };
@@ -29,10 +29,8 @@ pub struct Detection {
 
 /// An object that was seen to move within this time moves now.
 const ADVANCED_WITHIN: Micros = Micros(3000);
-/// Travel without a reading for this long is gone, ...
+/// Travel without a reading for this long is gone.
 const TRAVEL_GONE: Micros = Micros(50_000);
-/// ... and a taxel array without a new frame.
-const PATTERN_GONE: Micros = Micros(200_000);
 /// The same for a pattern, which comes frame by frame.
 const CHANGED_WITHIN: Micros = Micros(20_000);
 
@@ -250,14 +248,15 @@ impl Fusion {
         }
     }
 
-    /// The same for a frame of the taxel array. While the grip force does not stand its pattern changes by itself.
+    /// The same for a frame of the taxel array; `rests` says whether an object is held and does not slip. While the grip force does not
+    /// stand its pattern changes by itself.
     #[inline]
-    pub fn watch_taxels(&mut self, t: Micros, taxels: &[f32], force_stands: bool, decides: bool) {
+    pub fn watch_taxels(&mut self, t: Micros, taxels: &[f32], force_stands: bool, rests: bool) {
         if !force_stands {
             self.pressure.wait();
         }
         if force_stands || self.pressure.state() != SlipState::Quiet {
-            self.pressure.step(t, taxels, decides);
+            self.pressure.step(t, taxels, rests);
         }
     }
 

@@ -164,7 +164,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             // A controller knows when it closes, and what it does to the force in a slip is no reason to wait.
             let force_stands =
                 self.grip.is_some() || self.standing.step(sample.t, sample.normal_force_n);
-            self.fusion.watch_taxels(sample.t, taxels, force_stands, self.decides);
+            let rests = self.decides && self.slip.is_none();
+            self.fusion.watch_taxels(sample.t, taxels, force_stands, rests);
         }
         if !self.decides {
             return None;

@@ -107,6 +107,8 @@ const FAST_MS: f32 = 50.0;
 /// 15 grasps of one gripper is 1.2 times their median, of 28 touches of a hand on 7 objects 1.5 times.
 const RANGED: Micros = Micros(10_000_000);
 const RANGE_MARGIN: f32 = 1.5;
+/// A pattern without a new frame for this long is gone, and one that repeats its frame for so long stands.
+pub(crate) const PATTERN_GONE: Micros = Micros(200_000);
 /// Fraction of the threshold below which the change against the fast shape is none.
 const STANDING: f32 = 0.5;
 
@@ -245,7 +247,7 @@ impl<const N: usize> PressurePattern<N> {
     }
 
     /// Takes the next frame, at most `N` taxels; more are left out. `learning` says whether the object is at rest in the grasp, so
-    /// that the noise may be learned where it is not known.
+    /// that the noise may be learned where it is not known: no slip goes on, whose answer changes the force.
     pub fn step(&mut self, t: Micros, frame: &[f32], learning: bool) {
         let frame = frame.get(..N).unwrap_or(frame);
         if frame.is_empty() || self.repeated(t, frame) {
@@ -294,8 +296,9 @@ impl<const N: usize> PressurePattern<N> {
         let same = frame.len() == self.len
             && frame.iter().zip(&self.last).all(|(a, b)| a.to_bits() == b.to_bits());
         let noisy = self.rms.is_some_and(|rms| rms > self.least_rms());
-        self.frozen_now = same && noisy && t.since(last_t) > self.frozen;
-        if self.frozen_now {
+        let standing = t.since(last_t);
+        self.frozen_now = same && noisy && standing > self.frozen;
+        if same && standing > self.release.max(PATTERN_GONE) || self.frozen_now {
             self.stand();
         }
         same

@@ -170,6 +170,29 @@ fn repeated_frames_are_no_updates_until_they_are_a_frozen_array() {
 }
 
 #[test]
+fn a_pattern_that_stands_to_the_last_bit_ends_the_slip_and_one_that_is_read_seldom_does_not() {
+    for (every_ms, ends) in [(1000, true), (150, false)] {
+        let (mut method, mut pad) = at_rest();
+        for i in 0..8_u8 {
+            give(&mut method, pad.frame(0.2 * f32::from(i), 1.0, 0.0));
+        }
+        assert_ne!(method.state(), SlipState::Quiet);
+        // Frames that still change, or the same one again and again.
+        let (t, mut frame) = pad.frame(1.6, 1.0, 0.0);
+        let mut quiet = false;
+        for ms in 0..600_u64 {
+            if ms % every_ms == 0 && ms > 0 {
+                let moved = if ms / every_ms % 2 == 0 { 1.6 } else { 0.4 };
+                frame = pad.frame(moved, 1.0, 0.0).1;
+            }
+            method.step(t.plus(Micros(1000 * ms)), &frame, false);
+            quiet |= method.state() == SlipState::Quiet;
+        }
+        assert_eq!(quiet, ends, "a frame in {every_ms} ms");
+    }
+}
+
+#[test]
 fn a_threshold_that_a_broken_taxel_could_pass_is_refused() {
     let config = PressureConfig { threshold: 40.0, ..PressureConfig::default() };
     let Err(ConfigError::Range { name, .. }) = Method::new(config) else { panic!("accepted") };

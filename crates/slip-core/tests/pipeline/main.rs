@@ -12,4 +12,5 @@ mod faults;
 mod no_rest;
 mod object;
 mod reference;
+mod taxels;
 mod timing;
