@@ -174,6 +174,11 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
         let network = ModelFile::from_json(text).map_err(fault)?;
         (mean_deviation(core::slice::from_ref(&network)), vec![network])
     };
+    let discrepancy = networks
+        .iter()
+        .filter_map(|network| network.discrepancy)
+        .filter(|share| share.is_finite())
+        .fold(0.0, f32::max);
     let mut networks = networks.into_iter();
     let first = networks.next().ok_or_else(|| fault(FileError::NoMembers))?;
     let model = first.model_in().map_err(fault)?;
@@ -182,7 +187,7 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
         estimator = estimator.with_member(member.model_in().map_err(fault)?).map_err(shape)?;
     }
     let [relative, absolute_n] = deviation;
-    Ok(estimator.with_deviation(relative, absolute_n))
+    Ok(estimator.with_deviation(relative, absolute_n).with_discrepancy(discrepancy))
 }
 
 /// The features that the inputs of a network name; its target must be a force.
@@ -315,7 +320,13 @@ mod tests {
         };
         let [a, b] = [&one, &four].map(|model| model.estimate(&slip).unwrap());
         assert!((a.force_n / b.force_n - 1.0).abs() < 1e-4, "{a:?} {b:?}");
-        assert!((a.sigma_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
+        assert!((a.noise_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
+        // What other physics add is stated, and no part of what the margin covers.
+        let stated = (one.deviation().0.powi(2) + 0.25_f32.powi(2)).sqrt();
+        assert!((a.sigma_n / a.force_n - stated).abs() < 1e-4 && a.is_trusted(), "{a:?}");
+        let without = text.replace("\"discrepancy\": 0.25,", "");
+        let plain = parse_estimator("m.json", &without).unwrap().estimate(&slip).unwrap();
+        assert_eq!((plain.force_n, plain.sigma_n), (a.force_n, a.noise_n));
         let error = parse_estimator("e.json", &ensemble(MAX_MEMBERS + 1)).unwrap_err();
         assert!(error.to_string().contains("at most 4 networks"), "{error}");
         let error = parse_estimator("e.json", &ensemble(2).replace("ln", "log")).unwrap_err();

@@ -214,6 +214,10 @@ pub struct ModelFile {
     /// their limits of -1 and 1 leave as they are, are scores: softmax makes probabilities of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub classes: Option<String>,
+    /// By what share of themselves answers are off in other physics than that of the training (one standard deviation), where that was
+    /// measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub discrepancy: Option<f32>,
     /// How it was trained, if known.
     pub training: Option<TrainingNote>,
 }
@@ -276,6 +280,7 @@ impl ModelFile {
             targets: targets.to_vec(),
             layers: layers.collect(),
             classes: None,
+            discrepancy: None,
             training: None,
         }
     }

@@ -22,19 +22,22 @@ pub const G_M_S2: f32 = 9.806_65;
 pub struct ForceEstimate {
     /// Adequate normal force of one finger (N).
     pub force_n: f32,
-    /// Its standard deviation (N): what the networks of an ensemble differ by, what they missed by on rows they were not trained on, and the
-    /// noise of the sensor of travel or speed, each taken as independent of the others.
+    /// Its standard deviation (N): `noise_n`, and what is known of answers in physics that the network was not trained on (its model
+    /// discrepancy), taken as independent.
     pub sigma_n: f32,
+    /// What of it varies from estimate to estimate, so that the margin has to cover it (N): what the networks of an ensemble differ by, what
+    /// they missed by on rows they were not trained on, and the noise of the sensor of travel or speed, each taken as independent.
+    pub noise_n: f32,
     /// Whether a feature lay outside the range the network was trained on.
     pub extrapolated: bool,
 }
 
 impl ForceEstimate {
-    /// Whether it may move the fingers: made within the range that the network knows, with a deviation of at most half of itself. What may not is
+    /// Whether it may move the fingers: made within the range that the network knows, with a noise of at most half of itself. What may not is
     /// shown all the same.
     #[must_use]
     pub fn is_trusted(&self) -> bool {
-        !self.extrapolated && self.sigma_n <= MOST_UNSURE * self.force_n
+        !self.extrapolated && self.noise_n <= MOST_UNSURE * self.force_n
     }
 }
 
@@ -86,6 +89,8 @@ pub struct Estimator<W> {
     /// Deviation of the answers on rows that the networks were not trained on: a share of them, and in newtons.
     relative: f32,
     absolute_n: f32,
+    /// The same in other physics than that of the training, as a share.
+    discrepancy: f32,
     features: [Feature; MAX_IO],
     inputs: usize,
     /// Whether the acceleration of the slip is an input.
@@ -111,8 +116,9 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         }
         let accelerated = features.contains(&Feature::SlipAcceleration);
         let others = core::array::from_fn(|_| None);
-        let (relative, absolute_n) = (0.0, 0.0);
-        Ok(Self { model, others, relative, absolute_n, features: order, inputs, accelerated })
+        let (relative, absolute_n, discrepancy) = (0.0, 0.0, 0.0);
+        let features = order;
+        Ok(Self { model, others, relative, absolute_n, discrepancy, features, inputs, accelerated })
     }
 
     /// The same with the network of `model` as another one of an ensemble; the answer is the mean of all.
@@ -133,6 +139,13 @@ impl<W: AsRef<[f32]>> Estimator<W> {
     #[must_use]
     pub fn with_deviation(self, relative: f32, absolute_n: f32) -> Self {
         Self { relative: relative.max(0.0), absolute_n: absolute_n.max(0.0), ..self }
+    }
+
+    /// The same where answers are known to be off by this share of them (one standard deviation) in physics that the network was not trained
+    /// on. It is stated and moves nothing: a margin for it would raise every force.
+    #[must_use]
+    pub fn with_discrepancy(self, share: f32) -> Self {
+        Self { discrepancy: share.max(0.0), ..self }
     }
 
     /// Whether its answers are sure enough on the whole to move the fingers; see [`ForceEstimate::is_trusted`].
@@ -178,8 +191,9 @@ impl<W: AsRef<[f32]>> Estimator<W> {
             let between = (squares - off * off / (1.0 + others)).max(0.0) / others.max(1.0);
             let relative = squared(self.relative) + squared(self.noise(features));
             let variance = between + squared(force_n) * relative + squared(self.absolute_n);
-            let sigma_n = libm::sqrtf(variance);
-            Ok(ForceEstimate { force_n, sigma_n, extrapolated: answer.extrapolated })
+            let noise_n = libm::sqrtf(variance);
+            let sigma_n = libm::sqrtf(variance + squared(self.discrepancy * force_n));
+            Ok(ForceEstimate { force_n, sigma_n, noise_n, extrapolated: answer.extrapolated })
         } else {
             Err(NoEstimate::NotPositive(force_n))
         }
@@ -484,7 +498,13 @@ impl FrictionMeter {
     pub fn estimate(&self) -> Option<ForceEstimate> {
         let force_n = KAPPA * self.mean?.tangential_n / self.friction()?;
         let sigma_n = MU_SIGMA * force_n;
-        force_n.is_finite().then_some(ForceEstimate { force_n, sigma_n, extrapolated: false })
+        let noise_n = sigma_n;
+        force_n.is_finite().then_some(ForceEstimate {
+            force_n,
+            sigma_n,
+            noise_n,
+            extrapolated: false,
+        })
     }
 }
 

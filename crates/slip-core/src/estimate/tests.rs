@@ -73,10 +73,10 @@ fn the_noise_of_the_travel_sensor_counts_where_the_acceleration_is_an_input() {
 
 #[test]
 fn an_answer_that_is_unsure_or_a_guess_is_not_trusted() {
-    let sure = ForceEstimate { force_n: 4.0, sigma_n: 2.0, extrapolated: false };
+    let sure = ForceEstimate { force_n: 4.0, sigma_n: 9.0, noise_n: 2.0, extrapolated: false };
     assert!(sure.is_trusted());
-    assert!(!ForceEstimate { sigma_n: 2.01, ..sure }.is_trusted());
-    assert!(!ForceEstimate { sigma_n: f32::NAN, ..sure }.is_trusted());
+    assert!(!ForceEstimate { noise_n: 2.01, ..sure }.is_trusted());
+    assert!(!ForceEstimate { noise_n: f32::NAN, ..sure }.is_trusted());
     assert!(!ForceEstimate { extrapolated: true, ..sure }.is_trusted());
     let beyond = ensemble().estimate(&pressed(10.5)).unwrap();
     assert!(beyond.extrapolated && !beyond.is_trusted(), "{beyond:?}");

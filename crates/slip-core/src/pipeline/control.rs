@@ -146,7 +146,7 @@ fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
 /// What the step says of the force that is needed. An answer that nothing vouches for must not move the fingers.
 fn evidence_of(step: &Step) -> Option<Evidence> {
     let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
-    Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.sigma_n })
+    Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.noise_n })
 }
 
 /// How the object slides. A mean over more than some milliseconds says too little of now.
