@@ -2,8 +2,9 @@
 """Checks the pages: files of git that end in .md in, faults with file and line out; exit code 1 where there is one.
 
 A fault is a link to a file or heading that is not there, a line of prose longer than 120 characters (code, tables and
-what cannot be broken excepted), a README.md of more than 120 lines, and a page under docs/ that docs/README.md does not
-link (a decision: docs/decisions/README.md)."""
+what cannot be broken excepted), a README.md of more than 120 lines, a page under docs/ that docs/README.md does not
+link (a decision: docs/decisions/README.md), and sentences of more than 20 words on average, of all pages together, or of
+more than 25 in one page of ten sentences and more."""
 
 import re
 import subprocess
@@ -11,6 +12,9 @@ import sys
 from pathlib import Path
 
 WIDTH = README_LINES = 120
+# Words of a sentence, on average: all pages, one page.
+WORDS, PAGE_WORDS = 20, 25
+PAGE_LINES = 300
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
@@ -46,6 +50,37 @@ def too_long(line):
     return len(line) > WIDTH and not line.startswith("|") and len(words) > 1
 
 
+def sentences(page):
+    """Words of each sentence of a page: tables, headings and code left out; a code span or a link's text counts as its words."""
+    paragraphs, last = [], 0
+    for number, line in prose(page):
+        item = re.match(r"\s*([-*]|\d+\.) ", line)
+        if not line.strip() or line.lstrip().startswith(("|", "#", "<", "![")):
+            last = 0
+            continue
+        if item or last != number - 1:
+            paragraphs.append("")
+        paragraphs[-1] += " " + line[item.end() if item else 0 :].strip()
+        last = number
+    for paragraph in paragraphs:
+        text = re.sub(r"`[^`]*`", "x", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph))
+        for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z*])", text):
+            # What stands alone is a word of a list.
+            if len(sentence.split()) > 2:
+                yield len(sentence.split())
+
+
+def wordy(pages):
+    every = []
+    for page in pages:
+        lengths = list(sentences(page))
+        every += lengths
+        if len(lengths) >= 10 and sum(lengths) > PAGE_WORDS * len(lengths):
+            yield f"{page}: {sum(lengths) / len(lengths):.1f} words a sentence, at most {PAGE_WORDS}"
+    if sum(every) > WORDS * len(every):
+        yield f"all pages: {sum(every) / len(every):.1f} words a sentence, at most {WORDS}"
+
+
 def faults(pages):
     linked = {}
     for page in pages:
@@ -66,6 +101,9 @@ def faults(pages):
     if lines > README_LINES:
         yield f"README.md: {lines} lines, at most {README_LINES}"
     for page in pages:
+        lines = len(page.read_text(encoding="utf-8").splitlines())
+        if page.parts[0] == "docs" and page.parts[1] != "results" and lines > PAGE_LINES:
+            yield f"{page}: {lines} lines, at most {PAGE_LINES}"
         folder = Path("docs/decisions" if page.parts[:2] == ("docs", "decisions") else "docs")
         index = folder / "README.md"
         if folder in page.parents and page != index and page.resolve() not in linked.get(index, ()):
@@ -77,7 +115,7 @@ def main():
         ["git", "ls-files", "-co", "--exclude-standard", "*.md"], capture_output=True, text=True, check=True
     )
     pages = [Path(name) for name in listed.stdout.splitlines() if Path(name).exists()]
-    found = list(faults(pages))
+    found = [*faults(pages), *wordy(pages)]
     print("\n".join([*found, f"{len(pages)} pages, {len(found)} faults"]))
     sys.exit(bool(found))
 
