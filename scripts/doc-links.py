@@ -63,7 +63,7 @@ def sentences(page):
         paragraphs[-1] += " " + line[item.end() if item else 0 :].strip()
         last = number
     for paragraph in paragraphs:
-        text = re.sub(r"`[^`]*`", "x", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph))
+        text = re.sub(r"`[^`]*`", "X", re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", paragraph))
         for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z*])", text):
             # What stands alone is a word of a list.
             if len(sentence.split()) > 2:
