@@ -111,7 +111,7 @@ fn timing() {
     let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..CONFIG });
     let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..CONFIG });
     let host = HostConfig::new(CONFIG);
-    let host_ms = |name| constant("host/timing.rs", name) / MS;
+    let host_ms = |name| constant("host/conversation.rs", name) / MS;
     let (first_wait, last_wait) = back_off();
     compare(
         "### Timing",
@@ -180,7 +180,7 @@ fn counts() {
             ("KEPT_BATCHES", KEPT_BATCHES as u64),
             ("WAITING", events_kept()),
             ("TRIES", constant("host/request.rs", "TRIES")),
-            ("QUICK_PINGS", constant("host/timing.rs", "QUICK_PINGS")),
+            ("QUICK_PINGS", constant("host/conversation.rs", "QUICK_PINGS")),
             ("PREAMBLE", preamble()),
             ("CLOCK_WINDOW", constant("clock.rs", "WINDOW")),
             ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART")),
