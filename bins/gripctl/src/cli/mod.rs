@@ -137,6 +137,12 @@ pub(crate) struct DoctorArgs {
     /// The gripper: a serial device, `auto`, or `sim` with an optional `:SCENE`; that of the configuration otherwise, or the only USB
     /// serial port.
     pub(crate) port: Option<String>,
+    /// Judge a sensor instead, by a recording of some seconds at rest (what `gripctl replay` reads): bands that its rate carries, noise, steps,
+    /// gaps, and the smallest slip that is found.
+    #[arg(long, value_name = "RECORDING", conflicts_with_all = ["port", "baud", "folder", "seconds"])]
+    pub(crate) sensor: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) csv: CsvArgs,
     /// Bits per second of the serial line; USB devices ignore it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) baud: Option<u32>,

@@ -6,6 +6,7 @@ mod gripper;
 mod machine;
 mod processes;
 mod rate;
+mod sensor;
 mod storage;
 
 use crate::{cli::DoctorArgs, output};
@@ -51,6 +52,11 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let processes = Processes::read(&system);
     let mut report = Report { json: args.json, counts: [0; 3] };
     let config = report.configuration(args)?;
+    if let Some(file) = &args.sensor {
+        let recording = super::recording(file, &args.csv)?;
+        report.all(&sensor::findings(&recording, &config))?;
+        return report.end();
+    }
     report.all(&machine::findings(&system))?;
     let folder = args.folder.clone().unwrap_or_else(|| {
         let state = PathBuf::from(STATE_FOLDER);

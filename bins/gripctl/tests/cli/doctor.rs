@@ -86,3 +86,61 @@ fn a_configuration_that_is_wrong_is_a_fault() {
     assert_eq!(found["verdict"], "fault");
     assert!(found["text"].as_str().unwrap().contains("bad.toml:2:1"), "{found}");
 }
+
+/// A recording of a vibration at `rate_hz`: rounded noise of the deviation `level(t_s)` (counts).
+fn sensor(rate_hz: u32, seconds: u32, level: impl Fn(f64) -> f64) -> String {
+    let mut rows = "t_s,vibration\n".to_owned();
+    let mut state = 5_u32;
+    for i in 0..rate_hz * seconds {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += f64::from(state) / f64::from(u32::MAX);
+        }
+        let t_s = f64::from(i) / f64::from(rate_hz);
+        rows += &format!("{t_s:.6},{}\n", (level(t_s) * sum).round());
+    }
+    rows
+}
+
+#[test]
+fn a_sensor_is_judged_by_a_recording_at_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let judge = |rows: &str| {
+        fs::write(folder.path().join("s.csv"), rows).unwrap();
+        checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "s.csv"]))
+    };
+    let verdicts = |lines: &[Value]| -> Vec<String> {
+        let bad = lines.iter().filter(|line| line["verdict"] != "ok");
+        bad.map(|line| format!("{} {}", line["verdict"], line["check"])).collect()
+    };
+    let good = judge(&sensor(10_000, 3, |_| 6.0));
+    assert!(verdicts(&good).is_empty(), "{good:?}");
+    // White noise of 6 counts over 5 kHz: 300 Hz of it have 1.5.
+    let text = finding(&good, "sensor floor")["text"].as_str().unwrap();
+    let number = |after: &str| -> f64 {
+        let rest = text.split_once(after).unwrap().1;
+        rest.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let smallest = number("found from ");
+    assert!((1.0..10.0).contains(&smallest), "{text}");
+
+    let coarse = judge(&sensor(10_000, 3, |_| 0.2));
+    assert_eq!(verdicts(&coarse), ["\"warning\" \"sensor steps\""], "{coarse:?}");
+    let slow = judge(&sensor(40, 60, |_| 6.0));
+    assert_eq!(verdicts(&slow), ["\"warning\" \"sensor rate\""], "{slow:?}");
+    let moved = judge(&sensor(10_000, 4, |t_s| if t_s > 2.0 { 60.0 } else { 6.0 }));
+    assert_eq!(verdicts(&moved), ["\"warning\" \"sensor rest\""], "{moved:?}");
+    let dead = judge(&sensor(10_000, 3, |_| 0.0));
+    assert_eq!(verdicts(&dead), ["\"fault\" \"sensor noise\""], "{dead:?}");
+    let whole = sensor(1000, 4, |_| 6.0);
+    let kept: Vec<&str> =
+        whole.lines().enumerate().filter(|(i, _)| i % 500 != 100).map(|(_, line)| line).collect();
+    let gaps = judge(&kept.join("\n"));
+    assert!(verdicts(&gaps).contains(&"\"warning\" \"sensor data\"".to_owned()), "{gaps:?}");
+    fs::write(folder.path().join("t.csv"), "t_s,travel_m\n0,0\n0.001,0\n0.002,0\n").unwrap();
+    let none = checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "t.csv"]));
+    assert_eq!(finding(&none, "sensor")["verdict"], "fault");
+    let absent = gripctl(folder.path(), &["doctor", "--sensor", "no.csv"]);
+    assert!(absent.code != 0 && absent.err.contains("no.csv"), "{absent:?}");
+}
