@@ -3,9 +3,9 @@
 //! A model that was in force was taken by the rules of its time. The same bytes are taken again, also where `model_keys` was set since. Kept in
 //! the folder of dumps, where there is one, since gripfleet gives a gripd that starts the model it has accepted; else until gripd ends.
 
+use core::fmt::Write as _;
 use grip_record::files;
 use std::{
-    fmt::Write as _,
     fs::{self, File},
     io::{self, Write as _},
     path::PathBuf,
