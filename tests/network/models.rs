@@ -13,6 +13,11 @@ use std::{collections::BTreeSet, fs, path::Path};
 use stories::{Program, until};
 
 const PATIENCE: Duration = Duration::from_secs(30);
+/// A key, a model that it has signed, and a signature with another key.
+const KEY: &str = "RWQX4ME9UTGBr9z/nnfFMLox/Beua3vRoZ+aO7nc6TUMmM0TFCAfbnmZ";
+const MODEL: &str = include_str!("../../crates/grip-session/tests/signed/model.json");
+const SIGNATURE: &str = include_str!("../../crates/grip-session/tests/signed/model.json.minisig");
+const BY_OTHER: &str = include_str!("../../crates/grip-session/tests/signed/other-key.minisig");
 
 /// Models are taken, commands too; `rest` goes behind [fleet].
 fn place(folder: &Path, endpoint: &str, rest: &str) {
@@ -205,6 +210,53 @@ fn a_lost_object_is_a_grasp_and_a_gripper_in_fault_tries_nothing() {
     let refused = ask(&session, &who, &take(&same(2))).unwrap_err();
     assert!(refused.starts_with("this gripper has latched fault 0201"), "{refused}");
     running.stop();
+}
+
+/// gripfleet and gripd read the same keys. A model of before is still accepted, and what the way back leads to.
+#[test]
+fn a_model_that_is_not_signed_comes_only_as_the_way_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let session = session(&endpoint);
+    let configured = |keys: &str| {
+        let top = format!(
+            "allow_models = true\ndump_dir = \"state\"\nlink.sample_rate_hz = 1000\n{keys}"
+        );
+        configure(folder.path(), &endpoint, &top, "models = \"models\"");
+    };
+    configured("");
+    let pair = Pair::start(folder.path(), &["--dry-run"]);
+    let who = member(&pair);
+    let accept = |text: &str| {
+        assert!(ask(&session, &who, &take(text)).unwrap().trial.is_some());
+        ask(&session, &who, &Order::Accept { sha256: digest(text.as_bytes()) }).unwrap();
+    };
+    accept(&same(1));
+    pair.stop();
+    configured(&format!("model_keys = [\"{KEY}\"]"));
+    let pair = Pair::start(folder.path(), &["--dry-run"]);
+    pair.gripd.until_reported("of a client is in force");
+    member(&pair);
+    for (text, why) in [
+        (
+            same(2),
+            "new.json: it is not signed, and model_keys takes signed models only; sign it: `minisign -Sm new.json`",
+        ),
+        (same(1) + SIGNATURE, "new.json: its signature is not of this model"),
+        (MODEL.to_owned() + BY_OTHER, "new.json: it is signed with key A1645C1206F7CE7B"),
+    ] {
+        for order in [Order::Check, Order::Replay, Order::Shadow, Order::Take] {
+            let reported = ask(&session, &who, &order(offer(&text))).unwrap_err();
+            assert!(reported.starts_with(why), "{reported}");
+        }
+    }
+    accept(&(MODEL.to_owned() + SIGNATURE));
+    pair.gripd.until_reported("is in force (signed with key AF8131513DC1E017: trained in hall-2");
+    let back = || ask(&session, &who, &Order::Back { sha256: None, why: None }).unwrap();
+    assert_eq!(back().in_force.sha256, digest(same(1).as_bytes()));
+    assert_eq!(back().in_force.name, "default");
+    pair.stop();
 }
 
 #[test]

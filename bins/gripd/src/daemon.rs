@@ -56,7 +56,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let options =
         HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
     let session = session(cli, &settings)?;
-    let weakness = settings.weakness()?;
+    let weakness = settings.weakness();
     let source = source(cli, &settings, clock, &shared)?;
     // Opened before anything moves: an address or a file that cannot be had is told at once.
     let (servers, complaint) = servers(&settings, clock)?;
@@ -208,7 +208,7 @@ fn session(cli: &Cli, settings: &Settings) -> anyhow::Result<Session> {
         no_skip: cli.no_skip,
         uid: settings.config.uid.map(|uid| uid.0),
     };
-    Ok(Session::new(settings.live(), settings.estimator()?, options)?)
+    Ok(Session::new(settings.live(), settings.estimator(), options)?)
 }
 
 /// The sockets; what there is to complain about them where that is no reason to stop.
@@ -229,7 +229,7 @@ fn servers(settings: &Settings, clock: Clock) -> anyhow::Result<(Servers, Option
         .map(|address| HttpServer::bind(address, settings.config.allow_remote))
         .transpose()?;
     if let Some(clients) = &mut clients {
-        clients.set_setup(settings.setup(0)?);
+        clients.set_setup(settings.setup(0));
     }
     Ok((Servers { clients, http }, complaint))
 }

@@ -1,5 +1,6 @@
 //! The daemon that feels an object slip and holds it with just enough force.
 
+mod accepted;
 mod cli;
 mod clock;
 mod console;

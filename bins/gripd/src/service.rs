@@ -4,6 +4,7 @@ mod models;
 mod objects;
 
 use crate::{
+    accepted::Accepted,
     clock::Clock,
     console::Console,
     figures,
@@ -118,6 +119,8 @@ pub(crate) struct Service {
     commands_lost: u64,
     /// What is remembered of objects.
     objects: Option<Objects>,
+    /// Models of clients that were in force here.
+    accepted: Accepted,
     /// A model of a client that is asked about slips and moves nothing.
     shadow: Option<HostEstimator>,
 }
@@ -140,6 +143,11 @@ impl Service {
         let objects = Objects::open(&settings.config.memory)
             .map_err(|error| WrongArgument(error.to_string()))?;
         let flight = FlightRecorder::new(settings.dump_folder());
+        let accepted = Accepted::open(settings.dump_folder()).unwrap_or_else(|error| {
+            let text = format!("models that were in force here are not known: {error}");
+            console.say(LogLevel::Warn, &text);
+            Accepted::default()
+        });
         let reload = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&reload))?;
         Ok(Self {
@@ -158,6 +166,7 @@ impl Service {
             pending: VecDeque::new(),
             commands_lost: 0,
             objects,
+            accepted,
             shadow: None,
         })
     }

@@ -1,6 +1,6 @@
 //! Flags, environment and configuration files, in this order, made into settings; and made again on a reload.
 
-use crate::cli::Cli;
+use crate::{accepted::Accepted, cli::Cli};
 use anyhow::Context as _;
 use grip_daemon::{
     board,
@@ -19,6 +19,7 @@ use grip_session::{
     model,
     recording::{CALIBRATION_NAME, CONFIG_NAME, MODEL_NAME},
     rows::Actuator,
+    signature::{ModelKeys, Provenance},
 };
 use std::{
     borrow::Cow,
@@ -48,32 +49,73 @@ pub(crate) struct Settings {
     /// The flags, which stand over every file that is read again.
     cli: Cli,
     layers: Layers,
+    /// The model of the configuration, as it was when it was read: a file that is changed or removed since closes no way back.
+    configured: Loaded,
     /// The model that a client has brought, where it is in force.
     pub(crate) loaded: Option<Loaded>,
 }
 
-/// A model that a client has brought.
+/// A model that a client has brought, or that of the configuration.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
     sha256: [u8; 32],
-    text: String,
+    text: Cow<'static, str>,
     estimator: HostEstimator,
+    signed: Option<Provenance>,
 }
 
 impl Loaded {
-    /// Reads it; or the reason why it is none for this gripper.
-    pub(crate) fn new(Brought { sha256, bytes }: Brought) -> Result<Self, String> {
+    /// Reads one of a client; or the reason why it is none for this gripper. One that was in force here needs no signature.
+    pub(crate) fn new(
+        Brought { sha256, bytes }: Brought,
+        keys: &ModelKeys,
+        accepted: &Accepted,
+    ) -> Result<Self, String> {
         if model::digest(&bytes) != sha256 {
             return Err("what came is not what was announced: it has another SHA-256".to_owned());
         }
         let text = String::from_utf8(bytes).map_err(|error| error.to_string())?;
+        let signed = match keys.check(&text) {
+            Ok(signed) => signed,
+            Err(_) if accepted.knows(&sha256) => None,
+            Err(fault) => return Err(format!("{fault}; {}", fault.remedy("MODEL.json"))),
+        };
         let estimator = model::parse_estimator(&client_model(&sha256), &text);
-        Ok(Self { sha256, text, estimator: estimator.map_err(|error| message(&error))? })
+        let estimator = estimator.map_err(|error| message(&error))?;
+        Ok(Self { sha256, text: text.into(), estimator, signed })
     }
 
-    /// How people know it.
+    /// Reads that of the configuration. A built-in model is a part of the program and needs no signature.
+    fn configured(config: &HostConfig) -> anyhow::Result<Self> {
+        let keys = config.keys()?;
+        let (text, estimator, signed) = match &config.model {
+            None => (model::default_text().into(), model::default_estimator()?, None),
+            Some(file) => {
+                let text = model::read_signed(file)?;
+                let name = file.display().to_string();
+                let estimator = model::parse_estimator(&name, &text)?;
+                let is_built_in = model::built_in(file).is_some();
+                let signed = if is_built_in { Ok(None) } else { keys.check(&text) };
+                let fault = |source| ModelError::Signature { file: name, source };
+                (text, estimator, signed.map_err(fault)?)
+            }
+        };
+        Ok(Self { sha256: model::digest(text.as_bytes()), text, estimator, signed })
+    }
+
+    /// How people know one of a client.
     pub(crate) fn name(&self) -> String {
         client_model(&self.sha256)
+    }
+
+    /// Who has signed it, behind its name.
+    pub(crate) fn signer(&self) -> String {
+        self.signed.as_ref().map_or_else(String::new, |signed| format!(" ({signed})"))
+    }
+
+    /// SHA-256 of its text.
+    pub(crate) const fn sha256(&self) -> [u8; 32] {
+        self.sha256
     }
 
     /// What it runs as.
@@ -101,20 +143,18 @@ pub(crate) struct Reload {
 }
 
 impl Settings {
-    /// Reads and checks everything but the model.
+    /// Reads and checks everything.
     pub(crate) fn new(cli: &Cli) -> anyhow::Result<Self> {
         let layers = layers(cli)?;
         let settings = Self::of(layers.resolve()?, layers, cli.clone())?;
-        if cli.check_config {
-            settings.estimator()?;
-        } else if settings.port.is_empty() {
+        if !cli.check_config && settings.port.is_empty() {
             let message = "no port: say --port /dev/ttyACM0, --port auto, or --port sim for the built-in simulator";
             return Err(WrongArgument(message.to_owned()).into());
         }
         Ok(settings)
     }
 
-    fn of(config: HostConfig, layers: Layers, cli: Cli) -> Result<Self, WrongArgument> {
+    fn of(config: HostConfig, layers: Layers, cli: Cli) -> anyhow::Result<Self> {
         let port = config.port.clone().unwrap_or_default();
         let wrong = |error: AddressError| WrongArgument(error.to_string());
         let sensor = SensorAddress::parse(&port).map_err(wrong)?;
@@ -145,6 +185,7 @@ impl Settings {
             json: cli.json,
             cli,
             layers,
+            configured: Loaded::configured(&config)?,
             config,
             loaded: None,
         })
@@ -180,48 +221,42 @@ impl Settings {
         let new = layers.resolve()?;
         let config = self.config.taking(&new)?;
         let (changes, restart) = (self.config.diff(&new), needs_restart(&self.config, &new));
+        // The model also where another one is in force: it is what that one gives way to.
         let mut settings = Self::of(config, layers, self.cli.clone())?;
-        // Also where another model is in force: it is what that one gives way to.
-        settings.estimator()?;
         settings.loaded.clone_from(&self.loaded);
-        Ok(Reload { estimator: settings.estimator()?, settings, changes, restart })
+        Ok(Reload { estimator: settings.estimator(), settings, changes, restart })
     }
 
     /// The network in force: one of a client, or that of the configuration.
-    pub(crate) fn estimator(&self) -> Result<HostEstimator, ModelError> {
+    pub(crate) fn estimator(&self) -> HostEstimator {
         self.estimator_with(self.loaded.as_ref())
     }
 
     /// The network with this model of a client, or that of the configuration.
-    pub(crate) fn estimator_with(
-        &self,
-        loaded: Option<&Loaded>,
-    ) -> Result<HostEstimator, ModelError> {
-        let configured = || {
-            self.config
-                .model
-                .as_deref()
-                .map_or_else(model::default_estimator, model::read_estimator)
-        };
-        loaded.map_or_else(configured, |loaded| Ok(loaded.estimator.clone()))
+    pub(crate) fn estimator_with(&self, loaded: Option<&Loaded>) -> HostEstimator {
+        loaded.unwrap_or(&self.configured).estimator.clone()
+    }
+
+    /// Whose models are taken.
+    pub(crate) fn keys(&self) -> Result<ModelKeys, String> {
+        self.config.keys().map_err(|error| error.to_string())
     }
 
     /// What clients are told of models and settings; `reloads` is the number of reloads so far.
-    pub(crate) fn setup(&self, reloads: u64) -> Result<Setup, ModelError> {
-        let configured = model::digest(&self.model_text(None)?);
+    pub(crate) fn setup(&self, reloads: u64) -> Setup {
         let name = self.config.model.as_deref().and_then(Path::file_name);
-        Ok(Setup {
+        Setup {
             settings: u32::try_from(reloads).unwrap_or(u32::MAX),
-            in_force: self.loaded.as_ref().map_or(configured, |loaded| loaded.sha256),
-            configured,
+            in_force: self.loaded.as_ref().unwrap_or(&self.configured).sha256,
+            configured: self.configured.sha256,
             name: name.unwrap_or("default".as_ref()).to_string_lossy().into_owned(),
-        })
+        }
     }
 
     /// What a user should know of the model.
-    pub(crate) fn weakness(&self) -> Result<Option<String>, ModelError> {
-        let weakness = model::weakness(&self.estimator()?);
-        Ok(weakness.map(|text| format!("model {}: {text}", self.model_name())))
+    pub(crate) fn weakness(&self) -> Option<String> {
+        let weakness = model::weakness(&self.estimator());
+        weakness.map(|text| format!("model {}: {text}", self.model_name()))
     }
 
     pub(crate) fn model_name(&self) -> Cow<'_, str> {
@@ -242,10 +277,12 @@ impl Settings {
         let model = self.model_name();
         let set = self.layers.settings()?;
         let mut warnings = advice::warnings(&self.config, &set);
-        warnings.extend(self.weakness()?);
+        warnings.extend(self.weakness());
         let warnings = warnings.iter().map(|warning| format!("\nwarning: {warning}"));
         let set = table(&set);
-        Ok(format!("{}model: {model}{set}{}", files.concat(), warnings.collect::<String>()))
+        let signer = self.configured.signer();
+        let warnings: String = warnings.collect();
+        Ok(format!("{}model: {model}{signer}{set}{warnings}", files.concat()))
     }
 
     /// What runs, for the board.
@@ -313,7 +350,7 @@ impl Settings {
         let config =
             toml::to_string(&self.config).context("the configuration cannot be written")?;
         let mut files = vec![file(CONFIG_NAME, "application/toml", config.into_bytes())];
-        files.push(model_file(self.model_text(self.loaded.as_ref())?));
+        files.push(model_file(self.model_text(self.loaded.as_ref())));
         if let Some(calibration) = &self.config.calibration {
             files.push(file(CALIBRATION_NAME, "application/toml", read(calibration)?));
         }
@@ -321,13 +358,9 @@ impl Settings {
     }
 
     /// The file of this model of a client, or that of the configuration.
-    pub(crate) fn model_text(&self, loaded: Option<&Loaded>) -> Result<Vec<u8>, ModelError> {
+    pub(crate) fn model_text(&self, loaded: Option<&Loaded>) -> Vec<u8> {
         // Also the embedded one: a later gripctl may have another.
-        match (loaded, &self.config.model) {
-            (Some(loaded), _) => Ok(loaded.text.clone().into_bytes()),
-            (None, Some(model)) => Ok(model::read_text(model)?.into_owned().into_bytes()),
-            (None, None) => Ok(model::default_text().as_bytes().to_vec()),
-        }
+        loaded.unwrap_or(&self.configured).text.as_bytes().to_vec()
     }
 }
 

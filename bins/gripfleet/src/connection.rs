@@ -4,7 +4,7 @@
 use crate::{
     clock::Clock,
     common::{Common, Message, PAUSE, pause},
-    curator::Curator,
+    curator::{Curator, Places},
     keeper::{Keeper, KeeperEnds},
     lending::{Lending, own_recordings},
     network::{Place, Speaker, SpeakerEnds},
@@ -55,8 +55,12 @@ impl Connection {
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
         let (answer, answers) = mpsc::channel();
-        let files = (fleet.models.clone(), own_recordings(config));
-        let (curator, models, desk) = Curator::new(files, common.clone(), clock);
+        let places = Places {
+            models: fleet.models.clone(),
+            keys: config.keys()?,
+            recordings: own_recordings(config),
+        };
+        let (curator, models, desk) = Curator::new(places, common.clone(), clock);
         let ends = KeeperEnds { common: common.clone(), sender, orders, answer, desk, clock };
         let keeper = Keeper::new(bridge, fleet.clone(), run(), ends);
         let lending = Lending::new(config);

@@ -18,7 +18,7 @@ use grip_fleet::{
     rollout::{Finished, Rehearsal},
 };
 use grip_link::message::FaultCode;
-use grip_session::exit::message;
+use grip_session::{exit::message, signature::ModelKeys};
 use std::{
     collections::HashMap,
     path::PathBuf,
@@ -66,9 +66,20 @@ pub(crate) struct Wanted {
     pub(crate) beside: bool,
 }
 
+/// Where models come from, and whose.
+#[derive(Debug)]
+pub(crate) struct Places {
+    /// The folder that keeps them, where they are taken.
+    pub(crate) models: Option<PathBuf>,
+    /// Who has to have signed them.
+    pub(crate) keys: ModelKeys,
+    /// The recordings of gripd, or why there are none.
+    pub(crate) recordings: Result<Shelf, String>,
+}
+
 /// The thread.
 pub(crate) struct Curator {
-    folder: Option<PathBuf>,
+    places: Places,
     common: Common,
     asked: Receiver<Asked>,
     answered: Sender<Answered>,
@@ -78,8 +89,7 @@ pub(crate) struct Curator {
     grasped: Receiver<Finished>,
     fault: Arc<AtomicU16>,
     clock: Clock,
-    /// The recordings of gripd, or why there are none; and a replay of them.
-    recordings: Result<Shelf, String>,
+    /// A replay of the recordings.
     replay: Option<JoinHandle<Rehearsal>>,
 }
 
@@ -125,11 +135,7 @@ impl Line {
 
 impl Curator {
     /// The thread's body, and the ends of its neighbours.
-    pub(crate) fn new(
-        (folder, recordings): (Option<PathBuf>, Result<Shelf, String>),
-        common: Common,
-        clock: Clock,
-    ) -> (Self, Line, Desk) {
+    pub(crate) fn new(places: Places, common: Common, clock: Clock) -> (Self, Line, Desk) {
         let (asked_in, asked) = mpsc::channel();
         let (answered, answered_out) = mpsc::channel();
         let (wanted, wanted_out) = mpsc::channel();
@@ -147,7 +153,7 @@ impl Curator {
         let line =
             Line { asked: asked_in, answered: answered_out, waiting: HashMap::new(), ticket: 0 };
         let curator = Self {
-            folder,
+            places,
             common,
             asked,
             answered,
@@ -157,7 +163,6 @@ impl Curator {
             grasped,
             fault,
             clock,
-            recordings,
             replay: None,
         };
         (curator, line, desk)
@@ -220,7 +225,7 @@ impl Curator {
 
     /// The models of this gripper, and the accepted one in force; or why none is taken from the network. That of the configuration is in force then.
     fn open(&mut self, setup: &Setup, takes_models: bool) -> Result<Models, &'static str> {
-        let opened = match self.folder.as_deref() {
+        let opened = match self.places.models.as_deref() {
             None => Err("this gripper takes no model from the network: models is not set in [fleet]"),
             Some(_) if !takes_models => Err(
                 "gripd takes no model: allow_models is not set, or the model was named with --model or GRIPD_MODEL, and stays",
@@ -235,12 +240,13 @@ impl Curator {
             }),
         };
         opened
-            .map(|mut models| {
+            .map(|models| {
+                let mut models = models.with_keys(self.places.keys.clone());
                 models.resume(&setup.in_force, &mut |put| self.swap(put));
                 models
             })
             .inspect_err(|reason| {
-                if self.folder.is_some() && !takes_models {
+                if self.places.models.is_some() && !takes_models {
                     self.common.report(LogLevel::Warn, reason);
                 }
                 if setup.in_force != setup.configured.sha256
@@ -268,7 +274,7 @@ impl Curator {
     /// Replays recordings in a thread of its own: that takes longer than anybody waits here.
     fn rehearse(&mut self, models: &mut Models) {
         if let Some(model) = models.rehearsing() {
-            let shelf = self.recordings.clone();
+            let shelf = self.places.recordings.clone();
             let replay = move || rehearse(&shelf, &model.estimator);
             match thread::Builder::new().name("replay".to_owned()).spawn(replay) {
                 Ok(thread) => self.replay = Some(thread),

@@ -14,6 +14,7 @@ pub mod report;
 pub mod rows;
 pub mod session;
 pub mod shadow;
+pub mod signature;
 pub mod status;
 pub mod tape;
 pub mod utc;

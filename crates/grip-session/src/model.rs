@@ -9,6 +9,7 @@
 //! [`MAX_MEMBERS`](slip_core::estimate::MAX_MEMBERS) run in real time. What a model missed by on its test rows becomes part of the deviation of each
 //! estimate ([`ModelFile::deviation`]); estimates that are too unsure are shown and never move the fingers ([`weakness`]).
 
+use crate::signature::{self, MOST_SIGNATURE, SignatureError};
 use grip_record::files;
 use mlp_core::{
     ensemble_file::{EnsembleFile, is_ensemble},
@@ -74,6 +75,22 @@ pub enum ModelError {
         /// Its unit.
         unit: String,
     },
+    /// The signature beside it cannot be read.
+    #[error("{}: the signature of the model cannot be read: {source}", file.display())]
+    SignatureFile {
+        /// The file of the signature.
+        file: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It is not signed as it should be.
+    #[error("{file}: {source}; {}", source.remedy(file))]
+    Signature {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        source: SignatureError,
+    },
     /// The network has the wrong shape.
     #[error("{file}: {source}")]
     Shape {
@@ -120,7 +137,7 @@ pub fn built_in(name: &Path) -> Option<&'static str> {
     BUILT_IN.into_iter().find(|(known, _)| name == Path::new(known)).map(|(_, text)| text)
 }
 
-/// The text of a built-in model or a model file.
+/// The text of a built-in model or a model file, without a signature.
 ///
 /// # Errors
 /// Where the file cannot be read.
@@ -128,8 +145,48 @@ pub fn read_text(file: &Path) -> Result<Cow<'static, str>, ModelError> {
     if let Some(text) = built_in(file) {
         return Ok(text.into());
     }
-    let read = files::read_text(file, files::MOST_MODEL);
-    Ok(read.map_err(|source| ModelError::Read { file: file.to_owned(), source })?.into())
+    let mut text = read(file, files::MOST_MODEL)?;
+    text.truncate(signature::split(&text).0.len());
+    Ok(text.into())
+}
+
+/// The text of a built-in model or a model file, with the signature behind it that stands there, or else in `FILE.minisig`.
+///
+/// # Errors
+/// Where a file cannot be read, and where `FILE.minisig` holds no signature.
+pub fn read_signed(file: &Path) -> Result<Cow<'static, str>, ModelError> {
+    if let Some(text) = built_in(file) {
+        return Ok(text.into());
+    }
+    let text = read(file, files::MOST_MODEL)?;
+    if signature::split(&text).1.is_some() {
+        return Ok(text.into());
+    }
+    Ok((text + &signature_beside(file)?.unwrap_or_default()).into())
+}
+
+/// The signature of a model file that lies in `FILE.minisig`, where that is there.
+///
+/// # Errors
+/// Where it cannot be read, is empty, or is no signature.
+pub fn signature_beside(file: &Path) -> Result<Option<String>, ModelError> {
+    let beside = file.with_added_extension("minisig");
+    if !beside.exists() {
+        return Ok(None);
+    }
+    let most = u64::try_from(MOST_SIGNATURE).unwrap_or(u64::MAX);
+    let signature = files::read_text(&beside, most)
+        .map_err(|source| ModelError::SignatureFile { file: beside, source })?;
+    signature::check_form(&signature).map_err(|source| {
+        let file = file.display().to_string();
+        ModelError::Signature { file, source }
+    })?;
+    Ok(Some(signature))
+}
+
+fn read(file: &Path, most: u64) -> Result<String, ModelError> {
+    let read = files::read_text(file, most);
+    read.map_err(|source| ModelError::Read { file: file.to_owned(), source })
 }
 
 /// Reads a built-in model or a model file.
@@ -160,13 +217,15 @@ pub fn default_estimator() -> Result<HostEstimator, ModelError> {
     parse_estimator("embedded model", DEFAULT)
 }
 
-/// The estimator from the text of a model file; `file` is only named in errors.
+/// The estimator from the text of a model file, signed or not; `file` is only named in errors. Who has signed it is asked elsewhere
+/// ([`ModelKeys::check`](signature::ModelKeys::check)).
 ///
 /// # Errors
 /// As [`read_estimator`].
 pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelError> {
     let fault = |fault| ModelError::File { file: file.to_owned(), fault };
     let shape = |source| ModelError::Shape { file: file.to_owned(), source };
+    let (text, _) = signature::split(text);
     let (deviation, networks) = if is_ensemble(text) {
         let ensemble = EnsembleFile::from_json(text).map_err(fault)?;
         (mean_deviation(ensemble.members()), ensemble.aligned())
@@ -235,8 +294,8 @@ pub fn weakness<W: AsRef<[f32]>>(estimator: &Estimator<W>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::{
-        EnsembleFile, ModelError, ModelFile, built_in, default_estimator, parse_estimator,
-        read_estimator, weakness,
+        EnsembleFile, ModelError, ModelFile, built_in, default_estimator, default_text,
+        parse_estimator, read_estimator, read_signed, read_text, weakness,
     };
     use slip_core::estimate::{Features, MAX_MEMBERS};
     use std::path::Path;
@@ -291,6 +350,42 @@ mod tests {
         assert_eq!(inputs[1].name, "esc_literal_w");
         let absent = read_estimator(Path::new("./paper")).unwrap_err();
         assert!(matches!(absent, ModelError::Read { .. }), "{absent}");
+    }
+
+    #[test]
+    fn the_signature_beside_a_model_is_joined_to_it_and_read_only_where_it_is_one() {
+        let (model, signature) = (
+            include_str!("../tests/signed/model.json"),
+            include_str!("../tests/signed/model.json.minisig"),
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let [file, beside] = ["m.json", "m.json.minisig"].map(|name| folder.path().join(name));
+        std::fs::write(&file, model).unwrap();
+        assert_eq!(read_signed(&file).unwrap(), model);
+        std::fs::write(&beside, signature).unwrap();
+        let joined = model.to_owned() + signature;
+        assert_eq!(read_signed(&file).unwrap(), joined);
+        std::fs::write(&file, &joined).unwrap();
+        assert_eq!(
+            (read_signed(&file).unwrap(), read_text(&file).unwrap()),
+            (joined.into(), model.into())
+        );
+        read_estimator(&file).unwrap();
+        std::fs::write(&file, model).unwrap();
+        for (text, why) in [
+            ("", "m.json: its signature cannot be read"),
+            ("{}", "m.json: its signature cannot be read"),
+            (
+                &"x".repeat(5000),
+                "m.json.minisig: the signature of the model cannot be read: it has 5000",
+            ),
+        ] {
+            std::fs::write(&beside, text).unwrap();
+            let error = read_signed(&file).unwrap_err().to_string();
+            assert!(error.contains(why), "{error}");
+            read_estimator(&file).unwrap();
+        }
+        assert_eq!(read_signed(Path::new("default")).unwrap(), default_text());
     }
 
     /// The answers are those of one network, and what they missed by in the test is their deviation.

@@ -47,7 +47,10 @@ pub(super) fn trained(
     train: &DataSet,
     test: Option<&DataSet>,
 ) -> Card {
-    let card = Card::new(&fit.file, name, text).with_settings(config).with_train(train, &fit.train);
+    let card = Card::new(&fit.file, name, text)
+        .with_program(concat!("gripctl ", env!("CARGO_PKG_VERSION")))
+        .with_settings(config)
+        .with_train(train, &fit.train);
     let split = split(fit, test.is_some());
     match (test, &fit.test) {
         (Some(rows), Some(errors)) => card.with_test(rows, errors).with_split(&split),

@@ -103,6 +103,7 @@ fn a_card_goes_with_the_model_and_its_exports() {
     let result =
         gripctl(folder.path(), &[&args[..], &columns].concat()).done().json().pop().unwrap();
     let trained = card("m.card.json");
+    assert_eq!(trained["program"], concat!("gripctl ", env!("CARGO_PKG_VERSION")));
     assert_eq!(
         (&trained["data"]["train"]["rows"], &trained["data"]["test"]["rows"]),
         (&80.into(), &80.into())

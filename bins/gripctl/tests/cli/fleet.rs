@@ -15,7 +15,7 @@ use grip_link::{
         daemon::{Command, Gripper, Notice, NoticeKind, Operation},
     },
 };
-use grip_session::model::default_text;
+use grip_session::{model::default_text, signature::ModelKeys};
 use serde_json::Value;
 use std::{
     io::{BufRead as _, BufReader},
@@ -210,12 +210,18 @@ fn what_cannot_be_is_reported_in_a_sentence() {
 }
 
 /// A gripper that grasps something twenty times a second; with another model than its own it loses each n-th object, none for 0.
-fn try_models(endpoint: &str, folder: &Path, lost: u64, (end, there): (&AtomicBool, &AtomicBool)) {
+fn try_models(
+    endpoint: &str,
+    folder: &Path,
+    hall: &Hall,
+    (end, there): (&AtomicBool, &AtomicBool),
+) {
     let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
     let text = default_text();
     let own = examine("own", &digest(text.as_bytes()), text.as_bytes()).unwrap();
-    let mut models = Models::open(folder, own.id).unwrap();
+    let mut models = Models::open(folder, own.id).unwrap().with_keys(hall.keys.clone());
+    let lost = hall.lost;
     let mut announced = Announced::new(&session, &member, &[Part::Model]).unwrap();
     let mut number = 0;
     let mut grasp = |models: &mut Models| {
@@ -271,24 +277,94 @@ fn reported(lost: u64, text: &str, args: &[&str]) -> Ran {
 
 /// A folder with a model and an endpoint with a router and the gripper for the operator.
 fn in_hall<T>(lost: u64, text: &str, operate: impl FnOnce(&Path, &str) -> T) -> T {
+    in_hall_of(&Hall { lost, keys: ModelKeys::default() }, text, operate)
+}
+
+/// What its gripper is like.
+struct Hall {
+    /// With another model than its own it loses each n-th object, none for 0.
+    lost: u64,
+    /// Whose models it takes.
+    keys: ModelKeys,
+}
+
+fn in_hall_of<T>(hall: &Hall, text: &str, operate: impl FnOnce(&Path, &str) -> T) -> T {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("new.json"), text).unwrap();
     let endpoint = endpoint();
-    let mut router = router(&endpoint);
+    let router = router(&endpoint);
     let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
     thread::scope(|scope| {
         let models = folder.path().join("models");
         let (end, there, place) = (&end, &there, endpoint.as_str());
-        scope.spawn(move || try_models(place, &models, lost, (end, there)));
+        let gripper = scope.spawn(move || try_models(place, &models, hall, (end, there)));
+        let _ends = Ends(end, router);
         while !there.load(Ordering::SeqCst) {
+            assert!(!gripper.is_finished(), "the gripper has failed");
             thread::yield_now();
         }
-        let ran = operate(folder.path(), &endpoint);
-        end.store(true, Ordering::SeqCst);
-        router.kill().unwrap();
-        router.wait().unwrap();
-        ran
+        operate(folder.path(), &endpoint)
     })
+}
+
+/// Ends the gripper and the router, also where the operator has failed: the scope waits for the gripper.
+struct Ends<'a>(&'a AtomicBool, Child);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
+        // Of one that has ended there is nothing to kill.
+        drop(self.1.kill());
+        drop(self.1.wait());
+    }
+}
+
+/// It hung.
+#[test]
+#[should_panic(expected = "the operator fails")]
+fn an_operator_that_fails_in_the_hall_ends_its_test() {
+    in_hall(0, "", |_, _| panic!("the operator fails"));
+}
+
+#[test]
+fn an_unsigned_model_is_refused_with_the_command_to_type_and_a_signed_one_is_taken() {
+    let signature = include_str!("../../../../crates/grip-session/tests/signed/model.json.minisig");
+    let model = include_str!("../../../../crates/grip-session/tests/signed/model.json");
+    let key = "RWQX4ME9UTGBr9z/nnfFMLox/Beua3vRoZ+aO7nc6TUMmM0TFCAfbnmZ".to_owned();
+    let hall = Hall { lost: 0, keys: ModelKeys::new(&[key], false).unwrap() };
+    in_hall_of(&hall, &format!("{} ", default_text()), |folder, endpoint| {
+        let run = |words: &[&str]| {
+            let fixed = ["--to", "hall", "--router", endpoint];
+            gripctl(folder, &[&["fleet"], words, &fixed].concat())
+        };
+        let deploy = ["deploy", "new.json", "--grasps", "20", "--shadow", "5"];
+        let ran = run(&deploy);
+        let next = "refuses it: new.json: it is not signed, and model_keys takes signed models only; sign it: `minisign -Sm new.json`\n";
+        assert!(ran.code == 1 && ran.out.contains(next), "{ran:?}");
+        assert!(ran.out.contains(" went to nobody: "), "{ran:?}");
+        let beside = folder.join("new.json.minisig");
+        for (text, words) in [
+            (
+                String::new(),
+                "its signature cannot be read, or is cut off; sign it: `minisign -Sm new.json`",
+            ),
+            (
+                "x".repeat(4097),
+                "new.json.minisig: the signature of the model cannot be read: it has 4097 bytes",
+            ),
+        ] {
+            std::fs::write(&beside, text).unwrap();
+            let ran = run(&deploy);
+            assert!(ran.code == 2 && ran.err.contains(words) && ran.out.is_empty(), "{ran:?}");
+        }
+        std::fs::write(&beside, signature).unwrap();
+        std::fs::write(folder.join("new.json"), model).unwrap();
+        let ran = run(&deploy).done();
+        assert!(ran.out.contains(&format!("{MEMBER}  keeps it\n")), "{ran:?}");
+        let history = run(&["history"]).done().out;
+        let signer = ", signed with key AF8131513DC1E017: trained in hall-2, card sha256:0f1e\n";
+        assert!(history.contains(signer), "{history}");
+    });
 }
 
 #[test]

@@ -30,10 +30,9 @@ impl Service {
             }
             return Ok(());
         }
-        let model = load.model.take().map(Loaded::new).transpose()?;
-        let words = |error| message(&error);
-        let estimator = self.settings.estimator_with(model.as_ref()).map_err(words)?;
-        let text = self.settings.model_text(model.as_ref()).map_err(words)?;
+        let model = self.read_model(load)?;
+        let estimator = self.settings.estimator_with(model.as_ref());
+        let text = self.settings.model_text(model.as_ref());
         self.attach(&Ok(vec![model_file(text)]));
         let config = self.settings.live();
         let settings = hot::Settings { config, estimator, refused: None };
@@ -43,11 +42,20 @@ impl Service {
         Ok(())
     }
 
+    /// The model that a client has brought, where it has brought one: signed where that is wanted.
+    fn read_model(&self, load: &mut Loading) -> Result<Option<Loaded>, String> {
+        let keys = self.settings.keys()?;
+        load.model.take().map(|model| Loaded::new(model, &keys, &self.accepted)).transpose()
+    }
+
     /// A model that is asked about slips from now on, in this thread; or none any more.
     fn cast_shadow(&mut self, load: &mut Loading) -> Result<(), String> {
-        let model = load.model.take().map(Loaded::new).transpose()?;
+        let model = self.read_model(load)?;
         let text = match &model {
-            Some(model) => format!("model {} estimates beside the one in force", model.name()),
+            Some(model) => {
+                let (name, signer) = (model.name(), model.signer());
+                format!("model {name} estimates beside the one in force{signer}")
+            }
             None => "no model estimates beside the one in force any more".to_owned(),
         };
         if model.is_some() || self.shadow.is_some() {
@@ -73,8 +81,16 @@ impl Service {
             return self.refuse_model(&load, NackReason::WrongState, &message(error));
         }
         self.settings.loaded = model;
-        let text = format!("model {} is in force", self.settings.model_name());
+        let loaded = self.settings.loaded.as_ref();
+        let signer = loaded.map_or_else(String::new, Loaded::signer);
+        let kept = loaded.map_or(Ok(()), |loaded| self.accepted.note(loaded.sha256()));
+        let text = format!("model {} is in force{signer}", self.settings.model_name());
         self.console.say(LogLevel::Info, &text);
+        if let Err(error) = kept {
+            let text =
+                format!("that this model was in force is not kept for the next start: {error}");
+            self.console.say(LogLevel::Warn, &text);
+        }
         self.report_setup();
         if let Some(clients) = &mut self.servers.clients {
             clients.loaded(&load, Ok(self.settings.loaded.is_some()));
@@ -100,13 +116,9 @@ impl Service {
     }
 
     fn report_setup(&mut self) {
-        match self.settings.setup(self.board.about.reloads.0) {
-            Ok(setup) => {
-                if let Some(clients) = &mut self.servers.clients {
-                    clients.set_setup(setup);
-                }
-            }
-            Err(error) => self.console.say(LogLevel::Error, &message(&error)),
+        let setup = self.settings.setup(self.board.about.reloads.0);
+        if let Some(clients) = &mut self.servers.clients {
+            clients.set_setup(setup);
         }
     }
 }

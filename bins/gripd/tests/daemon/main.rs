@@ -13,5 +13,6 @@ mod run;
 mod running;
 mod service_manager;
 mod shadow;
+mod signed;
 mod taxels;
 mod watching;

@@ -22,12 +22,23 @@ fn twice() -> String {
     doubled
 }
 
-fn cast(client: &mut Client, text: &str) -> bool {
+/// Brings a model that estimates beside the one in force: whether it was taken.
+pub(crate) fn cast(client: &mut Client, text: &str) -> bool {
+    bring(client, text, |client, piece| client.shadow(piece).unwrap())
+}
+
+/// Brings a model that is put in force, for an empty text that of the configuration: whether it was.
+pub(crate) fn load(client: &mut Client, text: &str) -> bool {
+    bring(client, text, |client, piece| client.load(piece).unwrap())
+}
+
+fn bring(client: &mut Client, text: &str, send: impl Fn(&mut Client, &Load<'_>)) -> bool {
     let (sha256, size) = (model::digest(text.as_bytes()), u32::try_from(text.len()).unwrap());
-    let pieces = text.len().div_ceil(Load::PIECE);
-    for (at, bytes) in text.as_bytes().chunks(Load::PIECE).enumerate() {
-        let offset = u32::try_from(at * Load::PIECE).unwrap();
-        client.shadow(&Load { sha256, size, offset, bytes }).unwrap();
+    let pieces = text.len().div_ceil(Load::PIECE).max(1);
+    for at in 0..pieces {
+        let (first, end) = (at * Load::PIECE, text.len().min((at + 1) * Load::PIECE));
+        let (offset, bytes) = (u32::try_from(first).unwrap(), &text.as_bytes()[first..end]);
+        send(client, &Load { sha256, size, offset, bytes });
     }
     let (mut answers, mut taken) = (0, false);
     receive(client, |message| {

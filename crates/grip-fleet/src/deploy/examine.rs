@@ -8,7 +8,10 @@
 
 use super::ModelId;
 use core::fmt::Write as _;
-use grip_session::{HostEstimator, ModelError, model};
+use grip_session::{
+    HostEstimator, ModelError, model,
+    signature::{Provenance, SignatureError},
+};
 use slip_core::{
     esc::{Esc, Flags, Reading},
     estimate::Features,
@@ -55,6 +58,14 @@ pub enum Fault {
     /// It is no model of this version, or for something else.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// It is not signed as this gripper asks for.
+    #[error("{name}: {source}; {}", source.remedy(name))]
+    Signature {
+        /// The model.
+        name: String,
+        /// What is wrong.
+        source: SignatureError,
+    },
     /// It is too far off on objects that are known.
     #[error(
         "{name} fails the self-test: half of its answers are off by {median:.0} % or more, one of 20 by {tail:.0} % or more; {} % and {} % are the most",
@@ -92,6 +103,8 @@ pub struct Examined {
     pub text: String,
     /// What it runs as.
     pub estimator: HostEstimator,
+    /// Who has signed it, where that was asked and somebody has.
+    pub signed: Option<Provenance>,
 }
 
 /// SHA-256 of bytes, 64 hexadecimal digits.
@@ -130,7 +143,7 @@ pub fn examine(name: &str, ordered: &str, bytes: &[u8]) -> Result<Examined, Faul
     let Ok(text) = core::str::from_utf8(bytes) else { return Err(Fault::NoText { name }) };
     let estimator = model::parse_estimator(&name, text)?;
     self_test(&name, &estimator)?;
-    Ok(Examined { id: ModelId { name, sha256 }, text: text.to_owned(), estimator })
+    Ok(Examined { id: ModelId { name, sha256 }, text: text.to_owned(), estimator, signed: None })
 }
 
 fn self_test(name: &str, estimator: &HostEstimator) -> Result<(), Fault> {

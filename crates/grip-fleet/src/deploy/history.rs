@@ -1,6 +1,7 @@
 //! Which roll-outs a gripper has taken part in, and whether they pause there: what its folder keeps beside the model in force.
 
 use super::{How, ModelId};
+use grip_session::signature::Provenance;
 use serde::{Deserialize, Serialize};
 
 /// Entries that are kept, the latest ones.
@@ -49,6 +50,9 @@ pub struct Entry {
     /// Which roll-out brought it.
     #[serde(flatten)]
     pub origin: Origin,
+    /// Who has signed it, where that was asked and somebody has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signed: Option<Provenance>,
     /// When it began and ended here, by the clock of the gripper's computer (ns since 1970); 0 where that is not known.
     pub begun_ns: u64,
     /// The end; none while it goes on.
@@ -82,7 +86,13 @@ pub struct History {
 
 impl History {
     /// A model of that roll-out begins here, or goes on to the next stage.
-    pub fn begin(&mut self, model: &ModelId, origin: &Origin, now_ns: u64) {
+    pub fn begin(
+        &mut self,
+        model: &ModelId,
+        origin: &Origin,
+        signed: Option<&Provenance>,
+        now_ns: u64,
+    ) {
         if let Some(entry) = self.open(model) {
             entry.origin.stage = origin.stage;
             return;
@@ -91,6 +101,7 @@ impl History {
         self.push(Entry {
             model,
             origin,
+            signed: signed.cloned(),
             begun_ns: now_ns,
             ended_ns: None,
             grasps: None,
@@ -104,8 +115,9 @@ impl History {
         if self.open(model).is_none() {
             let known = |entry: &&Entry| entry.model.sha256 == model.sha256;
             let last = self.entries.iter().rev().find(known);
-            let origin = last.map(|entry| entry.origin.clone()).unwrap_or_default();
-            self.begin(model, &origin, now_ns);
+            let known = last.map(|entry| (entry.origin.clone(), entry.signed.clone()));
+            let (origin, signed) = known.unwrap_or_default();
+            self.begin(model, &origin, signed.as_ref(), now_ns);
         }
         if let Some(entry) = self.open(model) {
             (entry.ended_ns, entry.how, entry.why) = (Some(now_ns), Some(how), why);

@@ -400,4 +400,6 @@ fn is_over(now_us: u64, watched_us: u64, lease_s: u32) -> bool {
 }
 
 #[cfg(test)]
+mod signed_tests;
+#[cfg(test)]
 mod tests;

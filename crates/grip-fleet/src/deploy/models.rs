@@ -6,7 +6,7 @@ use super::{
 };
 use crate::rollout::Finished;
 use grip_link::message::FaultCode;
-use grip_session::exit::message;
+use grip_session::{exit::message, signature::ModelKeys};
 use std::path::Path;
 
 /// Where a model goes.
@@ -65,6 +65,8 @@ pub struct Models {
     history: History,
     /// Time of day (ns since 1970); 0 where that is not known.
     utc_ns: u64,
+    /// Whose models are taken.
+    keys: ModelKeys,
 }
 
 impl Models {
@@ -84,6 +86,7 @@ impl Models {
             rehearsing: None,
             history: History::default(),
             utc_ns: 0,
+            keys: ModelKeys::default(),
         };
         models.remember();
         if let Some(last) = &models.deployment.lasting().last {
@@ -94,6 +97,26 @@ impl Models {
         }
         models.note();
         Ok(models)
+    }
+
+    /// The same where a model that comes has to be signed with one of these keys.
+    #[must_use]
+    pub fn with_keys(self, keys: ModelKeys) -> Self {
+        Self { keys, ..self }
+    }
+
+    /// Examines a model that has come, and its signature. The model in force, the one before and that of the configuration were taken by the
+    /// rules of their time: no signature closes the way back.
+    fn examine(&self, offer: &Offer) -> Result<Examined, Fault> {
+        let model = examine(&offer.name, &offer.sha256, &offer.bytes)?;
+        let deployment = &self.deployment;
+        let is_known =
+            deployment.is_known(&model.id) || deployment.in_force().sha256 == model.id.sha256;
+        match self.keys.check(&model.text) {
+            Ok(signed) => Ok(Examined { signed, ..model }),
+            Err(_) if is_known => Ok(model),
+            Err(source) => Err(Fault::Signature { name: model.id.name, source }),
+        }
     }
 
     /// What an earlier run has noted. A file that cannot be read costs what stands in it, and nothing else.
@@ -135,26 +158,26 @@ impl Models {
         let (mut grasps, mut replay, mut history) = (Vec::new(), None, Vec::new());
         match order {
             Order::Notify => {}
-            Order::Check(Offer { name, sha256, lease_s, bytes, .. }) => {
-                let model = examine(&name, &sha256, &bytes)?;
-                self.deployment.check(&model.id, lease_s)?;
+            Order::Check(offer) => {
+                let model = self.examine(&offer)?;
+                self.deployment.check(&model.id, offer.lease_s)?;
                 let trial = self.standing().trial.is_some();
                 let known = &self.deployment;
                 grasps = if trial { known.grasps_before() } else { known.grasps(0) }.to_vec();
                 history.extend(self.history.open(&model.id).cloned());
             }
-            Order::Replay(Offer { name, sha256, lease_s, bytes, .. }) => {
-                let model = examine(&name, &sha256, &bytes)?;
-                self.deployment.check(&model.id, lease_s)?;
-                replay = Some(self.replay(model, lease_s, now_us));
+            Order::Replay(offer) => {
+                let model = self.examine(&offer)?;
+                self.deployment.check(&model.id, offer.lease_s)?;
+                replay = Some(self.replay(model, offer.lease_s, now_us));
             }
-            Order::Shadow(Offer { name, sha256, lease_s, origin, bytes }) => {
-                let model = examine(&name, &sha256, &bytes)?;
-                self.cast(&model, &origin, lease_s, now_us, swap)?;
+            Order::Shadow(offer) => {
+                let model = self.examine(&offer)?;
+                self.cast(&model, &offer.origin, offer.lease_s, now_us, swap)?;
             }
-            Order::Take(Offer { name, sha256, lease_s, origin, bytes }) => {
-                let model = examine(&name, &sha256, &bytes)?;
-                self.take(&model, &origin, lease_s, now_us, swap)?;
+            Order::Take(offer) => {
+                let model = self.examine(&offer)?;
+                self.take(&model, &offer.origin, offer.lease_s, now_us, swap)?;
                 grasps = self.deployment.grasps_before().to_vec();
             }
             Order::Watch { sha256, from } => {
@@ -270,7 +293,7 @@ impl Models {
         let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
         self.end_entry(How::Told, None);
         self.deployment.cast(model.id.clone(), lease_s, since, now_us);
-        self.history.begin(&model.id, origin, self.utc_ns);
+        self.history.begin(&model.id, origin, model.signed.as_ref(), self.utc_ns);
         self.note_history();
         let text = format!("{} estimates beside the one in force, and moves nothing", model.id);
         self.report(text);
@@ -331,7 +354,7 @@ impl Models {
             return self.go_back(&step, None, swap);
         }
         self.begin(model, swap)?;
-        self.history.begin(&model.id, origin, self.utc_ns);
+        self.history.begin(&model.id, origin, model.signed.as_ref(), self.utc_ns);
         self.note_history();
         let text =
             format!("{} is on trial, as long as somebody watches it every {lease_s} s", model.id);

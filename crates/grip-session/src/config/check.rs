@@ -22,6 +22,10 @@ impl HostConfig {
         if self.listen.is_remote() && !self.allow_remote {
             return Err(("listen", ValueError::ListenRemote(self.listen.clone())));
         }
+        self.keys().map_err(|error| ("model_keys", error.into()))?;
+        if self.model_keys.is_empty() && self.allow_unsigned_models == Some(false) {
+            return Err(("allow_unsigned_models", ValueError::NoModelKey));
+        }
         let fleet = &self.fleet;
         if fleet.site.is_some() && fleet.router.is_none() && fleet.network.is_none() {
             return Err(("fleet.site", ValueError::FleetNowhere));

@@ -1,6 +1,7 @@
 //! What is wrong with a configuration, and where it stands.
 
 use super::address::Listen;
+use crate::signature::KeyError;
 use core::{fmt, net::SocketAddr, ops::Range};
 use slip_core::ConfigError;
 use std::path::PathBuf;
@@ -43,6 +44,14 @@ pub enum ValueError {
         "metrics = {0} is open to other computers; allow_remote = true says that this is meant"
     )]
     MetricsRemote(SocketAddr),
+    /// A key that is none.
+    #[error(transparent)]
+    ModelKey(#[from] KeyError),
+    /// Only signed models, and nobody to sign them.
+    #[error(
+        "allow_unsigned_models = false takes signed models only, but model_keys names no key: no model but the built-in ones would be taken"
+    )]
+    NoModelKey,
     /// A site without a way to it.
     #[error(
         "fleet.site is set, but neither fleet.router nor fleet.network says where the router is"

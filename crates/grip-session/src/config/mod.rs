@@ -20,7 +20,10 @@ pub use keys::{
 pub use layers::{Layers, Setting};
 pub use template::{RecordTemplate, TemplateError};
 
-use crate::calibration::{Calibration, StylusCalibration};
+use crate::{
+    calibration::{Calibration, StylusCalibration},
+    signature::{KeyError, ModelKeys},
+};
 use core::net::SocketAddr;
 use serde::{Deserialize, Serialize};
 use slip_core::{
@@ -55,6 +58,10 @@ pub struct HostConfig {
     pub allow_commands: bool,
     /// Whether clients may bring a model, which is then in force until gripd ends.
     pub allow_models: bool,
+    /// Public keys of minisign: a model is taken only where one of them has signed it.
+    pub model_keys: Vec<String>,
+    /// Whether a model without a signature is taken too; where absent, only while no key is named.
+    pub allow_unsigned_models: Option<bool>,
     /// Whether addresses may be open to other computers.
     pub allow_remote: bool,
     /// Clients at a time, 1 to 1024.
@@ -116,6 +123,8 @@ impl Default for HostConfig {
             listen: Listen::default(),
             allow_commands: false,
             allow_models: false,
+            model_keys: Vec::new(),
+            allow_unsigned_models: None,
             allow_remote: false,
             max_clients: 32,
             metrics: None,
@@ -220,6 +229,14 @@ impl HostConfig {
     #[must_use]
     pub fn calibrate(&self, config: PipelineConfig) -> PipelineConfig {
         self.calibrated.map_or(config, |calibrated| calibrated.apply(config))
+    }
+
+    /// Whose models are taken.
+    ///
+    /// # Errors
+    /// [`KeyError`]; never of settings that were checked.
+    pub fn keys(&self) -> Result<ModelKeys, KeyError> {
+        ModelKeys::new(&self.model_keys, self.allow_unsigned_models.unwrap_or(false))
     }
 
     /// The methods as a set.

@@ -6,6 +6,7 @@
 //! | field | holds |
 //! |---|---|
 //! | `format`, `version` | `mlp-model-card`, 1 |
+//! | `program` | name and version of the program that trained it |
 //! | `model` | name and SHA-256 of the model file, layer sizes, activation functions, number of weights |
 //! | `inputs`, `targets` | name, unit, transform, smallest and largest raw value of the training rows |
 //! | `data` | `train` and `test`: name without folders and SHA-256 of the file, number of rows; `split`: how rows came to be test rows |
@@ -30,6 +31,9 @@ pub const VERSION: u64 = 1;
 pub struct Card {
     format: String,
     version: u64,
+    /// Name and version of the program that trained it, if known.
+    #[serde(default)]
+    pub program: Option<String>,
     /// The model file.
     pub model: CardModel,
     /// Features in the order the network takes them.
@@ -208,6 +212,7 @@ impl Card {
         let mut card = Self {
             format: FORMAT.to_owned(),
             version: VERSION,
+            program: None,
             model: CardModel {
                 file: CardFile::new(name, text.as_bytes()),
                 weights: crate::network::weight_count(&sizes),
@@ -249,6 +254,12 @@ impl Card {
             });
         }
         card
+    }
+
+    /// Adds name and version of the program that trained it.
+    #[must_use]
+    pub fn with_program(self, program: &str) -> Self {
+        Self { program: Some(program.to_owned()), ..self }
     }
 
     /// Adds the settings of the training.

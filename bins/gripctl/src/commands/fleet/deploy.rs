@@ -18,7 +18,11 @@ use grip_fleet::{
     },
 };
 use grip_record::files;
-use grip_session::exit::{Exit, WrongArgument};
+use grip_session::{
+    exit::{Exit, WrongArgument},
+    model::signature_beside,
+    signature::split,
+};
 use serde::Serialize;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
@@ -82,11 +86,15 @@ fn micros(name: &str, seconds: f64) -> Result<u64, WrongArgument> {
     Ok(time.map_or(u64::MAX, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX)))
 }
 
-/// The file, unless it is none for any gripper.
+/// The file and the signature beside it, unless it is none for any gripper.
 fn model(file: &Path, force: bool) -> anyhow::Result<(String, Vec<u8>)> {
-    let bytes = files::read(file, files::MOST_MODEL).map_err(|error| {
+    let mut bytes = files::read(file, files::MOST_MODEL).map_err(|error| {
         WrongArgument(format!("{}: the model cannot be read: {error}", file.display()))
     })?;
+    let is_signed = core::str::from_utf8(&bytes).is_ok_and(|text| split(text).1.is_some());
+    if !is_signed && let Some(signature) = signature_beside(file)? {
+        bytes.extend(signature.into_bytes());
+    }
     let name = file.file_name().context("a model is a file")?.to_string_lossy().into_owned();
     if !force {
         examine(&name, &digest(&bytes), &bytes).map_err(|fault| {

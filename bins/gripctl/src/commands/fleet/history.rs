@@ -64,7 +64,9 @@ pub(super) fn run(args: &SelectArgs) -> anyhow::Result<Exit> {
 fn print(began_ns: u64, entries: &[(Member, Entry)], json: bool) -> anyhow::Result<()> {
     if let Some((_, Entry { model, origin, .. })) = entries.first().filter(|_| !json) {
         let by = if origin.by.is_empty() { "nobody knows whom" } else { &origin.by };
-        output::line(&format!("{}  {model} by {by}", utc::line(began_ns / 1000)))?;
+        let signed = entries.iter().find_map(|(_, entry)| entry.signed.as_ref());
+        let signed = signed.map_or_else(String::new, |signed| format!(", {signed}"));
+        output::line(&format!("{}  {model} by {by}{signed}", utc::line(began_ns / 1000)))?;
     }
     for (member, entry) in entries {
         if json {

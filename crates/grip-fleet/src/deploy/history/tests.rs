@@ -155,7 +155,7 @@ fn the_latest_entries_are_kept_and_texts_are_those_of_a_parameter() {
     let mut history = History::default();
     for begun_ns in 0..=MOST as u64 {
         let model = ModelId { name: "m".to_owned(), sha256: begun_ns.to_string() };
-        history.begin(&model, &Origin::default(), begun_ns);
+        history.begin(&model, &Origin::default(), None, begun_ns);
     }
     assert_eq!((history.entries.len(), history.entries[0].begun_ns), (MOST, 1));
     assert_eq!(Origin::new("a;b=c\n", 0, 0).by, "a,b,c");
