@@ -21,6 +21,8 @@ pub enum Ask {
     Close,
     /// Paint again, after this time at the latest.
     Repaint(Duration),
+    /// Open what was dropped on the window instead of what is open.
+    Open(SourceSpec),
 }
 
 /// A picture that is to be made.
@@ -71,7 +73,29 @@ impl Desk {
         self.scope.state.layout.window = [size.x, size.y];
         self.remember.note(self.scope.layout());
         asks.extend(self.work(&ctx));
+        asks.extend(self.dropped(&ctx));
         asks
+    }
+
+    /// The file that was dropped on the window, read as the program's argument would be.
+    fn dropped(&mut self, ctx: &Context) -> Option<Ask> {
+        let files = ctx.input(|input| input.raw.dropped_files.clone());
+        let file = files.first()?;
+        if files.len() > 1 {
+            let sentence =
+                "one file at a time: a recording (.mcap, .csv) or the report of a study (.json)";
+            self.scope.state.complain(sentence);
+            return None;
+        }
+        let path = file.path().display().to_string();
+        match SourceSpec::parse(&path) {
+            Ok(spec @ (SourceSpec::Recording(_) | SourceSpec::Study(_))) => {
+                return Some(Ask::Open(spec));
+            }
+            Ok(spec) => self.scope.state.complain(format!("{spec} is no file that can be opened")),
+            Err(error) => self.scope.state.complain(error.to_string()),
+        }
+        None
     }
 
     /// Begins to write what is asked for; a picture has to be made first.

@@ -26,13 +26,16 @@ use std::thread::Thread;
 /// Where a file of the command line cannot be used, there is no display, or the picture that was asked for was not made.
 pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
     let start = Start::of(cli)?;
-    let title = format!("gripmon - {spec}");
     let outcome = Arc::clone(&start.outcome);
     let parts = start.parts(spec);
-    show((&title, parts.layout.window), &outcome, move |ctx| {
+    show((&title(&parts.spec), parts.layout.window), &outcome, move |ctx| {
         let screen = Screen::open(ctx, parts)?;
-        Ok(Box::new(App { screen, outcome: start.outcome }))
+        Ok(Box::new(App { screen, start }))
     })
+}
+
+fn title(spec: &SourceSpec) -> String {
+    format!("gripmon - {spec}")
 }
 
 /// Opens a system's window with this title and size (points) and runs what is in it until it is closed.
@@ -178,17 +181,22 @@ impl Screen {
         self.pump.watch().hidden.store(hidden, Ordering::Relaxed);
     }
 
-    /// Draws a frame.
-    pub(crate) fn ui(&mut self, ui: &mut Ui) {
+    /// Draws a frame; what is to be opened instead.
+    pub(crate) fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
+        let mut opens = None;
         let ctx = ui.ctx().clone();
         while let Ok((picture, image)) = self.made.try_recv() {
             self.desk.pictured(&ctx, picture, image);
         }
         for ask in self.desk.ui(ui) {
-            fulfil(&ctx, ask, &self.make);
+            match ask {
+                Ask::Open(spec) => opens = Some(spec),
+                ask => fulfil(&ctx, ask, &self.make),
+            }
         }
         let paused = self.desk.scope.state.is_paused();
         self.pump.watch().paused.store(paused, Ordering::Relaxed);
+        opens
     }
 }
 
@@ -205,6 +213,8 @@ pub(crate) fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<
         }
         Ask::Close => ctx.send_viewport_cmd(ViewportCommand::Close),
         Ask::Repaint(time) => ctx.request_repaint_after(time),
+        // A window that shows many sources has no place for another one.
+        Ask::Open(_) => {}
     }
 }
 
@@ -218,7 +228,26 @@ pub(crate) fn is_hidden(ctx: &egui::Context) -> bool {
 
 struct App {
     screen: Screen,
-    outcome: Outcome,
+    start: Start,
+}
+
+impl App {
+    /// Another source in this window, with the arrangement as it is.
+    fn open(&mut self, ctx: &egui::Context, spec: SourceSpec) {
+        let title = title(&spec);
+        let layout = self.screen.desk.scope.layout().clone();
+        let parts = Parts { layout, job: None, ..self.start.parts(spec) };
+        match Screen::open(ctx, parts) {
+            Ok(screen) => {
+                let mut before = core::mem::replace(&mut self.screen, screen);
+                if let Some(sentence) = before.desk.close() {
+                    self.screen.desk.scope.state.complain(sentence);
+                }
+                ctx.send_viewport_cmd(ViewportCommand::Title(title));
+            }
+            Err(error) => self.screen.desk.scope.state.complain(format!("{error:#}")),
+        }
+    }
 }
 
 impl eframe::App for App {
@@ -227,10 +256,14 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
-        self.screen.ui(ui);
+        if let Some(spec) = self.screen.ui(ui) {
+            let ctx = ui.ctx().clone();
+            self.open(&ctx, spec);
+        }
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = self.screen.desk.close();
+        *self.start.outcome.lock().unwrap_or_else(PoisonError::into_inner) =
+            self.screen.desk.close();
     }
 }

@@ -152,7 +152,10 @@ impl eframe::App for FleetApp {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let Some(open) = &mut self.open else { return self.table(ui) };
         let lead = opened(ui, &open.screen.desk.scope, &open.name);
-        open.screen.ui(ui);
+        if open.screen.ui(ui).is_some() {
+            let sentence = "a file has a window of its own: gripmon FILE";
+            open.screen.desk.scope.state.complain(sentence);
+        }
         if lead == Lead::Back {
             let ctx = ui.ctx().clone();
             self.leave(&ctx);

@@ -1,7 +1,7 @@
 //! What is exported, remembered and pictured, by the buttons for it.
 
 use super::fixture;
-use eframe::egui::{Color32, ColorImage, Context, Key, Ui};
+use eframe::egui::{Color32, ColorImage, Context, DroppedFile, Key, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_record::mcap::{Entry, McapReader, Record};
@@ -16,7 +16,7 @@ use gripmon::scope::{self, Scope, Shared};
 use gripmon::state::{Message, ViewState};
 use gripmon::view_file::ViewFile;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A desk, what it asked the system for, and the context for pictures.
@@ -245,4 +245,45 @@ fn the_picture_of_the_command_line_closes_the_window_and_so_does_its_failure() {
     assert_eq!(harness.state().asked.last(), Some(&Ask::Close));
     let reported = harness.state_mut().desk.close().unwrap();
     assert_eq!(reported, "no picture: x.mcap: is no recording");
+}
+
+/// A file that somebody drops on the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn a_file_that_is_dropped_is_opened_and_what_is_none_is_refused_as_an_argument_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    let mut drop = |names: &[&str]| {
+        for name in names {
+            let file = Arc::new(Dropped(folder.path().join(name)));
+            harness.input_mut().dropped_files.push(file);
+        }
+        let held = harness.state_mut();
+        (held.asked, held.desk.scope.state.message) = (Vec::new(), None);
+        harness.run_steps(1);
+        let held = harness.state();
+        (held.asked.clone(), held.desk.scope.state.message.clone().map(|message| message.text))
+    };
+    let opened = |name: &str| {
+        Ask::Open(SourceSpec::parse(folder.path().join(name).to_str().unwrap()).unwrap())
+    };
+    assert_eq!(drop(&["a.mcap"]), (vec![opened("a.mcap")], None));
+    assert_eq!(drop(&["study.json"]), (vec![opened("study.json")], None));
+    let (asked, message) = drop(&["notes.txt"]);
+    assert!(asked.is_empty() && message.unwrap().contains("neither a recording"));
+    let (asked, message) = drop(&["a.mcap", "b.csv"]);
+    assert!(asked.is_empty() && message.unwrap().contains("one file at a time"));
+    assert_eq!(drop(&[]), (Vec::new(), None));
 }

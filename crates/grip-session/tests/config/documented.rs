@@ -81,9 +81,10 @@ fn hidden(line: &str) -> Option<&str> {
 fn a_value_that_is_commented_out_is_valid_too() {
     let lines = DOCUMENTED.lines().map(|line| format!("{}\n", hidden(line).unwrap_or(line)));
     let config = parse(&lines.collect::<String>()).unwrap();
-    assert_eq!(DOCUMENTED.lines().filter_map(hidden).count(), 23);
+    assert_eq!(DOCUMENTED.lines().filter_map(hidden).count(), 24);
     assert!(config.uid.is_some() && config.metrics.is_some() && config.usb.vid == Some(0x2341));
     assert!(config.record.is_some() && config.realtime.cpu == Some(3));
+    assert_eq!(config.allow_unsigned_models, Some(true));
     assert!(config.fleet.site.is_some() && config.fleet.network.is_some());
 }
 
