@@ -132,22 +132,22 @@ impl CauseSet {
 }
 
 /// What is known of the causes of an alarm. No cause is in both sets.
-////
-//// A cause that is in neither set could not be judged: the sensor that would show it is missing or not sound. With
-//// H = `gate.hold_ms` (300 ms) and W = [`Standing::WAIT`](crate::pressure::Standing::WAIT) (500 ms), at the time of the
-//// alarm:
-////
-//// | cause | ruled out | possible | needs |
-//// |---|---|---|---|
-//// | knock | no band of the reference above 250 Hz reached 5 times its mean (10 ms) in the last 40 ms, and motion did not begin then | otherwise | sound reference |
-//// | motion | the robot has stood for H; or the stylus alarms at 2.5 times its thresholds over the gated floor, or is certified by the law of motion | it moves, weaker alarm | sound reference, or commanded motion |
-//// | grip change | the grip force has stayed within a tenth for W | otherwise | force sensor, or a controller |
-//// | closing | the object has been held for W | otherwise | force sensor, or a controller |
-//// | arm stop | the robot has stood for H, or is commanded to move, or the command ended more than H ago | the command ended less than H ago, or the last motion that the reference showed is 20 ms to H ago | sound reference, or commanded motion |
-////
-//// Grip change and closing are judged once, when the slip is first noticed: what follows may be the answer to it. The
-//// others are judged at each event: a slip that outlasts a knock is not that knock. While the reference shows motion
-//// and no command is known, a stop cannot be judged.
+///
+/// A cause that is in neither set could not be judged: the sensor that would show it is missing or not sound. With
+/// H = `gate.hold_ms` (300 ms) and W = [`Standing::WAIT`](crate::pressure::Standing::WAIT) (500 ms), at the time of the
+/// alarm:
+///
+/// | cause | ruled out | possible | needs |
+/// |---|---|---|---|
+/// | knock | no band of the reference above 250 Hz reached 5 times its mean (10 ms) in the last 40 ms, and motion did not begin then | otherwise | sound reference |
+/// | motion | the robot has stood for H; or the stylus alarms at 2.5 times its thresholds over the gated floor, or is certified by the law of motion | it moves, weaker alarm | sound reference, or commanded motion |
+/// | grip change | the grip force has stayed within a tenth for W | otherwise | force sensor, or a controller |
+/// | closing | the object has been held for W | otherwise | force sensor, or a controller |
+/// | arm stop | the robot has stood for H, or is commanded to move, or the command ended more than H ago | the command ended less than H ago, or the last motion that the reference showed is 20 ms to H ago | sound reference, or commanded motion |
+///
+/// Grip change and closing are judged once, when the slip is first noticed: what follows may be the answer to it. The
+/// others are judged at each event: a slip that outlasts a knock is not that knock. While the reference shows motion
+/// and no command is known, a stop cannot be judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Causes {
     /// Causes that were ruled out.
@@ -189,18 +189,18 @@ pub const TAIL_RANGE: (f32, f32) = (1.0, 50.0);
 /// Probability (0..=1) that noise alone does not reach `statistic` (over its threshold) within the stated false-alarm interval, for
 /// alarms that get rarer as `statistic`^-`tail`. Rises with the statistic; 1/e at 1; 0 for NaN and for what is not positive. A `tail`
 /// outside [`TAIL_RANGE`] is taken as the nearer end, NaN as the lower one.
-////
-//// The thresholds stand where noise and motion reach a statistic x = 1 once in the stated false-alarm interval T (600 s unless
-//// calibrated otherwise). Beyond it false alarms get rarer as a Pareto tail, so in T noise reaches x on average x^-tail times, and, the
-//// alarms being independent, at least once with probability 1 - exp(-x^-tail). The confidence is the rest of it:
-////
-//// ```text
-//// confidence = P(noise alone does not reach x within T) = exp(-x^-tail)
-//// ```
-////
-//// It is 1/e = 0.368 at the threshold and goes to 1 for a strong slip. It says how hard the event is to explain by noise, knows nothing of
-//// how often objects slip, and is as good as the threshold: where the interval does not hold, confidences are too high. `tail` is measured by `gripctl calibrate`; the default lies below
-//// that of the simulated robot, so it errs to the low side.
+///
+/// The thresholds stand where noise and motion reach a statistic x = 1 once in the stated false-alarm interval T (600 s unless
+/// calibrated otherwise). Beyond it false alarms get rarer as a Pareto tail, so in T noise reaches x on average x^-tail times, and, the
+/// alarms being independent, at least once with probability 1 - exp(-x^-tail). The confidence is the rest of it:
+///
+/// ```text
+/// confidence = P(noise alone does not reach x within T) = exp(-x^-tail)
+/// ```
+///
+/// It is 1/e = 0.368 at the threshold and goes to 1 for a strong slip. It says how hard the event is to explain by noise, knows nothing of
+/// how often objects slip, and is as good as the threshold: where the interval does not hold, confidences are too high. `tail` is measured by `gripctl calibrate`; the default lies below
+/// that of the simulated robot, so it errs to the low side.
 #[must_use]
 pub fn confidence(statistic: f32, tail: f32) -> f32 {
     let (low, high) = TAIL_RANGE;

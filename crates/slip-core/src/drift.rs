@@ -179,14 +179,14 @@ const NEW: f32 = 0.1;
 const MOST: f32 = 1.5;
 
 /// How far the force pushes the stylus in.
-////
-//// A stylus that stands out of a pad is pushed in when the pad gives way under the grip force. In a slip the force rises by many newtons, so that this
-//// movement looks like a surface. How far it is pushed in by a newton is learned while the fingers close and nothing slips: the slope of the reading
-//// over the force, where that is known well. In a slip it is taken away from the reading; afterwards what was taken away stays as it is,
-//// so that the reading does not jump.
-////
-//// Pads get stiffer with the force. So the slope is followed in the slip by a Kalman filter of one state, the share of the slope at the trial force; the
-//// surface is its noise.
+///
+/// A stylus that stands out of a pad is pushed in when the pad gives way under the grip force. In a slip the force rises by many newtons, so that this
+/// movement looks like a surface. How far it is pushed in by a newton is learned while the fingers close and nothing slips: the slope of the reading
+/// over the force, where that is known well. In a slip it is taken away from the reading; afterwards what was taken away stays as it is,
+/// so that the reading does not jump.
+///
+/// Pads get stiffer with the force. So the slope is followed in the slip by a Kalman filter of one state, the share of the slope at the trial force; the
+/// surface is its noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sink {
     /// Of the readings since touch: number, means of force (N) and reading, sums of squares and of the product of their deviations.

@@ -337,22 +337,22 @@ struct Block {
 }
 
 /// Friction and load of one slip; O(1) state and cost.
-////
-//// The tangential force of a finger is `F_t = mu F` while the object slides, and half of the load once it stands, whatever F is. So
-////
-//// ```text
-//// f = kappa F_t / mu,    mu = the largest F_t / F of this slip
-//// ```
-////
-//// is kappa times the force there is while the object slides, which is not yet enough, and kappa times what the load needs once it stands. The
-//// largest ratio is friction itself where the object slid, and less than that where it never did: then more force follows, never less. A wrong
-//// scale of the tangential sensor cancels. [`KAPPA`] is that of the networks.
-////
-//// Friction at break-away is above that of sliding (by a fifth at most in the scenes), and a contact may get wet. So the largest ratio fades
-//// towards the present one with `FADE_BLOCKS`, while a stylus feels the slip and F_t does not show that the object stands: where it does, F grows and
-//// F_t takes no part in it.
-////
-//// Forces are means over blocks of a millisecond, taken over four of them: the estimate is 2 ms old.
+///
+/// The tangential force of a finger is `F_t = mu F` while the object slides, and half of the load once it stands, whatever F is. So
+///
+/// ```text
+/// f = kappa F_t / mu,    mu = the largest F_t / F of this slip
+/// ```
+///
+/// is kappa times the force there is while the object slides, which is not yet enough, and kappa times what the load needs once it stands. The
+/// largest ratio is friction itself where the object slid, and less than that where it never did: then more force follows, never less. A wrong
+/// scale of the tangential sensor cancels. [`KAPPA`] is that of the networks.
+///
+/// Friction at break-away is above that of sliding (by a fifth at most in the scenes), and a contact may get wet. So the largest ratio fades
+/// towards the present one with `FADE_BLOCKS`, while a stylus feels the slip and F_t does not show that the object stands: where it does, F grows and
+/// F_t takes no part in it.
+///
+/// Forces are means over blocks of a millisecond, taken over four of them: the estimate is 2 ms old.
 #[derive(Clone, Copy, Debug)]
 pub struct FrictionMeter {
     per_block: u32,

@@ -21,22 +21,22 @@ pub const MAX_CORNER: f32 = 0.4;
 const K: f32 = core::f32::consts::SQRT_2;
 
 /// Coefficients of one second-order Butterworth section.
-////
-//// The topology is the trapezoidal state-variable filter (V. Zavalishin, *The Art of VA Filter Design*,
-//// ch. 4; A. Simper, *Linear trapezoidal integrated SVF*, 2013). Its two states are the integrator
-//// outputs, so in `f32` it keeps its accuracy where the corner lies far below the sample rate; a
-//// direct-form biquad there subtracts nearly equal numbers. With g = tan(pi fc / fs), k = sqrt 2
-//// (Butterworth), a1 = 1/(1 + g(g + k)), a2 = g a1, a3 = g a2:
-////
-//// ```text
-//// v3 = x - ic2      v1 = a1 ic1 + a2 v3      v2 = ic2 + a2 ic1 + a3 v3
-//// ic1 <- 2 v1 - ic1      ic2 <- 2 v2 - ic2
-//// low = v2               high = x - k v1 - v2
-//// ```
-////
-//// The transfer functions are those of the bilinear transform of the analogue Butterworth section.
-//// Measured against the same recursion in `f64` (test `f32_follows_f64`): worst error 2e-6 of full scale
-//// for corners from 2e-4 to 0.4 of the sample rate.
+///
+/// The topology is the trapezoidal state-variable filter (V. Zavalishin, *The Art of VA Filter Design*,
+/// ch. 4; A. Simper, *Linear trapezoidal integrated SVF*, 2013). Its two states are the integrator
+/// outputs, so in `f32` it keeps its accuracy where the corner lies far below the sample rate; a
+/// direct-form biquad there subtracts nearly equal numbers. With g = tan(pi fc / fs), k = sqrt 2
+/// (Butterworth), a1 = 1/(1 + g(g + k)), a2 = g a1, a3 = g a2:
+///
+/// ```text
+/// v3 = x - ic2      v1 = a1 ic1 + a2 v3      v2 = ic2 + a2 ic1 + a3 v3
+/// ic1 <- 2 v1 - ic1      ic2 <- 2 v2 - ic2
+/// low = v2               high = x - k v1 - v2
+/// ```
+///
+/// The transfer functions are those of the bilinear transform of the analogue Butterworth section.
+/// Measured against the same recursion in `f64` (test `f32_follows_f64`): worst error 2e-6 of full scale
+/// for corners from 2e-4 to 0.4 of the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Svf {
     a1: f32,

@@ -209,21 +209,21 @@ pub(super) enum Relation {
 }
 
 /// The correlations and their memory.
-////
-//// ```text
-//// x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for this block of the reference)
-//// rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 22, forgotten by e in 30 s of motion
-//// ```
-////
-//// Motion comes and goes, and resonances beat: the two logarithms rise and fall together where both sensors are on one
-//// robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
-//// where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest are
-//// left out, and those in alarms while it is in time, so that holding costs nothing and slips teach nothing. It takes
-//// [`LEAST_S`] of motion.
-////
-//// A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
-//// [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A
-//// reference that is early by [`EARLY_S`] to [`EARLIEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
+///
+/// ```text
+/// x = ln(1 + energy of the stylus over its quiet floor)      y = ln(1 + floor that the gate adds for this block of the reference)
+/// rho_k = mean(x_t y_(t-k)) / sqrt(mean(x^2) mean(y^2))      each less its mean of 0.2 s, over blocks of 5 ms, |k| <= 22, forgotten by e in 30 s of motion
+/// ```
+///
+/// Motion comes and goes, and resonances beat: the two logarithms rise and fall together where both sensors are on one
+/// robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
+/// where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest are
+/// left out, and those in alarms while it is in time, so that holding costs nothing and slips teach nothing. It takes
+/// [`LEAST_S`] of motion.
+///
+/// A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
+/// [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A
+/// reference that is early by [`EARLY_S`] to [`EARLIEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Correlation {
     block_len: u32,

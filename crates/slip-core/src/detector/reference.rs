@@ -323,18 +323,18 @@ const FADED_S: f32 = 0.015;
 const LEFT: f32 = 0.3;
 
 /// The gate and its memory.
-////
-//// ```text
-//// floor_b = 1 + gain_b r_b       r_b <- max(energy of the reference in the block, r_b exp(-block / 3 ms))
-//// ```
-////
-//// in units of the quiet floors. `gain` is the energy that motion leaves in a band of the stylus over the energy it leaves in
-//// the same band of the reference, times what it takes to keep the alarm threshold above all of it: with a
-//// threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
-//// over the time between the peaks of two filters, so that the front of a tap does not slip through.
-////
-//// A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion says nothing of it. It shows as a jump of the
-//// reference: for some time after a peak of [`KNOCK`] times its mean, and after motion has begun, the gain is [`KNOCK_GAIN`] times as high.
+///
+/// ```text
+/// floor_b = 1 + gain_b r_b       r_b <- max(energy of the reference in the block, r_b exp(-block / 3 ms))
+/// ```
+///
+/// in units of the quiet floors. `gain` is the energy that motion leaves in a band of the stylus over the energy it leaves in
+/// the same band of the reference, times what it takes to keep the alarm threshold above all of it: with a
+/// threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
+/// over the time between the peaks of two filters, so that the front of a tap does not slip through.
+///
+/// A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion says nothing of it. It shows as a jump of the
+/// reference: for some time after a peak of [`KNOCK`] times its mean, and after motion has begun, the gain is [`KNOCK_GAIN`] times as high.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gate {
     config: GateConfig,

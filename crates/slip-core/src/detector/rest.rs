@@ -154,11 +154,11 @@ const SAME: f32 = 2.5;
 const QUIETER: f32 = 0.4;
 
 /// The doubt and its memory.
-////
-//// The energy of noise in a part of a stretch scatters as the number of its independent readings n says: the logarithm
-//// has the deviation sqrt(2 / n). What slides or moves becomes louder and quieter. A floor is doubtful where parts
-//// scatter twice as far before three steady stretches in a row have confirmed it, and where something quieter than it
-//// has come. A knock or a slip of a quarter of a stretch changes no quartile.
+///
+/// The energy of noise in a part of a stretch scatters as the number of its independent readings n says: the logarithm
+/// has the deviation sqrt(2 / n). What slides or moves becomes louder and quieter. A floor is doubtful where parts
+/// scatter twice as far before three steady stretches in a row have confirmed it, and where something quieter than it
+/// has come. A knock or a slip of a quarter of a stretch changes no quartile.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Doubt {
     /// Independent readings in a block.

@@ -89,16 +89,16 @@ const CLIP: f32 = 12.0;
 const MOST: f32 = 1.5;
 
 /// The test.
-////
-//// A band of width B gives n = 2 B T independent readings in a block of T. With z the energy over the floor, the log-likelihood
-//// ratio of a rise by the factor rho is
-////
-//// ```text
-//// l = n/2 (z (1 - 1/rho) - ln rho)      S <- max(0, S + sum over bands of min(l, clip))      slip when S > h
-//// ```
-////
-//// E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do. Beside the energy it runs while the robot moves; in a still scene
-//// the energy of shear and vibration is as fast and forgets a slip sooner.
+///
+/// A band of width B gives n = 2 B T independent readings in a block of T. With z the energy over the floor, the log-likelihood
+/// ratio of a rise by the factor rho is
+///
+/// ```text
+/// l = n/2 (z (1 - 1/rho) - ln rho)      S <- max(0, S + sum over bands of min(l, clip))      slip when S > h
+/// ```
+///
+/// E. S. Page, Biometrika 41 (1954); clipping bounds what one outlier can do. Beside the energy it runs while the robot moves; in a still scene
+/// the energy of shear and vibration is as fast and forgets a slip sooner.
 #[derive(Clone, Copy, Debug)]
 pub struct Cusum {
     slope: [f32; BANDS],
@@ -182,14 +182,14 @@ const WINDOWS: [usize; 5] = [4, 8, 16, 32, LONGEST];
 const GLRT_CLIP: f32 = 1e4;
 
 /// The test.
-////
-//// Over the last k blocks (k = 4, 8, 16, 32, 64) a band with n independent readings a block and mean z of energy over floor has
-////
-//// ```text
-//// l_k = sum over bands of k n/2 (z - 1 - ln z) where z > 1, else 0      slip when max over k of l_k > h
-//// ```
-////
-//// the likelihood ratio of the best fitting rise against none. T. L. Lai, J. R. Statist. Soc. B 57 (1995).
+///
+/// Over the last k blocks (k = 4, 8, 16, 32, 64) a band with n independent readings a block and mean z of energy over floor has
+///
+/// ```text
+/// l_k = sum over bands of k n/2 (z - 1 - ln z) where z > 1, else 0      slip when max over k of l_k > h
+/// ```
+///
+/// the likelihood ratio of the best fitting rise against none. T. L. Lai, J. R. Statist. Soc. B 57 (1995).
 #[derive(Clone, Copy, Debug)]
 pub struct Glrt {
     half: [f32; BANDS],
@@ -286,20 +286,20 @@ const LEAST: f32 = 1e-6;
 const PAST: usize = 64;
 
 /// The test and its memory.
-////
-//// ```text
-//// g <- g + a (ln energy - g), a = 1 - exp(-block / 0.4 s)       b = highest g up to 0.8 s ago, falling by e in 120 s
-//// statistic = (exp(g - b) / 3)^2
-//// ```
-////
-//// Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band separates a slip
-//// from motion, and a second sensor on another finger moves in a way of its own. What is left is the level: a slip is
-//// reported where it lasts for some tenths of a second at three times the energy of all motion so far. The mean of the
-//// logarithm knows no unit, and a jerk of a few readings moves it little, however strong it is. Until [`LEARN_S`] of
-//// signal have been seen nothing is known of motion, and nothing is reported. A level that stays for as long is motion
-//// after all.
-////
-//// Limits: a slip weaker than the strongest motion of the last minutes is not seen; one that goes on from the first sample on neither.
+///
+/// ```text
+/// g <- g + a (ln energy - g), a = 1 - exp(-block / 0.4 s)       b = highest g up to 0.8 s ago, falling by e in 120 s
+/// statistic = (exp(g - b) / 3)^2
+/// ```
+///
+/// Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band separates a slip
+/// from motion, and a second sensor on another finger moves in a way of its own. What is left is the level: a slip is
+/// reported where it lasts for some tenths of a second at three times the energy of all motion so far. The mean of the
+/// logarithm knows no unit, and a jerk of a few readings moves it little, however strong it is. Until [`LEARN_S`] of
+/// signal have been seen nothing is known of motion, and nothing is reported. A level that stays for as long is motion
+/// after all.
+///
+/// Limits: a slip weaker than the strongest motion of the last minutes is not seen; one that goes on from the first sample on neither.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Level {
     share: f32,

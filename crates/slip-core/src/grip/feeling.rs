@@ -177,19 +177,19 @@ const SHEARS_N_M: f32 = 12e3;
 const SHEARED_N_M: f32 = 25e3;
 
 /// Memory of one slip.
-////
-//// The estimate F / (1 - a/g) takes the grip force F for the one that brakes the object. Pads brake as far as they have sheared,
-////
-//// ```text
-//// F_e' = kappa v (1 - F_e / F),   kappa = shear stiffness / friction   (Dahl)
-//// ```
-////
-//// so on soft ones the acceleration does not answer the force at first. The estimate then grows with the force, and the force with the
-//// estimate. An object that no longer gets faster has what it needs for now: from there on more counts as far as it can act, which the
-//// object shows by slowing down or by moving on, since F_e grows by kappa x at most. While it gets faster nothing is limited.
-////
-//// The share and the two stiffnesses are a compromise, found with pads of 10 to 100 N/mm: the less counts, the fewer objects are crushed on soft
-//// pads, and the further they slip on stiff ones while their load still comes.
+///
+/// The estimate F / (1 - a/g) takes the grip force F for the one that brakes the object. Pads brake as far as they have sheared,
+///
+/// ```text
+/// F_e' = kappa v (1 - F_e / F),   kappa = shear stiffness / friction   (Dahl)
+/// ```
+///
+/// so on soft ones the acceleration does not answer the force at first. The estimate then grows with the force, and the force with the
+/// estimate. An object that no longer gets faster has what it needs for now: from there on more counts as far as it can act, which the
+/// object shows by slowing down or by moving on, since F_e grows by kappa x at most. While it gets faster nothing is limited.
+///
+/// The share and the two stiffnesses are a compromise, found with pads of 10 to 100 N/mm: the less counts, the fewer objects are crushed on soft
+/// pads, and the further they slip on stiff ones while their load still comes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Yielding {
     /// The force (N) under which the object stopped getting faster, and where that was (m).

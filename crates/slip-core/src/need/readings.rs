@@ -151,11 +151,11 @@ struct Ringing {
 }
 
 /// Its power over that of the noise, and what every candidate expects.
-////
-//// A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
-//// of the noise. What is believed follows the course of the speed as with a stylus, but there are no peaks to count,
-//// and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
-//// the force to hold with is found by a second set of sums, which knows the ringing.
+///
+/// A finger over which an object slides vibrates with a power that grows with the square of the speed, on top of that
+/// of the noise. What is believed follows the course of the speed as with a stylus, but there are no peaks to count,
+/// and the finger rings on for milliseconds after the object has slowed down. That costs little while the force rises;
+/// the force to hold with is found by a second set of sums, which knows the ringing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vibration {
     mean: Option<f32>,

@@ -186,16 +186,16 @@ const ARRIVES_AFTER: f32 = 3.0;
 const LEAST_LAG_S: f32 = 0.01;
 
 /// The force of one finger during a slip.
-////
-//// The force that counts is the one that the *command* stands for, since it is the command that has to hold the object. While an object is held the
-//// sensor is compared with the command; where it shows more than a tenth more or less, its readings are divided by that ratio in the slip.
-////
-//// Where no reading comes, or the same one for [`FROZEN_S`] and [`FROZEN_LAGS`] delays although the command moved on, the force is that of the command through a first-order
-//// lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
-//// the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
-//// times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong. So is one that shows less
-//// than the known drive has made of the command while the object gets faster all the same for longer than a command takes to arrive. What a line
-//// holds back counts as delay.
+///
+/// The force that counts is the one that the *command* stands for, since it is the command that has to hold the object. While an object is held the
+/// sensor is compared with the command; where it shows more than a tenth more or less, its readings are divided by that ratio in the slip.
+///
+/// Where no reading comes, or the same one for [`FROZEN_S`] and [`FROZEN_LAGS`] delays although the command moved on, the force is that of the command through a first-order
+/// lag, `F' = (C - F) / T` with the delay T that the gripper showed when it closed. It takes over from the last good reading. The same holds for
+/// the rest of the object's time where the readings contradict the command for [`CONTRADICTED_S`]: below [`LOW`] of what even a drive two and a half
+/// times as late would show by now, or above [`HIGH`] of the highest command of the slip. Such a sensor is late or wrong. So is one that shows less
+/// than the known drive has made of the command while the object gets faster all the same for longer than a command takes to arrive. What a line
+/// holds back counts as delay.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GripForce {
     period_s: f32,
@@ -379,11 +379,11 @@ const FOLLOWS: u64 = 1000;
 const FORGETS: u64 = 10;
 
 /// Samples that arrive together, and those before them.
-////
-//// The controller counts device time. After a stall of the line or of the computer many samples come at once, and what they ask for in
-//// sequence would be commanded in one moment. So a rise counts host time: the samples that arrive together share the time since the arrival
-//// before them, at most [`MOST`], plus what of it was left over, at most [`SLACK`]. And a sample whose age exceeds [`FRESH`] plus what the
-//// line usually takes, plus its own period, raises nothing.
+///
+/// The controller counts device time. After a stall of the line or of the computer many samples come at once, and what they ask for in
+/// sequence would be commanded in one moment. So a rise counts host time: the samples that arrive together share the time since the arrival
+/// before them, at most [`MOST`], plus what of it was left over, at most [`SLACK`]. And a sample whose age exceeds [`FRESH`] plus what the
+/// line usually takes, plus its own period, raises nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HostTime {
     period: Micros,

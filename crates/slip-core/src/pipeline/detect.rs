@@ -235,11 +235,11 @@ fn motion_of(sample: &Sample) -> MotionInput {
 // A sample at which nothing happens in; the word that few stages have to look at it, out.
 
 /// What a sample like the last one needs.
-////
-//// While no object is touched, the floor is known and the command stands, all that a sample can do is to wake
-//// the pipeline: sensor, time and contact are checked, and that is all. While an object is held quietly, only the methods that may notice a slip
-//// look at it: scene and command stay. The answer is the same as that of all stages together (test
-//// `skipping_never_changes_a_step` compares every step).
+///
+/// While no object is touched, the floor is known and the command stands, all that a sample can do is to wake
+/// the pipeline: sensor, time and contact are checked, and that is all. While an object is held quietly, only the methods that may notice a slip
+/// look at it: scene and command stay. The answer is the same as that of all stages together (test
+/// `skipping_never_changes_a_step` compares every step).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Rest {
     /// Every stage of its scene.

@@ -141,17 +141,17 @@ const SHORTEST: Micros = Micros(2_000_000);
 pub(super) const RANGE_CLIP: f32 = 6.0;
 
 /// The ranges of at most `N` taxels.
-////
-//// ```text
-//// m <- m + (1 - exp(-dt / 30 ms)) (r - m)       high <- max(high', m), low <- min(low', m)
-//// range = mean over the taxels of min(high - low, 6 known)                slip when range > known
-//// ```
-////
-//// high' and low' have come nearer to their middle by exp(-dt / 4 s). The mean m leaves what is below some 5 Hz: noise,
-//// and the tremor of a hand (8 to 12 Hz), swing about a place and make no way. A slip carries the pattern on: residuals
-//// go up at one taxel and down at the next as ridges and the edge of the contact pass, and the range grows with the way
-//// where the residuals themselves, which the shape follows, do not. An object held still shows noise and creep, which
-//// slows down: its range stands after some seconds, at a level that only a record of rest can give.
+///
+/// ```text
+/// m <- m + (1 - exp(-dt / 30 ms)) (r - m)       high <- max(high', m), low <- min(low', m)
+/// range = mean over the taxels of min(high - low, 6 known)                slip when range > known
+/// ```
+///
+/// high' and low' have come nearer to their middle by exp(-dt / 4 s). The mean m leaves what is below some 5 Hz: noise,
+/// and the tremor of a hand (8 to 12 Hz), swing about a place and make no way. A slip carries the pattern on: residuals
+/// go up at one taxel and down at the next as ridges and the edge of the contact pass, and the range grows with the way
+/// where the residuals themselves, which the shape follows, do not. An object held still shows noise and creep, which
+/// slows down: its range stands after some seconds, at a level that only a record of rest can give.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range<const N: usize> {
     mean: [f32; N],

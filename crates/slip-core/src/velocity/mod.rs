@@ -268,15 +268,15 @@ pub struct SpeedReading {
 }
 
 /// The window; cost O(1) a sample.
-////
-//// The speed over a window W is v = (x(t) - x(t - W)) / W and the force is averaged over the same
-//// window (trapezoids: a rectangle would lead by half a sample, at 1 kHz 10 % of the needed force), so both lag by W/2 and
-//// stay consistent with each other in the impulse balance. With a
-//// resolution of the travel sensor q the quantisation error of v is at most q / W.
-////
-//// Two windows that meet give the acceleration as well ([`SpeedWindow::balance`]): second differences of the travel and of the force
-//// integrated twice weight both with the same triangle, so `m a = m g - 2 mu F` holds for the two figures exactly, whatever the force did
-//// meanwhile. With a deviation q of one travel reading that of a is `sqrt(6) q / W^2`.
+///
+/// The speed over a window W is v = (x(t) - x(t - W)) / W and the force is averaged over the same
+/// window (trapezoids: a rectangle would lead by half a sample, at 1 kHz 10 % of the needed force), so both lag by W/2 and
+/// stay consistent with each other in the impulse balance. With a
+/// resolution of the travel sensor q the quantisation error of v is at most q / W.
+///
+/// Two windows that meet give the acceleration as well ([`SpeedWindow::balance`]): second differences of the travel and of the force
+/// integrated twice weight both with the same triangle, so `m a = m g - 2 mu F` holds for the two figures exactly, whatever the force did
+/// meanwhile. With a deviation q of one travel reading that of a is `sqrt(6) q / W^2`.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedWindow {
     fixed_m_s: Option<f32>,
