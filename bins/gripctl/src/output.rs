@@ -1,5 +1,6 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
+use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
 use std::io::{self, Write as _};
@@ -25,6 +26,16 @@ pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
             cause.downcast_ref::<serde_json::Error>().and_then(serde_json::Error::io_error_kind);
         io.or(json) == Some(io::ErrorKind::BrokenPipe)
     })
+}
+
+/// A bar for so many of `what`, with the time that is left: on a terminal, on standard error; nothing elsewhere.
+pub(crate) fn progress(length: usize, what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length as u64);
+    let template = format!("{{msg}}{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left");
+    match ProgressStyle::with_template(&template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
 }
 
 /// A number in a unit that is not known: three decimals, or powers of ten where they say too little.

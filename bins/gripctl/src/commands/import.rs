@@ -115,11 +115,11 @@ fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument
 }
 
 /// The recording as gripd would have made it, with the events of the shipped settings: what `replay` of the CSV shows.
-fn write_mcap(recording: &Recording, output: &Path) -> anyhow::Result<()> {
+fn write_mcap(recording: &Recording, file: &Path) -> anyhow::Result<()> {
     let config = replay::pipeline_config(recording, &HostConfig::default(), false);
     let mut events = Replay::new(recording, config, Some(model::default_estimator()?))?;
     let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
-    let mut writer = McapWriter::new(BufWriter::new(File::create(output)?), program, 0)?;
+    let mut writer = McapWriter::new(BufWriter::new(File::create(file)?), program, 0)?;
     let facts = [("program", program), (RUN, &recording.name), (PART, "0")];
     let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
     writer.metadata(ABOUT, &BTreeMap::from(facts))?;
@@ -132,7 +132,8 @@ fn write_mcap(recording: &Recording, output: &Path) -> anyhow::Result<()> {
     };
     let (mut json, mut log) = (Vec::new(), EventLog::default());
     writer.write(0, &Record::Pipeline(pipeline_record(&beginning, &mut json)?))?;
-    for (at, sample) in recording.samples.iter().enumerate() {
+    let bar = output::progress(recording.samples.len(), "samples");
+    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
         let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
         let index = u32::try_from(at % (1 << 32))?;
         let record = SampleRecord { index, sample: *sample, taxels };
@@ -146,16 +147,17 @@ fn write_mcap(recording: &Recording, output: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write(recording: &Recording, output: &Path) -> anyhow::Result<()> {
-    if is_mcap(output) {
-        return write_mcap(recording, output);
+fn write(recording: &Recording, file: &Path) -> anyhow::Result<()> {
+    if is_mcap(file) {
+        return write_mcap(recording, file);
     }
-    if is_npz(output) {
-        return Ok(recording.write_npz(output)?);
+    if is_npz(file) {
+        return Ok(recording.write_npz(file)?);
     }
-    let out = BufWriter::new(File::create(output)?);
+    let out = BufWriter::new(File::create(file)?);
     let mut writer = CsvWriter::new(out, &recording.channels)?;
-    for (at, sample) in recording.samples.iter().enumerate() {
+    let bar = output::progress(recording.samples.len(), "samples");
+    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
         let frame = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
         writer.write_with(sample, frame)?;
     }

@@ -10,7 +10,7 @@ use grip_eval::{
     score::interval::Interval,
     score::{
         CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore, RecordingScore,
-        Rules, Score, Total, compare,
+        Rules, Score, Total, Watch, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};
@@ -35,7 +35,14 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     let start = std::time::Instant::now();
     let elapsed = || start.elapsed();
     let clock = args.time.then_some(&elapsed as Clock<'_>);
-    let scores = compare(&args.directory, &options, &config, rules, &detectors, clock)?;
+    let bar = output::progress(0, "scores");
+    let done = |now: usize, of: usize| {
+        bar.set_length(of as u64);
+        bar.set_position(now as u64);
+    };
+    let watch = Watch { clock, done: Some(&done) };
+    let scores = compare(&args.directory, &options, &config, rules, &detectors, watch)?;
+    bar.finish_and_clear();
     if let Some(score) = scores.first() {
         report_floor(score, args);
     }

@@ -8,7 +8,6 @@ use grip_study::outlook::{
     Candidate, Comparison, LearnersConfig, Search, SearchConfig, Sets, compare, learners::count,
     search::Generation,
 };
-use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{DataSet, Fit, split::Split};
 use serde::Serialize;
 
@@ -77,11 +76,11 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     let (train, validation) = split.of(&data)?;
     let config = config(args);
     let before = clock::processor()?;
-    let bar = bar(args.generations, "generations, {msg}");
+    let bar = output::progress(args.generations, "generations");
     let reported = |generation: Generation| {
         bar.set_position(generation.done as u64);
         bar.set_message(format!(
-            "{} networks, least cost {:.3e}",
+            "{} networks, least cost {:.3e}  ",
             generation.tried, generation.cost
         ));
     };
@@ -115,15 +114,6 @@ fn config(args: &SearchArgs) -> SearchConfig {
     config.fit.repeats = args.repeats;
     config.fit.run.epochs = args.epochs;
     config
-}
-
-/// Drawn on a terminal only.
-fn bar(length: usize, what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(length as u64);
-    match ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}")) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }
 
 fn report(
@@ -223,10 +213,10 @@ fn result(
 fn others(args: &SearchArgs, sets: Sets<'_>, search: SearchConfig) -> anyhow::Result<()> {
     let mut config = LearnersConfig { search, ..LearnersConfig::default() };
     config.fit.seed = args.seed;
-    let bar = bar(count(), "learners, {msg}");
+    let bar = output::progress(count(), "learners");
     let done = |name: &str| {
         bar.inc(1);
-        bar.set_message(name.to_owned());
+        bar.set_message(format!("{name:28} "));
     };
     let rows = compare(sets, &config, &clock::monotonic, &done).map_err(explain)?;
     bar.finish_and_clear();

@@ -13,7 +13,6 @@ use grip_study::{
         claims::{Judged, judge},
     },
 };
-use indicatif::{ProgressBar, ProgressStyle};
 use ndarray::{Axis, concatenate};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
@@ -46,7 +45,7 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     if args.claims {
         return claims(args, &config);
     }
-    let bar = progress(config.trainings(), "trainings");
+    let bar = output::progress(config.trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let mut report = study.report();
@@ -88,7 +87,7 @@ struct Claim<'a> {
 
 /// What the source study says, held against many draws of rows.
 fn claims(args: &StudyArgs, config: &StudyConfig) -> anyhow::Result<Exit> {
-    let bar = progress(config.claim_trainings(), "trainings");
+    let bar = output::progress(config.claim_trainings(), "trainings");
     let claims = judge(config, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let report = claims.report();
@@ -117,19 +116,10 @@ fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
     let mut config = if args.quick { LearnersConfig::quick() } else { LearnersConfig::default() };
     config.fit.seed = args.seed;
     config.search.seed = args.seed;
-    let bar = progress(conditions.len() * learners::count(), "learners");
+    let bar = output::progress(conditions.len() * learners::count(), "learners");
     let section = chapter(&conditions, (args.seed, &config), &|_| bar.inc(1))?;
     bar.finish_and_clear();
     Ok(section)
-}
-
-fn progress(length: usize, what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(length as u64);
-    match ProgressStyle::with_template(&format!("{{bar:30}} {{pos}}/{{len}} {what}, {{eta}} left"))
-    {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }
 
 fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
@@ -140,7 +130,7 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
     file("report.html", report.html()?.as_bytes())?;
     file("study.json", format!("{}\n", report.json()).as_bytes())?;
     let figures = report.figures();
-    let bar = progress(figures.len(), "figures");
+    let bar = output::progress(figures.len(), "figures");
     figures.par_iter().try_for_each(|figure| {
         file(&format!("figures/{}.png", figure.id), &figure.chart.png()?)?;
         bar.inc(1);

@@ -8,7 +8,7 @@ use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_session::exit::{Exit, WrongArgument};
-use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
+use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use mlp::{
     Activation,
     train::{Algorithm, Choice, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting},
@@ -187,12 +187,7 @@ fn progress(repeats: usize) -> ProgressBar {
     if repeats < 2 {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} trainings").ok();
-    let bar = ProgressBar::new(repeats as u64);
-    match style {
-        Some(style) => bar.with_style(style),
-        None => bar,
-    }
+    output::progress(repeats, "trainings")
 }
 
 fn algorithm(args: &TrainArgs) -> anyhow::Result<Algorithm> {

@@ -18,7 +18,7 @@ fn recording(slip_from_s: f64, tone_counts: f64, seed: u32) -> String {
     text
 }
 
-fn folder() -> tempfile::TempDir {
+pub(crate) fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     put(

@@ -91,15 +91,30 @@ pub fn score(
     config: &HostConfig,
     rules: Rules,
 ) -> Result<Score, ScoreError> {
-    let mut scores = compare(directory, options, config, rules, &[Detector::DEFAULT], None)?;
+    let mut scores =
+        compare(directory, options, config, rules, &[Detector::DEFAULT], Watch::default())?;
     scores.pop().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })
 }
 
 /// Time since some instant, where a program reads a clock.
 pub type Clock<'a> = &'a dyn Fn() -> Duration;
 
-/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one. With a `clock` the run
-/// time of each is measured.
+/// What a program may want beside the scores.
+#[derive(Clone, Copy, Default)]
+pub struct Watch<'a> {
+    /// Measures the run time of each detector; `None` where that is not wanted.
+    pub clock: Option<Clock<'a>>,
+    /// Gets how many pairs of recording and detector are done, and of how many.
+    pub done: Option<&'a dyn Fn(usize, usize)>,
+}
+
+impl core::fmt::Debug for Watch<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Watch").field("timed", &self.clock.is_some()).finish_non_exhaustive()
+    }
+}
+
+/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one.
 ///
 /// # Errors
 /// The first thing that keeps a recording from being used.
@@ -109,14 +124,18 @@ pub fn compare(
     config: &HostConfig,
     rules: Rules,
     detectors: &[Detector],
-    clock: Option<Clock<'_>>,
+    watch: Watch<'_>,
 ) -> Result<Vec<Score>, ScoreError> {
     let companions = detectors.iter().any(|detector| detector.companions);
     let all = load(directory, options, companions)?;
-    let scored = detectors.iter().map(|detector| {
-        score_with(*detector, &all, config, rules, clock)?.ok_or_else(|| ScoreError::NoRest {
-            directory: directory.to_owned(),
-            guard_ms: rules.guard_ms,
+    let scored = detectors.iter().enumerate().map(|(nth, detector)| {
+        let done = |recordings| {
+            if let Some(done) = watch.done {
+                done(nth * all.len() + recordings, detectors.len() * all.len());
+            }
+        };
+        score_with(*detector, &all, config, rules, watch.clock, &done)?.ok_or_else(|| {
+            ScoreError::NoRest { directory: directory.to_owned(), guard_ms: rules.guard_ms }
         })
     });
     scored.collect()
@@ -129,6 +148,7 @@ fn score_with(
     config: &HostConfig,
     rules: Rules,
     clock: Option<Clock<'_>>,
+    done: &dyn Fn(usize),
 ) -> Result<Option<Score>, ScoreError> {
     let Rules { guard_ms, floors } = rules;
     let Some(first) = all.first() else { return Ok(None) };
@@ -171,6 +191,7 @@ fn score_with(
         causes.add(&judged.causes);
         recordings.push(judged.score);
         traces.push(judged.trace);
+        done(traces.len());
     }
     let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
     let ns_per_sample = run_time.into_iter().reduce(f64::min);

@@ -1,7 +1,7 @@
 //! `esc` and `nn` on labelled recordings.
 
 use super::{
-    Detector, Floors, Rules, Score, ScoreError, compare,
+    Detector, Floors, Rules, Score, ScoreError, Watch, compare,
     tests::{RULES, folder, recording},
 };
 use grip_record::CsvOptions;
@@ -13,8 +13,14 @@ const LABELS: &str =
 
 fn run_with(dir: &Path, name: &str, rules: Rules) -> Result<Score, ScoreError> {
     let detectors = [Detector::named(name).unwrap()];
-    let scores =
-        compare(dir, &CsvOptions::default(), &HostConfig::default(), rules, &detectors, None)?;
+    let scores = compare(
+        dir,
+        &CsvOptions::default(),
+        &HostConfig::default(),
+        rules,
+        &detectors,
+        Watch::default(),
+    )?;
     Ok(scores.into_iter().next().unwrap())
 }
 
@@ -135,7 +141,11 @@ fn a_clock_gives_the_shortest_run_time() {
     };
     let detectors = [Detector::named("esc").unwrap()];
     let (options, config) = (CsvOptions::default(), HostConfig::default());
-    let scores = compare(dir.path(), &options, &config, RULES, &detectors, Some(&clock)).unwrap();
+    let done = core::cell::Cell::new((0, 0));
+    let report = |now, of| done.set((now, of));
+    let watch = Watch { clock: Some(&clock), done: Some(&report) };
+    let scores = compare(dir.path(), &options, &config, RULES, &detectors, watch).unwrap();
+    assert!(done.get().0 > 1 && done.get().0 == done.get().1, "{done:?}");
     let ns = scores[0].ns_per_sample.unwrap();
     assert!((ns - 1e6 / 1320.0).abs() < 1e-6, "{ns}");
     assert_eq!(run(dir.path(), "esc").unwrap().ns_per_sample, None);

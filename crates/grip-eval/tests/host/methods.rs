@@ -1,7 +1,7 @@
 //! Moved distance and pressure distribution on real recordings, alone and joined with the stylus.
 
 use core::fmt::Write as _;
-use grip_eval::score::{Detector, Floors, Rules, Score, compare};
+use grip_eval::score::{Detector, Floors, Rules, Score, Watch, compare};
 use grip_record::{CsvOptions, parse_csv};
 use grip_session::{
     config::HostConfig,
@@ -74,7 +74,7 @@ fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
     let detectors: Vec<_> = names.iter().map(|name| Detector::named(name).unwrap()).collect();
     let (options, config) = (CsvOptions::default(), HostConfig::default());
     let rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
-    compare(folder, &options, &config, rules, &detectors, None).unwrap()
+    compare(folder, &options, &config, rules, &detectors, Watch::default()).unwrap()
 }
 
 /// The pose begins the label of the onset (0.1 mm), so the delay of `travel` is that of its readings; the electrodes are
@@ -281,7 +281,8 @@ fn a_stylus_that_always_slides_is_reported_to_slide_or_never_to_have_rested() {
         let rules = Rules { guard_ms: 60.0, floors: Floors::Live };
         let (options, config) = (CsvOptions::default(), HostConfig::default());
         let scores =
-            compare(plain.path(), &options, &config, rules, &[Detector::DEFAULT], None).unwrap();
+            compare(plain.path(), &options, &config, rules, &[Detector::DEFAULT], Watch::default())
+                .unwrap();
         let total = scores[0].total(60.0);
         assert!(total.steady_share.unwrap() >= 0.78, "{:?}", scores[0].recordings);
     }

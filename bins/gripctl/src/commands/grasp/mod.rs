@@ -17,7 +17,7 @@ use grip_eval::grasp::{Bench, GraspResult, Law, SensorSet, Stress, Total, Way, t
 use grip_session::exit::{Exit, WrongArgument};
 use grip_sim::scene;
 use grip_sim::{Scene, scene::BUILT_IN};
-use indicatif::{ParallelProgressIterator as _, ProgressBar, ProgressStyle};
+use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use slip_core::units::Micros;
 
@@ -167,12 +167,8 @@ fn grasp_many(
 
 /// A bar for `jobs` of what is named `unit`.
 fn progress(jobs: usize, name: &str, unit: &str) -> ProgressBar {
-    let bar = ProgressBar::new(jobs as u64);
-    let template = format!("{{msg:18}} {{bar:30}} {{pos}}/{{len}} {unit}");
-    if let Ok(style) = ProgressStyle::with_template(&template) {
-        bar.set_style(style);
-    }
-    bar.set_message(name.to_owned());
+    let bar = output::progress(jobs, unit);
+    bar.set_message(format!("{name:18} "));
     bar
 }
 
