@@ -54,7 +54,7 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let config = report.configuration(args)?;
     if let Some(file) = &args.sensor {
         let recording = super::recording(file, &args.csv)?;
-        report.all(&sensor::findings(&recording, &config))?;
+        report.all(&sensor::findings(&recording, &config)?)?;
         return report.end();
     }
     report.all(&machine::findings(&system))?;

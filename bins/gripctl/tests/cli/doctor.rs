@@ -129,6 +129,11 @@ fn a_sensor_is_judged_by_a_recording_at_rest() {
     assert_eq!(verdicts(&coarse), ["\"warning\" \"sensor steps\""], "{coarse:?}");
     let slow = judge(&sensor(40, 60, |_| 6.0));
     assert_eq!(verdicts(&slow), ["\"warning\" \"sensor rate\""], "{slow:?}");
+    let rate = |lines: &[Value]| finding(lines, "sensor rate")["text"].as_str().unwrap().to_owned();
+    assert!(rate(&slow).contains("none lies above the motion"), "{slow:?}");
+    // At 200 Hz the shear band is whole, and octaves are missing.
+    let slower = judge(&sensor(200, 20, |_| 6.0));
+    assert!(rate(&slower).contains("20-80 Hz") && !rate(&slower).contains("motion"), "{slower:?}");
     let moved = judge(&sensor(10_000, 4, |t_s| if t_s > 2.0 { 60.0 } else { 6.0 }));
     assert_eq!(verdicts(&moved), ["\"warning\" \"sensor rest\""], "{moved:?}");
     let dead = judge(&sensor(10_000, 3, |_| 0.0));

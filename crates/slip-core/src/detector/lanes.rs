@@ -46,9 +46,6 @@ impl Lanes {
     /// Where a corner is no frequency; [`PipelineConfig::check`](crate::PipelineConfig::check) refuses more.
     pub(super) fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         let limit_hz = MAX_CORNER * rate_hz;
-        let bands = config.bands();
-        // A sliver of a band below the limit would tell nothing.
-        let fits = |band: &BandThreshold| band.low_hz < 0.8 * limit_hz;
         let block_len = (samples(1e3 * BLOCK_S * 0.999, rate_hz) as usize).min(MOST);
         #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
         let block_s = block_len as f32 / rate_hz;
@@ -58,10 +55,10 @@ impl Lanes {
             block_len,
             block_s,
             readings: [0.0; BANDS],
-            above_motion: bands.first().is_some_and(fits),
+            above_motion: config.reaches_above_motion(rate_hz),
         };
-        for (b, band) in bands.iter().enumerate() {
-            let corners = if fits(band) {
+        for (b, band) in config.bands().iter().enumerate() {
+            let corners = if fits(band, rate_hz) {
                 Band { low_hz: band.low_hz, high_hz: band.high_hz }
             } else if b < FIRST_OCTAVE {
                 Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }
@@ -93,6 +90,34 @@ impl Lanes {
 
     pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<LANES>, ConfigError> {
         Ok(FilterBank::new(&padded(self.corners, self.corners[0]), rate_hz)?)
+    }
+}
+
+/// Whether a rate carries a band: a sliver of it below the highest corner shows nothing.
+fn fits(band: &BandThreshold, rate_hz: f32) -> bool {
+    band.low_hz < 0.8 * MAX_CORNER * rate_hz
+}
+
+impl DetectorConfig {
+    /// The bands as samples at `rate_hz` carry them: shear and vibration, the first two, lowered where they do not fit; `None` for an octave
+    /// that does not.
+    ///
+    /// # Errors
+    /// Where a corner is no frequency.
+    pub fn bands_at(&self, rate_hz: f32) -> Result<[Option<BandThreshold>; BANDS], ConfigError> {
+        let lanes = Lanes::new(self, rate_hz)?;
+        Ok(core::array::from_fn(|b| {
+            let Band { low_hz, high_hz } = lanes.corners[b];
+            let threshold = lanes.thresholds[b];
+            let high_hz = high_hz.min(MAX_CORNER * rate_hz);
+            threshold.is_finite().then_some(BandThreshold { low_hz, high_hz, threshold })
+        }))
+    }
+
+    /// Whether `rate_hz` carries the shear band, which begins where the motion of hands and robots ends.
+    #[must_use]
+    pub fn reaches_above_motion(&self, rate_hz: f32) -> bool {
+        self.bands().first().is_some_and(|shear| fits(shear, rate_hz))
     }
 }
 
@@ -475,5 +500,26 @@ impl ReferenceAxes {
         self.mean = None;
         self.slow = [0.0; FURTHER_AXES];
         self.start();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BANDS, DetectorConfig};
+
+    #[test]
+    fn a_rate_carries_the_bands_that_the_detector_uses() {
+        let config = DetectorConfig::default();
+        let carried = |rate_hz| config.bands_at(rate_hz).unwrap();
+        assert_eq!(carried(10_000.0), config.bands().map(Some));
+        // The shear band fits, and so does a part of the octaves.
+        let at_200 = carried(200.0);
+        assert_eq!(at_200[0].map(|band| (band.low_hz, band.high_hz)), Some((20.0, 80.0)));
+        assert!(at_200[BANDS - 1].is_none() && config.reaches_above_motion(200.0));
+        let at_40 = carried(40.0);
+        assert_eq!(at_40.map(|band| band.is_some()), [true, true, false, false, false, false]);
+        assert_eq!(at_40[0].map(|band| (band.low_hz, band.high_hz)), Some((4.0, 16.0)));
+        assert!(!config.reaches_above_motion(40.0));
+        assert!(config.bands_at(f32::NAN).is_err());
     }
 }

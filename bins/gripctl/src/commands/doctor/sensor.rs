@@ -4,17 +4,12 @@ use super::finding::Finding;
 use grip_record::{Recording, StylusKind};
 use grip_session::{HostConfig, replay};
 use slip_core::{
-    PipelineConfig, Sample,
+    ConfigError, PipelineConfig, Sample,
     detector::{BANDS, BandThreshold, RestMeter},
-    filter::MAX_CORNER,
 };
 
-/// Below this rate (Hz) no band lies above the motion of hands and robots.
-const ABOVE_MOTION_HZ: f32 = 100.0;
-/// Rest (s) that says something of a noise floor.
+/// Shortest rest (s) that shows a noise floor.
 const REST_S: f32 = 2.0;
-/// Bands that are lowered where the rate does not carry them.
-const LOWERED_BANDS: usize = 2;
 /// Stretches that are compared (s, and readings at least), and the ratio of energies from which one of them was no rest.
 const STRETCH_S: f32 = 0.5;
 const STRETCH: u64 = 400;
@@ -24,29 +19,39 @@ const COARSE: f32 = 0.5;
 /// Share of readings that may be missing.
 const MISSING: f32 = 0.01;
 
+type Bands = [Option<BandThreshold>; BANDS];
+
 /// What the recording shows of its sensor.
-pub(super) fn findings(recording: &Recording, config: &HostConfig) -> Vec<Finding> {
+///
+/// # Errors
+/// Where the detector cannot work at its rate.
+pub(super) fn findings(
+    recording: &Recording,
+    config: &HostConfig,
+) -> Result<Vec<Finding>, ConfigError> {
     let pipeline = replay::pipeline_config(recording, config, true);
     if recording.channels.stylus == StylusKind::Absent {
         let remedy =
             "record stylus (m) or vibration; an array of taxels is judged by gripctl calibrate";
         let text = format!("{}: no stylus and no vibration", recording.name);
-        return vec![Finding::fault("sensor", text, remedy.to_owned())];
+        return Ok(vec![Finding::fault("sensor", text, remedy.to_owned())]);
     }
     let readings = Readings::of(&recording.samples);
-    let mut found = vec![rate(recording, &pipeline), complete(recording, &readings)];
-    let Some(rest) = rest(recording, &pipeline) else {
-        let text = "every reading is the same: a sensor at rest has noise".to_owned();
+    let bands = pipeline.detector.bands_at(pipeline.sample_rate.0)?;
+    let mut found = vec![rate(recording, &pipeline, &bands), complete(recording, &readings)];
+    let Some(rest) = rest(recording, &pipeline)? else {
+        let text =
+            "no reading is a number, or all are the same: a sensor at rest has noise".to_owned();
         let remedy = "check wiring and supply; tap the finger while you record";
         found.push(Finding::fault("sensor noise", text, remedy.to_owned()));
-        return found;
+        return Ok(found);
     };
     found.extend([
         steps(&readings, &rest),
         steady(&rest, recording),
-        floor(&rest, recording, &pipeline),
+        floor(&rest, recording, &bands),
     ]);
-    found
+    Ok(found)
 }
 
 /// Counts of readings.
@@ -76,10 +81,10 @@ struct Rest {
     step_rms: f32,
 }
 
-fn rest(recording: &Recording, pipeline: &PipelineConfig) -> Option<Rest> {
+fn rest(recording: &Recording, pipeline: &PipelineConfig) -> Result<Option<Rest>, ConfigError> {
     let rate_hz = pipeline.sample_rate.0;
-    let mut meter = RestMeter::new(&pipeline.detector, rate_hz).ok()?;
-    let mut parts = RestMeter::new(&pipeline.detector, rate_hz).ok()?;
+    let mut meter = RestMeter::new(&pipeline.detector, rate_hz)?;
+    let mut parts = meter;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "samples")]
     let stretch = (STRETCH_S * rate_hz) as u64;
     let stretch = stretch.max(STRETCH);
@@ -95,48 +100,34 @@ fn rest(recording: &Recording, pipeline: &PipelineConfig) -> Option<Rest> {
             }
         }
     }
-    let energy = meter.floor(pipeline.floor)?;
+    let Some(energy) = meter.floor(pipeline.floor) else { return Ok(None) };
     let known = range.iter().filter(|(least, most)| *least > 0.0 && most.is_finite());
     let unsteady = known.map(|(least, most)| most / least).fold(1.0, f32::max);
-    Some(Rest { energy, unsteady, step_rms: meter.least_energy(pipeline.floor).sqrt() })
-}
-
-/// Corners (Hz) of each band as the rate has it: shear and vibration, the first two, are lowered, an octave that does not fit is none.
-fn corners(pipeline: &PipelineConfig) -> [Option<(f32, f32)>; BANDS] {
-    let limit_hz = MAX_CORNER * pipeline.sample_rate.0;
-    let bands = pipeline.detector.bands();
-    core::array::from_fn(|b| {
-        let BandThreshold { low_hz, high_hz, .. } = *bands.get(b)?;
-        if low_hz < 0.8 * limit_hz {
-            Some((low_hz, high_hz.min(limit_hz)))
-        } else {
-            (b < LOWERED_BANDS).then_some((0.25 * limit_hz, limit_hz))
-        }
-    })
+    let step_rms = meter.least_energy(pipeline.floor).sqrt();
+    Ok(Some(Rest { energy, unsteady, step_rms }))
 }
 
 /// Which bands the rate carries.
-fn rate(recording: &Recording, pipeline: &PipelineConfig) -> Finding {
+fn rate(recording: &Recording, pipeline: &PipelineConfig, bands: &Bands) -> Finding {
     let rate_hz = pipeline.sample_rate.0;
-    let corners = corners(pipeline);
-    let carried: Vec<String> =
-        corners.iter().flatten().map(|(low, high)| format!("{low:.0}-{high:.0} Hz")).collect();
-    let text = format!("{rate_hz:.0} samples a second: bands {}", carried.join(", "));
-    let given = recording.notes.given_rate_hz.is_some();
-    let source = if given { " (as --rate says)" } else { "" };
+    let carried: Vec<String> = bands
+        .iter()
+        .flatten()
+        .map(|band| format!("{:.0}-{:.0} Hz", band.low_hz, band.high_hz))
+        .collect();
+    let source = if recording.notes.given_rate_hz.is_some() { " (by --rate)" } else { "" };
+    let text = format!("{rate_hz:.0} samples a second{source}: bands {}", carried.join(", "));
     if carried.len() == BANDS {
-        return Finding::ok("sensor rate", text + source);
+        return Finding::ok("sensor rate", text);
     }
-    let above = corners.iter().flatten().any(|(low_hz, _)| *low_hz >= ABOVE_MOTION_HZ);
     let remedy =
         "sample faster where the sensor can: all bands fit from 2.5 times their highest corner on";
-    if above {
-        return Finding::warning("sensor rate", text + source, remedy.to_owned());
-    }
-    let text = format!(
-        "{rate_hz:.0} samples a second carry no band above the motion of hands and robots: only slips that stay three times as loud as all motion before are found"
-    );
-    Finding::warning("sensor rate", text, remedy.to_owned())
+    let below = if pipeline.detector.reaches_above_motion(rate_hz) {
+        ""
+    } else {
+        "; none lies above the motion of hands and robots, so only slips that stay three times as loud as all motion before are found"
+    };
+    Finding::warning("sensor rate", text + below, remedy.to_owned())
 }
 
 /// Whether readings or times are missing.
@@ -183,20 +174,19 @@ fn steady(rest: &Rest, recording: &Recording) -> Finding {
 }
 
 /// The noise, and the smallest slip over it.
-fn floor(rest: &Rest, recording: &Recording, pipeline: &PipelineConfig) -> Finding {
+fn floor(rest: &Rest, recording: &Recording, bands: &Bands) -> Finding {
     let unit = if recording.channels.stylus == StylusKind::Vibration { "" } else { " m" };
-    let bands = pipeline.detector.bands();
-    let found =
-        corners(pipeline).into_iter().zip(bands).zip(rest.energy).filter_map(
-            |((corners, band), energy)| Some((corners?, (band.threshold * energy).sqrt())),
-        );
-    let smallest = found.min_by(|a, b| a.1.total_cmp(&b.1));
-    let ((low_hz, high_hz), rms) = smallest.unwrap_or_default();
+    let found = bands
+        .iter()
+        .zip(rest.energy)
+        .filter_map(|(band, energy)| band.map(|band| (band, (band.threshold * energy).sqrt())));
     let noise = rest.energy.iter().sum::<f32>().sqrt();
-    Finding::ok(
-        "sensor floor",
-        format!(
-            "noise {noise:.2e}{unit} (rms, all bands); a slip is found from {rms:.2e}{unit} in {low_hz:.0}-{high_hz:.0} Hz on, with the default thresholds"
-        ),
-    )
+    let mut text = format!("noise {noise:.2e}{unit} (rms, all bands)");
+    if let Some((band, rms)) = found.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        text += &format!(
+            "; a slip is found from {rms:.2e}{unit} in {:.0}-{:.0} Hz on, with the thresholds in force",
+            band.low_hz, band.high_hz
+        );
+    }
+    Finding::ok("sensor floor", text)
 }
