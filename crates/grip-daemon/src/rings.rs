@@ -445,7 +445,7 @@ pub enum Item<'a> {
     },
 }
 
-/// What the link tells, as far as people and programs want to know it.
+/// What the link reports, as far as people and programs want to know it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LinkNote {
     /// The state of the host's side changed.
@@ -470,7 +470,7 @@ pub enum LinkNote {
     Configured(Clamped),
     /// The gripper has restarted.
     Rebooted,
-    /// State of the gripper as it tells it.
+    /// State of the gripper as it reports it.
     Status(Status),
     /// The gripper reports a fault or a change of state.
     Device(DeviceEvent),

@@ -137,7 +137,7 @@ impl Course {
 
 // Readings of a stylus in; how many peaks and valleys it has passed, and whether it passes fewer and fewer, out.
 //
-// One stylus cannot tell how fast an object slides, since the spacing of the surface is not known. But the rate of its turns follows the speed,
+// One stylus cannot show how fast an object slides, since the spacing of the surface is not known. But the rate of its turns follows the speed,
 // so that it falls where the object slows down.
 
 /// Turns of one slip, counted.
@@ -253,7 +253,7 @@ impl Turns {
 // Third differences of readings that differ show the noise, since sliding leaves next to nothing of them; the smallest step shows the
 // resolution. The acceleration over 3 to 4 ms, on which the estimate rests, drowns in more than some micrometres of either.
 
-/// Readings before a square can be told from the others, and the least mean of them (m2).
+/// Readings before a square can be distinguished from the others, and the least mean of them (m2).
 const TRAVEL_NOISE_ENOUGH: u16 = 16;
 const LEAST: f32 = 1e-12;
 

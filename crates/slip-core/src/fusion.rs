@@ -248,7 +248,7 @@ impl Fusion {
         }
     }
 
-    /// The same for a frame of the taxel array; `rests` says whether an object is held and does not slip. While the grip force does not
+    /// The same for a frame of the taxel array; `rests`: whether an object is held and does not slip. While the grip force does not
     /// stand its pattern changes by itself.
     #[inline]
     pub fn watch_taxels(&mut self, t: Micros, taxels: &[f32], force_stands: bool, rests: bool) {

@@ -9,7 +9,7 @@
 //! # Noise
 //! Noise does two things to peaks and valleys. It adds false ones: the hysteresis keeps those out, as long as it is
 //! several deviations of the noise. And it makes every peak too high and every valley too low, because the
-//! extreme of N noisy samples lies about sigma sqrt(2 ln N) beyond the truth; no threshold mends that, only less noise.
+//! extreme of N noisy samples lies about sigma sqrt(2 ln N) beyond the truth; no threshold cures that, only less noise.
 //! [`SpatialLowPass`] averages over a fixed length of *surface*, so the slower the slip, the more samples it averages: its
 //! corner in Hz follows the speed, and surface and spacing keep their size at every speed. What remains is of second order:
 //! reversals whose height lies within the remaining noise of the hysteresis come and go. `gripctl profile` puts the

@@ -286,7 +286,7 @@ impl Contact {
         self.touching
     }
 
-    /// What [`Contact::update`] would say, which is then still to be told.
+    /// What [`Contact::update`] would give, which is then still to be reported.
     #[must_use]
     #[inline]
     pub fn would_touch(&self, normal_force_n: Option<f32>) -> bool {

@@ -306,7 +306,7 @@ fn motion_is_reported_at_once_and_only_where_the_firmware_reports_it() {
     let mut out = [0; MAX_WIRE];
     while rig.device.poll_transmit(rig.tick, &mut out).is_some() {}
     rig.device.report_motion(rig.tick, false);
-    assert_eq!(rig.device.poll_transmit(rig.tick, &mut out), None, "no news");
+    assert_eq!(rig.device.poll_transmit(rig.tick, &mut out), None, "nothing new");
     rig.device.report_motion(rig.tick, true);
     assert_eq!(reported(&rig), motion.0);
     assert!(rig.device.poll_transmit(rig.tick, &mut out).is_some(), "a STATUS is due");

@@ -195,7 +195,7 @@ impl Wishes {
         due
     }
 
-    /// The gripper told its state.
+    /// The gripper has reported its state.
     pub(super) fn receive(&mut self, state: DeviceState) {
         if state == DeviceState::Estop {
             self.stop_at_us = None;

@@ -79,7 +79,7 @@ pub struct DetectorConfig {
     pub release: f32,
     /// How long it must stay there (ms).
     pub release_ms: f32,
-    /// How the motion of the robot is told from slip.
+    /// How the motion of the robot is distinguished from slip.
     pub gate: GateConfig,
 }
 

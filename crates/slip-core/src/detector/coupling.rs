@@ -177,7 +177,7 @@ const NEAR_SHIFTS: usize = 1;
 /// Time in which what was seen is forgotten by e (s), and motion before anything is said (s).
 const MEMORY_S: f32 = 30.0;
 const LEAST_S: f32 = 10.0;
-/// Time constant of the means (s): motion that comes and goes by turns of seconds would need minutes to be told from another robot's.
+/// Time constant of the means (s): motion that comes and goes by turns of seconds would need minutes to be distinguished from another robot's.
 const MEAN_S: f32 = 0.2;
 /// A correlation that shows one robot, and one below which there is none.
 const FOLLOWS: f32 = 0.4;
@@ -221,7 +221,7 @@ pub(super) enum Relation {
 /// left out, and those in alarms while it is in time, so that holding costs nothing and slips teach nothing. It takes
 /// [`LEAST_S`] of motion.
 ///
-/// A parabola through the highest rho_k and its neighbours tells how late to 1.5 ms. From [`LATE_S`] to
+/// A parabola through the highest rho_k and its neighbours gives how late to 1.5 ms. From [`LATE_S`] to
 /// [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A
 /// reference that is early by [`EARLY_S`] to [`EARLIEST_S`] waits as long, less [`MARGIN_S`]: that costs no latency.
 #[derive(Clone, Copy, Debug)]

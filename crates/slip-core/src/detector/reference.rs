@@ -276,7 +276,7 @@ impl Reference {
 
 // Band energies of the motion reference in; what the robot's own motion may add to the floor of each band out.
 
-/// How the motion of the robot is told from slip.
+/// How the motion of the robot is distinguished from slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",

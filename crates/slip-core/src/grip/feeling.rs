@@ -317,7 +317,7 @@ mod yielding_tests {
         assert_eq!(yielding.most_n(Some(&sliding(3.0, 0.1)), 1e-4), f32::INFINITY);
         assert!(yielding.most_n(Some(&sliding(4.0, 0.0)), 2e-4) < 6.0);
         assert!(yielding.most_n(Some(&sliding(8.0, 0.02)), 2e-4) < 6.0, "noise");
-        assert!(yielding.most_n(None, 2e-4) < 6.0, "no news");
+        assert!(yielding.most_n(None, 2e-4) < 6.0, "nothing new");
         assert_eq!(yielding.most_n(Some(&sliding(8.0, 0.04)), 2e-4), f32::INFINITY);
     }
 

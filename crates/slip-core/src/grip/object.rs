@@ -7,9 +7,9 @@ use super::GripConfig;
 /// What became of the object in hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GripEvent {
-    /// The fingers are told to press with the least force and touch nothing: there is no object.
+    /// The fingers are commanded to press with the least force and touch nothing: there is no object.
     Empty,
-    /// Touch is gone while the fingers are told to press: the object is lost.
+    /// Touch is gone while the fingers are commanded to press: the object is lost.
     Lost,
     /// Touch is back after the object was lost.
     Regrasped,
@@ -43,7 +43,7 @@ pub(super) struct Touch {
     absent_s: f32,
     /// Whether the object was touched before it was held; a sensor that saw nothing then may not measure at all.
     touched: bool,
-    /// What the last step was told.
+    /// The touch of the last step.
     touching: bool,
     lost: bool,
     event: Option<GripEvent>,
@@ -71,7 +71,7 @@ impl Touch {
         self.absent_s >= EMPTY_S && !self.touching
     }
 
-    /// Whether only a change of touch has anything to tell: no time runs.
+    /// Whether only a change of touch has anything to report: no time runs.
     #[inline]
     pub(super) fn is_settled(&self) -> bool {
         self.lost || !self.touched || self.touching
@@ -87,7 +87,7 @@ impl Touch {
         self.touched |= self.touching;
     }
 
-    /// Fingers that close; `pressing` says whether they are told to press.
+    /// Fingers that close; `pressing`: whether they are commanded to press.
     pub(super) fn close(&mut self, pressing: bool, dt_s: f32) {
         self.settle();
         let before_s = self.absent_s;
@@ -200,7 +200,7 @@ impl Search {
         matches!(self.mode, Mode::Above(_) | Mode::Known)
     }
 
-    /// A slip that was believed has told what is needed; where it did roughly only, `least_n` (N) is the least that may do.
+    /// A slip that was believed has shown what is needed; where it did roughly only, `least_n` (N) is the least that may do.
     pub(super) fn found(&mut self, least_n: Option<f32>) {
         self.mode = least_n.map_or(Mode::Found, Mode::Above);
     }

@@ -1,6 +1,6 @@
 //! Readings of one stylus and the grip force during a slip in; the force that the object needs, as a distribution, out.
 //!
-//! One stylus cannot tell how fast an object slides, since the surface is not known. It tells the *course* of the speed: the faster the object, the
+//! One stylus cannot show how fast an object slides, since the surface is not known. It tells the *course* of the speed: the faster the object, the
 //! more the heights change from block to block, and the faster peaks and valleys follow each other. And the course follows from the needed
 //! force: an object that needs `N` and is pressed with `F` has the acceleration `g (L - F/N)`, where `L` is the share of its load that is there.
 //! Each of [`CANDIDATES`] pairs of a needed force and a time in which the load comes predicts a speed for each block of 0.3 ms, and is as likely as

@@ -235,7 +235,7 @@ impl GripForce {
         *self = Self { period_s, held_share, ..Self::default() };
     }
 
-    /// The reading as far as it tells touch. One that contradicts the command and shows no touch while the object `slides` is none, until it shows
+    /// The reading as far as it shows touch. One that contradicts the command and shows no touch while the object `slides` is none, until it shows
     /// some again.
     #[inline]
     pub(super) fn touch(

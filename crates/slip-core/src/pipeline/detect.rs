@@ -265,7 +265,7 @@ pub(super) enum Rested {
     Ended {
         /// Time since the sample before.
         dt: Micros,
-        /// Statistic and state of the stylus, where it is heard.
+        /// Statistic and state of the stylus, where it counts.
         stylus: Option<(f32, SlipState)>,
         /// What the methods detect together.
         detection: Option<Detection>,
@@ -345,7 +345,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         Rested::Quiet { statistic: self.detection.map_or(0.0, |detection| detection.statistic) }
     }
 
-    /// The same where the stylus has news.
+    /// The same where the stylus has a new block.
     #[inline(never)]
     fn ask(&mut self, sample: &Sample, dt: Micros, stylus: Option<(f32, SlipState)>) -> Rested {
         let detection = self.fuse(sample, &[], stylus);

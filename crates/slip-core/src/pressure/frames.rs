@@ -337,7 +337,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// From contact, and from each change of the grip force by more than a tenth, on: how long nothing is told of the pattern.
+    /// From contact, and from each change of the grip force by more than a tenth, on: how long nothing is concluded from the pattern.
     pub const WAIT: Micros = Micros(500_000);
 
     /// Takes the measured normal force (N); whether it has stood for [`Standing::WAIT`]. Without a force sensor it does.
