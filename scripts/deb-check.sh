@@ -25,7 +25,7 @@ command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --loc
 echo "deb-check: building"
 if [ "$profile" = release ]; then scripts/release-build.sh; else cargo build --profile "$profile" -p gripd -p gripctl; fi
 rm -rf target/manuals "$target/deb-check"
-cargo build --quiet --workspace --bin grip-manuals
+cargo build --quiet --workspace --no-default-features --bin grip-manuals
 "$target/debug/grip-manuals" target/manuals
 "$built/gripd" --check-config --config packaging/gripd.toml
 "$built/gripd" --check-config --config docs/gripd.toml

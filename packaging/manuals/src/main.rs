@@ -1,4 +1,5 @@
-//! The command lines of gripd, gripctl, gripfleet and gripmon in; their man pages and shell completions, in a folder, out.
+//! The command lines of gripd, gripctl, gripfleet and gripmon in; their man pages, shell completions and pages of the
+//! reference, in a folder, out.
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
@@ -20,21 +21,26 @@ use clap_complete::{
     shells::{Bash, Fish, Zsh},
 };
 use std::{
+    fmt::Write as _,
     fs,
     path::{Path, PathBuf},
 };
 
-/// Writes man pages and shell completions of gripd, gripctl, gripfleet and gripmon.
+/// Writes man pages, shell completions and the pages of the reference of gripd, gripctl, gripfleet and gripmon.
 #[derive(Debug, Parser)]
 #[command(name = "grip-manuals", version)]
 struct Cli {
     /// Folder that gets `man`, `bash`, `zsh` and `fish`; made where it is absent.
     out: PathBuf,
+    /// The pages of the reference instead, in the folder itself.
+    #[arg(long)]
+    reference: bool,
 }
 
 fn main() -> anyhow::Result<()> {
-    let out = Cli::parse().out;
-    commands().into_iter().try_for_each(|command| write_all(&out, command))
+    let cli = Cli::parse();
+    let write = if cli.reference { write_reference } else { write_all };
+    commands().into_iter().try_for_each(|command| write(&cli.out, command))
 }
 
 /// gripctl, which has subcommands, stands last.
@@ -59,11 +65,58 @@ fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
     fs::rename(bash.join(format!("{name}.bash")), bash.join(&name)).context("bash")
 }
 
+fn write_reference(out: &Path, command: Command) -> anyhow::Result<()> {
+    let page = out.join(command.get_name()).with_extension("md");
+    fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    fs::write(&page, reference(command)).with_context(|| page.display().to_string())
+}
+
+/// The page of a program: what `--help` prints of it and of each of its commands.
+fn reference(command: Command) -> String {
+    let name = command.get_name();
+    let mut page = format!(
+        "# {name}\n\nWhat `--help` prints, with all features. `cargo run -p grip-manuals -- --reference docs/reference` writes this page.\n"
+    );
+    // What fits a page beside the contents, and no terminal decides it.
+    let mut command = command.term_width(100).disable_help_subcommand(true);
+    command.build();
+    sections(command, &mut page);
+    page
+}
+
+fn sections(command: Command, page: &mut String) {
+    // Not what a variable is set to where the page is written.
+    let mut command = command.mut_args(|argument| argument.hide_env_values(true));
+    let help = command.render_long_help().to_string();
+    let name = command.get_bin_name().unwrap_or_else(|| command.get_name());
+    let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
+    // Writing to a String cannot fail.
+    let _ = write!(page, "\n## {name}\n\n```text\n{}\n```\n", lines.join("\n"));
+    for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
+        sections(below.clone(), page);
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{commands, gripctl, write_all};
+    use super::{commands, gripctl, reference, write_all};
     use clap::CommandFactory as _;
-    use std::fs::read_to_string;
+    use std::{fs::read_to_string, path::Path};
+
+    #[test]
+    fn the_reference_is_what_help_prints() {
+        let pages = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference");
+        for command in commands() {
+            let page = pages.join(command.get_name()).with_extension("md");
+            let text = reference(command);
+            let written = read_to_string(&page).unwrap_or_default();
+            assert!(
+                written == text,
+                "{} is of another version: cargo run -p grip-manuals -- --reference docs/reference",
+                page.display()
+            );
+        }
+    }
 
     #[test]
     fn every_flag_and_command_is_in_its_manual() {
