@@ -4,7 +4,7 @@
 #   scripts/deb-check.sh [PROFILE]      PROFILE is release, or dev for a quicker look
 #
 # Nothing outside the target folder is touched: dpkg works on its own database there, and the maintainer scripts make the user
-# in the passwd of that folder (DPKG_ROOT). Needs dpkg and cargo-deb, which is installed into the target folder where it is missing;
+# in the passwd of that folder (DPKG_ROOT). Needs dpkg and what scripts/deb.sh needs;
 # runs as root or, where the kernel lets users make namespaces, as anybody. What a running systemd would do with the unit is not
 # checked, only that systemd understands it.
 set -euo pipefail
@@ -19,26 +19,17 @@ command -v dpkg-deb >/dev/null || { missing dpkg dpkg; exit 0; }
 if [ "$(id -u)" != 0 ]; then
     unshare --map-root-user true 2>/dev/null || { missing dpkg "root or a user namespace"; exit 0; }
 fi
-PATH=$PATH:$(realpath -m "$target")/tools/bin
-command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
-
 echo "deb-check: building"
 if [ "$profile" = release ]; then scripts/release-build.sh; else cargo build --profile "$profile" -p gripd -p gripctl; fi
-rm -rf target/manuals "$target/deb-check"
-cargo build --quiet --workspace --no-default-features --bin grip-manuals
-"$target/debug/grip-manuals" target/manuals
 "$built/gripd" --check-config --config packaging/gripd.toml
 "$built/gripd" --check-config --config docs/gripd.toml
-mkdir -p "$target/deb-check"
-deb=$target/deb-check/gripd.deb
-cargo deb --package gripd --profile "$profile" --no-build --no-strip --quiet --output "$deb"
 # That of gripfleet holds the program as the tests have built it: an optimised network takes minutes, and is looked at by nobody here.
 cargo build --quiet --workspace --bin gripfleet
+rm -rf "$target/deb-check"
+scripts/deb.sh "$target/deb-check" "$profile" dev
+deb=$target/deb-check/gripd.deb
 fleet=$target/deb-check/gripfleet.deb
-cargo deb --package gripfleet --profile dev --no-build --no-strip --quiet --output "$fleet"
-scripts/c-library.sh target/c-library "$profile"
 library=$target/deb-check/libslip-dev.deb
-cargo deb --package slip-ffi --profile "$profile" --no-build --no-strip --quiet --output "$library"
 
 echo "deb-check: looking into it"
 listing=$(dpkg-deb --contents "$deb" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')

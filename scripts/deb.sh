@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Packs the Debian packages of programs that are built: gripd.deb (gripd and gripctl), gripfleet.deb, libslip-dev.deb.
+#
+#   scripts/deb.sh FOLDER [PROFILE [PROFILE]]      of gripd and the library, of gripfleet; each release unless given
+#
+# Needs dpkg and cargo-deb, which is installed into the target folder where it is missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder=${1:?usage: scripts/deb.sh FOLDER [PROFILE [PROFILE]]}
+profile=${2:-release}
+target=${CARGO_TARGET_DIR:-target}
+PATH=$PATH:$(realpath -m "$target")/tools/bin
+command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
+rm -rf target/manuals
+mkdir -p "$folder"
+# The programs of the packages have no features.
+cargo build --quiet --workspace --no-default-features --bin grip-manuals
+"$target/debug/grip-manuals" target/manuals
+scripts/c-library.sh target/c-library "$profile"
+pack() { cargo deb --package "$1" --profile "$2" --no-build --no-strip --quiet --output "$folder/$3.deb"; }
+pack gripd "$profile" gripd
+pack slip-ffi "$profile" libslip-dev
+pack gripfleet "${3:-release}" gripfleet
