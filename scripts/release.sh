@@ -68,7 +68,7 @@ fi
 if [ "$mode" = release ]; then
     [ -z "$(git status --porcelain)" ] || fail "the checkout is changed; --draft builds it all the same"
     grep -qE "^## \\[$version\\] - [0-9]{4}-[0-9]{2}-[0-9]{2}$" CHANGELOG.md ||
-        fail "CHANGELOG.md has no '## [$version] - YYYY-MM-DD' (CONTRIBUTING.md, \"Before a release\"); --draft builds it all the same"
+        fail "CHANGELOG.md has no '## [$version] - YYYY-MM-DD' (CONTRIBUTING.md, \"Releases\"); --draft builds it all the same"
 fi
 [ ! -e "$folder" ] || fail "$folder is there already"
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
