@@ -29,6 +29,7 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
     };
     let rows =
         rows(config, args.seed, args.rows).map_err(|error| WrongArgument(error.to_string()))?;
+    let rows = output::progress(usize::try_from(args.rows)?, "rows").wrap_iter(rows);
     let name = args.output.display();
     if is_npz(&args.output) {
         let columns: Vec<&str> = CSV_HEADER.split(',').collect();

@@ -1,7 +1,7 @@
 //! A port in; a recording of its gripper at rest, and in motion where that is wanted, out. Nothing is commanded.
 
 use super::{checked, clock::Clock};
-use crate::cli::CalibrateArgs;
+use crate::{cli::CalibrateArgs, output};
 use anyhow::anyhow;
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_daemon::supply::usb_filter;
@@ -87,6 +87,13 @@ struct Meter {
 impl Meter {
     /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper says of it.
     fn run(&mut self, wanted_s: f64, motion: Option<f32>) -> anyhow::Result<()> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "within an hour"
+        )]
+        let whole = |s: f64| s.ceil() as u64;
+        let bar = output::progress(usize::try_from(whole(wanted_s))?, "s");
         let mut first = None;
         let mut received_us = self.clock.now_us();
         loop {
@@ -100,7 +107,9 @@ impl Meter {
             }
             let Some(last) = self.samples.last().map(|sample| sample.t) else { continue };
             let begin = *first.get_or_insert(last);
+            bar.set_position(whole(last.since(begin).as_seconds()));
             if self.samples.len() > from && last.since(begin).as_seconds() >= wanted_s {
+                bar.finish();
                 return Ok(());
             }
         }
