@@ -62,7 +62,7 @@ pub struct DetectorConfig {
     pub vibration: BandThreshold,
     /// Bands that do not overlap, lowest first; one that does not fit under 0.4 of the sample rate is left out.
     pub octaves: [BandThreshold; 4],
-    /// Energy of the vibration band over its floor at which a slip is gross.
+    /// Energy of the vibration band, or of one of the two highest octaves, over its floor at which a slip is gross.
     pub gross: f32,
     /// Time constant of the energy (ms).
     pub envelope_ms: f32,

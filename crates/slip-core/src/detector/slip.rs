@@ -4,9 +4,10 @@
 //! stylus -> bands -> scaled by the quiet floor -> [gate, while the robot moves] -> blocks of 0.5 ms -> tests -> state
 //! ```
 //!
-//! The shear band (20-400 Hz) sees the first elastic movement, the vibration band (100-800 Hz) the
-//! texture passing under the stylus; above `gross` times the floor there, the object slides. Four bands that do not overlap
-//! separate a slip from motion that fills only some of them. A rate that carries none of them is left with the level
+//! The shear band (20-400 Hz) sees the first elastic movement; the vibration band (100-800 Hz) and the two highest
+//! octaves (250-3000 Hz) the texture passing under the stylus, also where the mains hum below; above `gross` times the
+//! floor there, the object slides. Four bands that do not overlap separate a slip from motion that fills only some of
+//! them. A rate that carries none of them is left with the level
 //! ([`level`](super::level)).
 
 use super::{
@@ -597,7 +598,8 @@ impl SlipDetector {
             }
         };
         let over_floor = self.energy.over_floor();
-        self.decision.step(statistic, over_floor[VIBRATION]);
+        let [.., c, d] = over_floor;
+        self.decision.step(statistic, over_floor[VIBRATION].max(c.max(d)));
         let alarmed = self.decision.state != SlipState::Quiet;
         self.knocks.step(alarmed, self.moving && self.gate.rings());
         if self.evidence.is_some() {

@@ -12,7 +12,8 @@ pub struct Block {
     pub energy: [f32; BANDS],
     /// What noise and motion may have caused of it.
     pub floor: [f32; BANDS],
-    /// The robot moves, so that the four bands that do not overlap decide too. In a still scene shear and vibration are enough.
+    /// The robot moves, so that the two lower octaves and the cumulative sum decide too. In a still scene shear and vibration, which cover
+    /// these, are enough.
     pub moving: bool,
 }
 
@@ -70,8 +71,8 @@ impl SequentialTest for EnergyTest {
             *over = self.energy[b] / self.floor[b] * self.per_threshold[b];
         }
         let [shear, vibration, a, b, c, d] = over;
-        let still = shear.max(vibration);
-        if block.moving { still.max(a.max(b).max(c.max(d))) } else { still }
+        let still = shear.max(vibration).max(c.max(d));
+        if block.moving { still.max(a.max(b)) } else { still }
     }
 
     fn reset(&mut self) {

@@ -44,6 +44,35 @@ fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
     }
 }
 
+/// A piezo on loose wires: the mains, with two harmonics, at a hundred times the noise, and a scrape of 1.5 kHz at thirty times of it. Shear and
+/// vibration see little but the hum.
+#[test]
+fn hum_of_the_mains_hides_no_scrape() {
+    for (rate, mains_hz) in [(10_000_u16, 50.0), (10_000, 60.0), (48_000, 50.0)] {
+        let (mut detector, mut noise) = (detector(f32::from(rate)), noise(11));
+        let seconds = 10;
+        let scrape_from = (seconds - 1) * u32::from(rate);
+        let mut found = None;
+        for i in 0..seconds * u32::from(rate) {
+            let t = f64::from(i) / f64::from(rate);
+            let wave = |hz: f64| libm::sin(core::f64::consts::TAU * (hz * t).fract());
+            let hum = wave(mains_hz) + 0.2 * wave(2.0 * mains_hz) + 0.2 * wave(3.0 * mains_hz);
+            let scrape = if i < scrape_from { 0.0 } else { 3e-6 * wave(1500.0) };
+            #[expect(clippy::cast_possible_truncation, reason = "test signal")]
+            let signal = (1e-5 * hum + scrape) as f32;
+            let step = detector.step(signal + noise(), &MotionInput::default());
+            let state = step.map_or(SlipState::Quiet, |(_, state)| state);
+            if i < scrape_from {
+                assert_eq!(state, SlipState::Quiet, "at {rate} Hz, {t} s, mains {mains_hz} Hz");
+            } else if state == SlipState::Gross {
+                found = found.or(Some(t));
+            }
+        }
+        let late = found.map(|t| t - f64::from(scrape_from) / f64::from(rate));
+        assert!(late.is_some_and(|late| late < 0.005), "at {rate} Hz: {late:?}");
+    }
+}
+
 /// A converter of 12 bits over 2 mm hides the noise that the floor is learned from: all readings are equal, until the load comes and moves the stylus
 /// within a step or two.
 #[test]
