@@ -29,6 +29,16 @@ pub enum CsvError {
         /// The file.
         file: PathBuf,
     },
+    /// The first line is no text.
+    #[error(
+        "{}: is no text; name a file by its kind (.csv, .npz, .mcap; gripctl import reads .wav and .npy too); a sound of \
+         another kind becomes one with: ffmpeg -i FILE sound.wav",
+        file.display()
+    )]
+    NoText {
+        /// The file.
+        file: PathBuf,
+    },
     /// The file has a header row and nothing else.
     #[error("{}: has a header but no rows; record at least one row", file.display())]
     NoRows {

@@ -51,6 +51,10 @@ impl<R: Read> Table<R> {
         let Some((line, _)) = table.advance()? else {
             return Err(CsvError::Empty { file: table.file });
         };
+        let control = |byte: &u8| byte.is_ascii_control() && !matches!(byte, b'\t' | b'\r' | b'\n');
+        if table.record.as_slice().iter().any(control) {
+            return Err(CsvError::NoText { file: table.file });
+        }
         table.header_line = line;
         table.header = table
             .record

@@ -79,11 +79,20 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
 }
 
 /// Reads a recording of another program; a file that cannot be used is a wrong argument.
-pub(super) fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
+fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
     grip_import::import(file, options).map_err(|error| WrongArgument(error.to_string()))
 }
 
-pub(super) fn import_options(csv: &CsvOptions) -> ImportOptions {
+/// The recording in a file of another program; what is taken for what, on standard error.
+pub(super) fn shown(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
+    let imported = import(file, &import_options(csv))?;
+    for line in use_lines(&imported.uses) {
+        eprintln!("{}: {}", file.display(), line.trim_start());
+    }
+    Ok(imported.recording)
+}
+
+fn import_options(csv: &CsvOptions) -> ImportOptions {
     ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
 }
 
@@ -216,7 +225,7 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
 }
 
 /// What was taken for what; the taxels of an array in one line.
-pub(super) fn use_lines(uses: &[Use]) -> Vec<String> {
+fn use_lines(uses: &[Use]) -> Vec<String> {
     let is_taxel = |used: &&Use| {
         used.ours.strip_prefix("pressure_").is_some_and(|k| k.parse::<usize>().is_ok())
     };

@@ -87,12 +87,16 @@ fn checked(flag: &str, value: f64, zero: bool) -> Result<f64, WrongArgument> {
     Err(WrongArgument(format!("{flag} {value}: expected a number of {expected}")))
 }
 
-/// A recording as one: CSV, `.npz`, or `.mcap` of ours.
+/// A recording as one: CSV, `.npz`, `.mcap` of ours, or a file of another program, as `gripctl replay` takes it.
 fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
     if replay::is_mcap(file) {
         return Ok(grip_session::recording::read_mcap(file)?);
     }
-    Ok(read_recording(file, &csv_options(csv)?)?)
+    let csv = csv_options(csv)?;
+    if grip_import::is_foreign(file) {
+        return import::shown(file, &csv);
+    }
+    Ok(read_recording(file, &csv)?)
 }
 
 /// An input that cannot be read.

@@ -78,11 +78,7 @@ impl Source {
     /// length can be replayed: for its rate and its faults, and then for its samples.
     fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<(Recording, Self)> {
         if grip_import::is_foreign(file) {
-            let imported = import::import(file, &import::import_options(csv))?;
-            for line in import::use_lines(&imported.uses) {
-                eprintln!("{}: {}", file.display(), line.trim_start());
-            }
-            return Ok((imported.recording, Self::Held));
+            return Ok((import::shown(file, csv)?, Self::Held));
         }
         if is_npz(file) {
             return Ok((read_recording(file, csv)?, Self::Held));

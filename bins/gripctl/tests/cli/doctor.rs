@@ -149,3 +149,46 @@ fn a_sensor_is_judged_by_a_recording_at_rest() {
     let absent = gripctl(folder.path(), &["doctor", "--sensor", "no.csv"]);
     assert!(absent.code != 0 && absent.err.contains("no.csv"), "{absent:?}");
 }
+
+/// A microphone's file as a recorder writes it: one channel of 16 bits.
+fn wav(rate_hz: u32, samples: u32) -> Vec<u8> {
+    let data = 2 * samples;
+    let mut bytes = b"RIFF".to_vec();
+    bytes.extend((36 + data).to_le_bytes());
+    bytes.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
+    bytes.extend(rate_hz.to_le_bytes());
+    bytes.extend((2 * rate_hz).to_le_bytes());
+    bytes.extend(b"\x02\0\x10\0data");
+    bytes.extend(data.to_le_bytes());
+    let mut state = 7_u32;
+    for _ in 0..samples {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let [.., low, high] = state.to_le_bytes();
+        bytes.extend((i16::from_le_bytes([low, high]) / 256).to_le_bytes());
+    }
+    bytes
+}
+
+#[test]
+fn a_wav_is_judged_and_calibrated_as_it_is_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rest.wav"), wav(10_000, 60_000)).unwrap();
+    let judged = checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "rest.wav"]));
+    assert!(judged.iter().all(|line| line["verdict"] == "ok"), "{judged:?}");
+    let replayed = gripctl(folder.path(), &["replay", "rest.wav"]);
+    assert!(replayed.code == 0 && replayed.out.contains("60000 samples"), "{replayed:?}");
+    let made = gripctl(folder.path(), &["calibrate", "rest.wav", "-o", "CAL.toml"]);
+    assert!(made.code == 0 && folder.path().join("CAL.toml").exists(), "{made:?}");
+}
+
+#[test]
+fn a_recording_where_a_port_should_be_is_named_as_one() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rest.wav"), wav(10_000, 10)).unwrap();
+    let lost = gripctl(folder.path(), &["doctor", "rest.wav"]);
+    assert!(lost.code == 1 && lost.out.contains("doctor --sensor rest.wav"), "{lost:?}");
+    // A sound under another name.
+    fs::copy(folder.path().join("rest.wav"), folder.path().join("rest.m4a")).unwrap();
+    let sound = gripctl(folder.path(), &["replay", "rest.m4a"]);
+    assert!(sound.code == 2 && sound.err.contains("is no text"), "{sound:?}");
+}

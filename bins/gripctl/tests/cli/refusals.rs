@@ -99,11 +99,17 @@ fn rubbish_is_shown_in_short_and_without_control_characters() {
         (0..40_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13).to_le_bytes()[0]).collect();
     fs::write(folder.path().join("r.csv"), rubbish).unwrap();
     let ran = gripctl(folder.path(), &["replay", "r.csv"]);
-    let shown = ran.refused(2, &["r.csv", "no column stylus"]).err;
+    let shown = ran.refused(2, &["r.csv", "is no text"]).err;
     assert!(
         shown.len() < 8000 && !shown.trim_end().contains(|c: char| c.is_control() && c != '\n'),
         "{shown}"
     );
+    // Letters, of which half are none.
+    let letters: String =
+        (0..40_000_u32).map(|i| if i % 2 == 0 { '\u{fffd}' } else { 'a' }).collect();
+    fs::write(folder.path().join("l.csv"), letters).unwrap();
+    let shown = gripctl(folder.path(), &["replay", "l.csv"]).refused(2, &["no column stylus"]).err;
+    assert!(shown.len() < 8000, "{shown}");
 }
 
 /// A file that is no recording is refused alike by all that read one: a FIFO and a device without waiting, a folder, nothing.

@@ -34,7 +34,12 @@ impl Access {
         let info = system.places.look_up(path);
         if info.is_none() && !node.starts_with("/dev/pts") {
             let text = format!("{} is no serial port", node.display());
-            findings.push(Finding::fault("port", text, "gripctl ports".to_owned()));
+            let remedy = if node.is_file() {
+                format!("for a recording: gripctl doctor --sensor {}", path.display())
+            } else {
+                "gripctl ports".to_owned()
+            };
+            findings.push(Finding::fault("port", text, remedy));
             return Self { findings, free: false };
         }
         findings.push(named(path, info.as_ref()));
@@ -200,7 +205,9 @@ mod tests {
         assert!(!absent.free && absent.findings[0].verdict == Verdict::Fault);
         fs::write(&file, "").unwrap();
         let plain = Access::look(&system, &processes, &file);
-        assert!(!plain.free && plain.findings.iter().any(|f| f.text.contains("no serial port")));
+        let [.., finding] = plain.findings.as_slice() else { panic!("no finding") };
+        assert!(!plain.free && finding.text.contains("no serial port"));
+        assert!(finding.remedy.as_ref().is_some_and(|remedy| remedy.contains("doctor --sensor")));
     }
 
     #[test]
