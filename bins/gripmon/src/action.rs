@@ -98,6 +98,8 @@ pub enum Action {
     ToggleTheme,
     /// Show the keys, or close them.
     ToggleHelp,
+    /// Explain the slip that was looked at last, or close the explanation.
+    ToggleExplain,
     /// Close what lies over the plots.
     Dismiss,
     /// Another beginning of the names of exported files.

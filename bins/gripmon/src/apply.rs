@@ -39,6 +39,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::PanelWidth(_)
         | Action::ToggleTheme
         | Action::ToggleHelp
+        | Action::ToggleExplain
         | Action::Dismiss
         | Action::Values(..)
         | Action::AutoValues
@@ -220,8 +221,10 @@ fn arrange(state: &mut ViewState, action: Action) {
             layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
         }
         Action::ToggleHelp => state.help = !state.help,
+        Action::ToggleExplain => state.explain = !state.explain,
         Action::Dismiss => {
             state.help = false;
+            state.explain = false;
             state.message = None;
             state.select_s = None;
             state.command.asks_release = false;

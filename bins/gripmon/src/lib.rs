@@ -13,6 +13,7 @@ pub mod apply;
 pub mod cli;
 pub mod desk;
 pub mod engine;
+pub mod explain;
 pub mod exports;
 pub mod files;
 #[cfg(feature = "fleet")]

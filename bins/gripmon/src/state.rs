@@ -65,6 +65,8 @@ pub struct ViewState {
     pub values: Vec<(StripId, Scale)>,
     /// Whether the keys are shown.
     pub help: bool,
+    /// Whether a slip is explained.
+    pub explain: bool,
     /// The trigger.
     pub trigger: TriggerForm,
     /// How often the trigger has found what it waits for.
@@ -99,6 +101,7 @@ impl ViewState {
             event_s: None,
             values: Vec::new(),
             help: false,
+            explain: false,
             triggered: 0,
             stands_at_hit: false,
             hit_s: None,
@@ -114,6 +117,12 @@ impl ViewState {
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.window.following() == Following::Held && !self.stands_at_hit
+    }
+
+    /// Whether a dialog lies over the plots.
+    #[must_use]
+    pub const fn has_dialog(&self) -> bool {
+        self.help || self.explain || self.command.asks_release
     }
 
     /// Where a cursor stands (s).

@@ -33,6 +33,8 @@ pub struct LookAt {
     pub cursors: Vec<f64>,
     /// Show the keys.
     pub help: bool,
+    /// Explain the slip at the event.
+    pub explain: bool,
     /// Give up after so many seconds.
     pub patience_s: f64,
 }
@@ -47,6 +49,7 @@ impl Default for LookAt {
             length_s,
             cursors,
             help: false,
+            explain: false,
             patience_s: 60.0,
         }
     }
@@ -96,6 +99,11 @@ impl ViewFile {
         let cursor = |i: usize| self.look.cursors.get(i).map(|after_s| zero_s + after_s);
         state.cursors = [cursor(0), cursor(1)];
         state.help = self.look.help;
+        state.explain = self.look.explain;
+        if self.look.explain {
+            // The sums above may have rounded it to just before the event.
+            state.event_s = Some(zero_s + 1e-9);
+        }
         true
     }
 

@@ -25,6 +25,10 @@ pub(super) fn events(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
                 actions.push(action);
             }
         }
+        let explain = ui.add_enabled(!all.is_empty(), Button::new("Explain"));
+        if explain.on_hover_text("Explain the slip that was looked at last (W)").clicked() {
+            actions.push(Action::ToggleExplain);
+        }
     });
     if all.is_empty() {
         sentence(

@@ -4,6 +4,7 @@ mod axis;
 mod command;
 mod cursors;
 mod events;
+mod explain;
 mod export;
 mod gestures;
 mod health;
@@ -105,6 +106,9 @@ pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
     if seen.state.help {
         actions.extend(help::help(ctx));
+    }
+    if seen.state.explain {
+        actions.extend(explain::explain(ctx, seen));
     }
     if seen.state.command.asks_release {
         actions.extend(command::question(ctx));
