@@ -100,6 +100,8 @@ pub enum Action {
     ToggleHelp,
     /// Explain the slip that was looked at last, or close the explanation.
     ToggleExplain,
+    /// Show this hint of the tour, from 0 on; the tour ends without one, or behind the last.
+    Tour(Option<usize>),
     /// Close what lies over the plots.
     Dismiss,
     /// Another beginning of the names of exported files.

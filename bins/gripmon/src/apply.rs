@@ -6,6 +6,7 @@ use crate::form::TriggerForm;
 use crate::layout::Look;
 use crate::state::ViewState;
 use crate::time::TimeWindow;
+use crate::views::HINTS;
 use grip_link::message::FaultCode;
 use grip_scope::trigger::{Found, TriggerMode};
 use grip_scope::{SourceStatus, Span};
@@ -40,6 +41,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::ToggleTheme
         | Action::ToggleHelp
         | Action::ToggleExplain
+        | Action::Tour(_)
         | Action::Dismiss
         | Action::Values(..)
         | Action::AutoValues
@@ -225,9 +227,14 @@ fn arrange(state: &mut ViewState, action: Action) {
         Action::Dismiss => {
             state.help = false;
             state.explain = false;
+            state.tour = None;
             state.message = None;
             state.select_s = None;
             state.command.asks_release = false;
+        }
+        Action::Tour(hint) => {
+            state.help = false;
+            state.tour = hint.filter(|hint| *hint < HINTS.len());
         }
         Action::Values(strip, scale) => {
             state.values.retain(|(id, _)| *id != strip);

@@ -160,7 +160,7 @@ fn law(marks: &[&EventMark], commands: &[[f64; 2]], most_n: f64, from_n: f64) ->
     }
     let Some((known_s, first_n)) = marks.iter().find_map(estimated) else {
         lines.push(format!(
-            "law: reflex, no estimate is reported; it raised the force to {}",
+            "law: reflex, without an estimate; it raised the force to {}",
             newton(most_n)
         ));
         return lines;
@@ -168,13 +168,12 @@ fn law(marks: &[&EventMark], commands: &[[f64; 2]], most_n: f64, from_n: f64) ->
     let at_n = commands.iter().take_while(|point| point[0] <= known_s).last();
     let at_n = at_n.map_or(from_n, |point| point[1]);
     let last_n = marks.iter().rev().find_map(estimated).map_or(first_n, |(_, force_n)| force_n);
+    if at_n > from_n * (1.0 + SAME) {
+        let way = format!("from {} to {}", newton(from_n), newton(at_n));
+        lines.push(format!("law: reflex until an estimate came, {way}"));
+    }
     lines.push(format!(
-        "law: reflex until an estimate came, from {} to {}",
-        newton(from_n),
-        newton(at_n)
-    ));
-    lines.push(format!(
-        "then the estimate of the adequate force: {} at first, {} at last; command {} at most",
+        "law: estimate of the adequate force, {} at first, {} at last; command {} at most",
         newton(first_n),
         newton(last_n),
         newton(most_n)
@@ -267,14 +266,14 @@ mod tests {
         let force = [
             "command: from 5.000 N to 12.00 N at most, 10.00 N at the end",
             "law: reflex until an estimate came, from 5.000 N to 7.000 N",
-            "then the estimate of the adequate force: 9.500 N at first, 9.500 N at last; command 12.00 N at most",
+            "law: estimate of the adequate force, 9.500 N at first, 9.500 N at last; command 12.00 N at most",
         ];
         assert_eq!(found.force, force);
     }
 
     #[test]
     fn without_an_estimate_that_is_used_the_reflex_has_raised_the_force() {
-        let reflex = "law: reflex, no estimate is reported; it raised the force to 12.00 N";
+        let reflex = "law: reflex, without an estimate; it raised the force to 12.00 N";
         assert_eq!(explained(SlipReport::UNKNOWN).force[1], reflex);
         let report = SlipReport {
             estimate_n: Some(99.0),

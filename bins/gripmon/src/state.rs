@@ -67,6 +67,8 @@ pub struct ViewState {
     pub help: bool,
     /// Whether a slip is explained.
     pub explain: bool,
+    /// The hint of the tour that is shown, from 0 on.
+    pub tour: Option<usize>,
     /// The trigger.
     pub trigger: TriggerForm,
     /// How often the trigger has found what it waits for.
@@ -102,6 +104,7 @@ impl ViewState {
             values: Vec::new(),
             help: false,
             explain: false,
+            tour: None,
             triggered: 0,
             stands_at_hit: false,
             hit_s: None,
@@ -117,6 +120,13 @@ impl ViewState {
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.window.following() == Following::Held && !self.stands_at_hit
+    }
+
+    /// Begins the tour, where it was never shown; from then on it was.
+    pub fn tour_once(&mut self) {
+        if !core::mem::replace(&mut self.layout.toured, true) {
+            self.tour = Some(0);
+        }
     }
 
     /// Whether a dialog lies over the plots.

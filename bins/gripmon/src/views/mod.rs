@@ -21,12 +21,14 @@ pub(crate) mod status;
 mod strips;
 mod study;
 mod toolbar;
+mod tour;
 mod trigger;
 
 pub use stack::stack;
 pub use status::status;
 pub use study::study;
 pub use toolbar::toolbar;
+pub use tour::HINTS;
 
 use crate::action::Action;
 use crate::layout::Panel;
@@ -109,6 +111,9 @@ pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
     }
     if seen.state.explain {
         actions.extend(explain::explain(ctx, seen));
+    }
+    if let Some(hint) = seen.state.tour {
+        actions.extend(tour::tour(ctx, hint));
     }
     if seen.state.command.asks_release {
         actions.extend(command::question(ctx));

@@ -1,0 +1,70 @@
+//! What explains: a slip, and the tour of the first start.
+
+use super::{fixture, window};
+use eframe::egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use gripmon::Scope;
+use gripmon::layout::{Layout, Panel};
+use gripmon::state::ViewState;
+
+fn press(harness: &mut Harness<'_, Scope>, key: Key) {
+    harness.key_press(key);
+    harness.run();
+}
+
+fn shows(harness: &Harness<'_, Scope>, text: &str) -> bool {
+    harness.query_all_by_label_contains(text).count() > 0
+}
+
+#[test]
+fn a_slip_is_explained_by_keyboard() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    harness.state_mut().state.event_s = Some(0.95);
+    press(&mut harness, Key::W);
+    for text in [
+        "Slip at 0.9000 s, 200.0 ms long",
+        "stylus: reported incipient slip first, statistic up to 8.0 times its threshold",
+        "travel: no readings",
+        "pressure: reported nothing; 2001 frames came",
+        "other causes ruled out: knock",
+        "command: from 5.000 N to 12.00 N at most, 12.00 N at the end",
+        "limit: 40.00 N, not reached",
+    ] {
+        assert!(shows(&harness, text), "{text}");
+    }
+    press(&mut harness, Key::Escape);
+    assert!(!shows(&harness, "Slip at 0.9000 s"));
+    harness.state_mut().state.event_s = Some(0.1);
+    press(&mut harness, Key::W);
+    assert!(shows(&harness, "No slip yet"));
+    press(&mut harness, Key::W);
+    assert!(!harness.state().state.explain);
+}
+
+#[test]
+fn the_tour_is_shown_once_has_three_hints_and_ends_with_escape() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    assert!(!shows(&harness, "1 of 3"), "nobody began it");
+    harness.state_mut().state.tour_once();
+    harness.run();
+    for hint in ["1 of 3: Time", "2 of 3: Slips", "3 of 3: Panels and files"] {
+        assert!(shows(&harness, hint), "{hint}");
+        press(&mut harness, Key::Enter);
+    }
+    assert_eq!(harness.state().state.tour, None);
+    // What is remembered says that it was shown, from its first hint on.
+    let remembered = harness.state().layout();
+    assert!(remembered.toured && !Layout::default().toured);
+    let mut again = ViewState::new(remembered);
+    again.tour_once();
+    assert_eq!(again.tour, None);
+    // From the keys it is shown again.
+    harness.key_press_modifiers(eframe::egui::Modifiers::SHIFT, Key::Questionmark);
+    harness.run();
+    harness.get_by_label("Tour").click();
+    harness.run();
+    assert!(shows(&harness, "1 of 3: Time") && !harness.state().state.help);
+    press(&mut harness, Key::Escape);
+    assert!(!shows(&harness, "of 3: "));
+}
