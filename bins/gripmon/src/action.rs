@@ -112,6 +112,8 @@ pub enum Action {
     ExportCsv,
     /// What is seen as a recording.
     ExportMcap,
+    /// What is seen as a page.
+    ExportReport,
     /// Take the commands' lock off, or put it on again.
     Arm(bool),
     /// The force that is being entered (N).

@@ -21,6 +21,8 @@ pub enum Effect {
     Csv,
     /// The samples as a recording.
     Mcap,
+    /// A page about the grasp.
+    Report,
 }
 
 /// Fulfils a wish; what remains to be done.
@@ -29,6 +31,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         Action::ExportPicture => return Some(Effect::Picture),
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
+        Action::ExportReport => return Some(Effect::Report),
         Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
             command(state, engine, &action)
         }

@@ -102,6 +102,7 @@ fn window() -> Vec<Binding> {
         plain(Key::F, "F", "commands to the gripper", panel(Panel::Command)),
         plain(Key::L, "L", "light or dark", (WINDOW, Action::ToggleTheme)),
         plain(Key::S, "S", "picture of the window (PNG)", (WINDOW, Action::ExportPicture)),
+        shift(Key::S, "Shift S", "report of what is seen (HTML)", (WINDOW, Action::ExportReport)),
         shift(Key::Questionmark, "?", "these keys", (WINDOW, Action::ToggleHelp)),
         plain(Key::Escape, "Esc", "close what lies over the plots", (WINDOW, Action::Dismiss)),
     ]

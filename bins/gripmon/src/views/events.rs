@@ -2,8 +2,8 @@
 
 use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
-use crate::format;
 use eframe::egui::{Button, Label, RichText, Ui};
+use grip_scope::format;
 use grip_scope::{
     EventMark,
     feed::{causes_text, confidence_text},

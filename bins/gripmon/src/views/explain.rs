@@ -2,8 +2,8 @@
 
 use super::{Seen, heading};
 use crate::action::Action;
-use crate::explain;
 use eframe::egui::{self, Align, Label, Layout, Ui};
+use grip_scope::explain;
 
 pub(super) fn explain(ctx: &egui::Context, seen: &Seen<'_>) -> Option<Action> {
     // The event that was jumped to, else the newest that is seen.

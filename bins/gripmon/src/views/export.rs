@@ -2,8 +2,8 @@
 
 use super::{Seen, heading, row, sentence};
 use crate::action::Action;
-use crate::format;
 use eframe::egui::{TextEdit, Ui};
+use grip_scope::format;
 
 pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
@@ -33,6 +33,11 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
             "Of an MCAP file the same messages as in it; of any other source the samples and the pressure array, without states and events. \
              For gripctl replay, PlotJuggler, Foxglove.",
             Action::ExportMcap,
+        ),
+        (
+            "Report (HTML)",
+            "One page for a browser: numbers, curves, every slip explained, events. Key Shift S.",
+            Action::ExportReport,
         ),
         ("Picture (PNG)", "This window, key S.", Action::ExportPicture),
     ] {

@@ -1,7 +1,7 @@
 //! What is exported, remembered and pictured, by the buttons for it.
 
 use super::fixture;
-use eframe::egui::{Color32, ColorImage, Context, DroppedFile, Key, Ui};
+use eframe::egui::{Color32, ColorImage, Context, DroppedFile, Key, Modifiers, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_record::mcap::{Entry, McapReader, Record};
@@ -140,11 +140,36 @@ fn a_picture_is_asked_for_written_and_replaces_nothing() {
 }
 
 #[test]
+fn what_is_seen_becomes_a_page_by_button_or_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    click(&mut harness, "Report (HTML)");
+    let message = written(&mut harness);
+    assert!(message.text.contains("run-0001.html (a page of "), "{}", message.text);
+    let page = fs::read_to_string(folder.path().join("run-0001.html")).unwrap();
+    for text in
+        ["Grasp: demo:default", "Slip at 0.9000 s, 200.0 ms long", "the pressure array is frozen"]
+    {
+        assert!(page.contains(text), "{text} in {page}");
+    }
+    // Before the slip, by the keyboard.
+    harness.state_mut().desk.scope.state.cursors = [Some(0.1), Some(0.5)];
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::S);
+    harness.run_steps(2);
+    assert!(written(&mut harness).text.contains("run-0002.html"));
+    let page = fs::read_to_string(folder.path().join("run-0002.html")).unwrap();
+    assert!(
+        page.contains("No slip was reported.") && page.contains("0.1000 s to 0.5000 s"),
+        "{page}"
+    );
+}
+
+#[test]
 fn what_cannot_be_written_is_reported_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(folder.path(), fixture::grasp(), None);
     harness.state_mut().desk.scope.state.cursors = [Some(50.0), Some(60.0)];
-    for label in ["Samples as CSV", "Recording (MCAP)"] {
+    for label in ["Samples as CSV", "Recording (MCAP)", "Report (HTML)"] {
         click(&mut harness, label);
         let message = written(&mut harness);
         assert!(
@@ -165,7 +190,7 @@ fn what_cannot_be_written_is_reported_in_a_sentence() {
 fn without_data_there_is_nothing_to_export_but_the_window() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(folder.path(), Model::new(1 << 20), None);
-    for label in ["Samples as CSV", "Recording (MCAP)"] {
+    for label in ["Samples as CSV", "Recording (MCAP)", "Report (HTML)"] {
         assert!(harness.get_by_label(label).accesskit_node().is_disabled());
         click(&mut harness, label);
         assert_eq!(harness.state().desk.scope.state.message, None);

@@ -1,8 +1,8 @@
 //! A slip in; what each method saw, and why the force moved, out: sentences made from the events and curves of the model.
 
+use crate::feed::{causes_text, confidence_text};
 use crate::format::with_unit;
-use grip_scope::feed::{causes_text, confidence_text};
-use grip_scope::{Channel, EventKind, EventMark, Model, Span};
+use crate::{Channel, EventKind, EventMark, Model, Span};
 use slip_core::{SlipReport, alarm::Method};
 
 /// A force that differs by less than this share is the same one.
@@ -17,6 +17,8 @@ const UNKNOWN: &str = "command: not known";
 /// Why a slip was noticed, and what came of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Explanation {
+    /// From its first notice to its end, or to the newest sample.
+    pub span: Span,
     /// When and for how long.
     pub title: String,
     /// A line for each method.
@@ -41,26 +43,43 @@ pub fn slip(model: &Model, at_s: f64) -> Option<Explanation> {
     {
         saw.extend(causes.into_iter().flatten().map(|causes| format!("other causes {causes}")));
     }
-    Some(Explanation { title, saw, force: force(model, span, &marks) })
+    Some(Explanation { span, title, saw, force: force(model, span, &marks) })
+}
+
+/// Every slip with a notice in the span, in order of time.
+pub fn slips(model: &Model, span: Span) -> impl Iterator<Item = Explanation> {
+    let mut slipping = false;
+    let starts = move |mark: &&EventMark| {
+        let starts = is_slip(mark) && !slipping;
+        slipping = is_slip(mark) || (slipping && !is_end(mark));
+        starts
+    };
+    model.events().in_span(span).filter(starts).filter_map(|mark| slip(model, mark.t_s))
+}
+
+const fn is_slip(mark: &EventMark) -> bool {
+    matches!(mark.kind, EventKind::Incipient | EventKind::Gross)
+}
+
+const fn is_end(mark: &EventMark) -> bool {
+    matches!(mark.kind, EventKind::Ended)
 }
 
 /// From the first notice of a slip to its end, and whether that is known.
 fn stretch(model: &Model, at_s: f64) -> Option<(Span, bool)> {
-    let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
-    let is_end = |mark: &&EventMark| mark.kind == EventKind::Ended;
     let before = Span { from_s: f64::NEG_INFINITY, to_s: at_s };
     let mut from_s = None;
     // Backwards to the first notice behind the end of the slip before.
     for mark in model.events().in_span(before).rev() {
-        if is_slip(&mark) {
+        if is_slip(mark) {
             from_s = Some(mark.t_s);
-        } else if is_end(&mark) && from_s.is_some() {
+        } else if is_end(mark) && from_s.is_some() {
             break;
         }
     }
     let from_s = from_s?;
     let behind = Span { from_s, to_s: f64::INFINITY };
-    let end_s = model.events().in_span(behind).find(is_end).map(|mark| mark.t_s);
+    let end_s = model.events().in_span(behind).find(|mark| is_end(mark)).map(|mark| mark.t_s);
     let last_s = model.span().map_or(from_s, |data| data.to_s).min(from_s + OPEN_S);
     Some((Span::new(from_s, end_s.unwrap_or(last_s.max(from_s))), end_s.is_some()))
 }
@@ -199,9 +218,9 @@ fn commands(model: &Model, span: Span) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Explanation, UNKNOWN, slip};
-    use grip_scope::feed::Feed;
-    use grip_scope::{EventKind, EventMark, Model};
+    use super::{Explanation, UNKNOWN, slip, slips};
+    use crate::feed::Feed;
+    use crate::{EventKind, EventMark, Model, Span};
     use slip_core::{PipelineState, SlipReport, alarm::Method, units::Micros};
 
     fn state(t_s: f64, command_n: f32) -> Feed {
@@ -293,6 +312,18 @@ mod tests {
         let open = slip(&model, 9.0).unwrap();
         assert_eq!(open.title, "Slip at 1.3000 s, its end is not known");
         assert_eq!(open.force, [UNKNOWN]);
+    }
+
+    #[test]
+    fn each_slip_of_a_span_is_found_once() {
+        let mut model = model(SlipReport::UNKNOWN);
+        model.take(mark(1.3, EventKind::Gross, SlipReport::UNKNOWN));
+        let starts = |from_s, to_s| -> Vec<f64> {
+            slips(&model, Span::new(from_s, to_s)).map(|found| found.span.from_s).collect()
+        };
+        assert_eq!(starts(0.0, 9.0), [1.0, 1.3]);
+        assert_eq!(starts(1.02, 1.1), [1.0], "the span begins within it");
+        assert_eq!(starts(0.0, 0.9), [0.0; 0]);
     }
 
     #[test]
