@@ -30,6 +30,19 @@ pub enum Order {
     ClearFault,
 }
 
+/// What is wanted of the label of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Labelling {
+    /// It begins to slip at cursor A.
+    Onset,
+    /// It slips all the time.
+    Steady,
+    /// It never slips.
+    Rest,
+    /// Take the label away.
+    Remove,
+}
+
 /// A wish of the user. [`crate::apply`] is the one place that fulfils them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -114,6 +127,8 @@ pub enum Action {
     ExportMcap,
     /// What is seen as a page.
     ExportReport,
+    /// Label the recording that is open.
+    Label(Labelling),
     /// Take the commands' lock off, or put it on again.
     Arm(bool),
     /// The force that is being entered (N).

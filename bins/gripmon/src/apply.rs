@@ -1,13 +1,15 @@
 //! A wish of the user in; the state, the model, the source changed: the one place where that happens.
 
-use crate::action::{Action, Cursor, Order};
+use crate::action::{Action, Cursor, Labelling, Order};
 use crate::engine::Engine;
 use crate::form::TriggerForm;
+use crate::labels;
 use crate::layout::Look;
 use crate::state::ViewState;
 use crate::time::TimeWindow;
 use crate::views::HINTS;
 use grip_link::message::FaultCode;
+use grip_record::LabelKind;
 use grip_scope::trigger::{Found, TriggerMode};
 use grip_scope::{SourceStatus, Span};
 use slip_core::ClientCommand;
@@ -23,6 +25,8 @@ pub enum Effect {
     Mcap,
     /// A page about the grasp.
     Report,
+    /// The label of the recording; none takes it away.
+    Label(Option<LabelKind>),
 }
 
 /// Fulfils a wish; what remains to be done.
@@ -32,6 +36,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
         Action::ExportReport => return Some(Effect::Report),
+        Action::Label(wish) => return label(state, engine, wish),
         Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
             command(state, engine, &action)
         }
@@ -247,6 +252,35 @@ fn arrange(state: &mut ViewState, action: Action) {
         Action::ExportStem(stem) => state.stem = stem,
         _ => {}
     }
+}
+
+/// The label that is to be written, where it can be.
+fn label(state: &mut ViewState, engine: &Engine, wish: Labelling) -> Option<Effect> {
+    let (Some(_), Some(recording)) = (&state.recording, engine.model.span()) else {
+        state.complain("Only a recording has a label: open one first.");
+        return None;
+    };
+    let kind = match (wish, state.cursor(Cursor::A)) {
+        (Labelling::Remove, _) => return Some(Effect::Label(None)),
+        (Labelling::Steady, _) => LabelKind::Steady,
+        (Labelling::Rest, _) => LabelKind::Rest,
+        (Labelling::Onset, None) => {
+            state.complain("Set cursor A where the slip begins first.");
+            return None;
+        }
+        (Labelling::Onset, Some(_)) if !engine.model.is_device_time() => {
+            state.complain("The clock of this recording begins again: an onset has no one time.");
+            return None;
+        }
+        (Labelling::Onset, Some(at_s)) => match labels::onset(at_s, recording) {
+            Ok(kind) => kind,
+            Err(sentence) => {
+                state.complain(sentence);
+                return None;
+            }
+        },
+    };
+    Some(Effect::Label(Some(kind)))
 }
 
 fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {

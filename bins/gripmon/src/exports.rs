@@ -104,7 +104,8 @@ pub fn work(
     spec: &SourceSpec,
 ) -> io::Result<(Option<Work>, PathBuf)> {
     let (work, ending) = match effect {
-        Effect::Picture => (None, "png"),
+        // A label is no file of its own: it has no free name.
+        Effect::Label(_) | Effect::Picture => (None, "png"),
         Effect::Csv => (Some(Work::Csv(span(scope), shown_channels(scope))), "csv"),
         Effect::Mcap => (Some(Work::Mcap(span(scope), spec.clone())), "mcap"),
         Effect::Report => (Some(Work::Report(span(scope), spec.clone())), "html"),

@@ -20,6 +20,7 @@ pub mod fleet;
 pub mod form;
 pub mod job;
 pub mod keys;
+pub mod labels;
 pub mod layout;
 pub mod num;
 pub mod palette;

@@ -2,12 +2,14 @@
 
 use crate::action::Cursor;
 use crate::form::TriggerForm;
+use crate::labels::Place;
 use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::{Following, TimeWindow};
 use core::mem::Discriminant;
 use grip_link::message::daemon::{GripState, Scene};
+use grip_record::Label;
 use grip_scope::{Model, SourceStatus, Span};
 
 /// The command panel.
@@ -81,6 +83,10 @@ pub struct ViewState {
     pub command: CommandForm,
     /// Beginning of the names of exported files.
     pub stem: String,
+    /// The recording that is open, as its label names it.
+    pub recording: Option<Place>,
+    /// The label of the recording that is open, once it was looked for.
+    pub label: Option<Option<Label>>,
     /// The pointer is not looked at: for pictures.
     pub no_pointer: bool,
     /// What was done or failed last.
@@ -110,6 +116,8 @@ impl ViewState {
             hit_s: None,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
+            recording: None,
+            label: None,
             no_pointer: false,
             message: None,
             sent: None,
