@@ -48,7 +48,6 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::PanelWidth(_)
         | Action::ToggleTheme
         | Action::ToggleHelp
-        | Action::ToggleExplain
         | Action::Tour(_)
         | Action::Dismiss
         | Action::Values(..)
@@ -59,6 +58,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::ClearCursors
         | Action::ZoomToCursors
         | Action::MarkHere
+        | Action::ToggleExplain
         | Action::Hover(_)
         | Action::Select(_) => measure(state, engine, &action),
         _ => time(state, engine, &action),
@@ -186,6 +186,11 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
             Some(t_s) => engine.model.mark(t_s, "marker"),
             None => state.report("There is nothing to mark yet."),
         },
+        Action::ToggleExplain => {
+            // The event that was gone to, else the newest that is seen; what comes later does not replace it.
+            let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.to_s);
+            state.explain = state.explain.is_none().then_some(at_s);
+        }
         Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
         Action::Select(at_s) => state.select_s = at_s,
         _ => {}
@@ -231,10 +236,9 @@ fn arrange(state: &mut ViewState, action: Action) {
             layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
         }
         Action::ToggleHelp => state.help = !state.help,
-        Action::ToggleExplain => state.explain = !state.explain,
         Action::Dismiss => {
             state.help = false;
-            state.explain = false;
+            state.explain = None;
             state.tour = None;
             state.message = None;
             state.select_s = None;

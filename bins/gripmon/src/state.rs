@@ -67,8 +67,8 @@ pub struct ViewState {
     pub values: Vec<(StripId, Scale)>,
     /// Whether the keys are shown.
     pub help: bool,
-    /// Whether a slip is explained.
-    pub explain: bool,
+    /// The slip at or before this time (s) is explained.
+    pub explain: Option<f64>,
     /// The hint of the tour that is shown, from 0 on.
     pub tour: Option<usize>,
     /// The trigger.
@@ -109,7 +109,7 @@ impl ViewState {
             event_s: None,
             values: Vec::new(),
             help: false,
-            explain: false,
+            explain: None,
             tour: None,
             triggered: 0,
             stands_at_hit: false,
@@ -140,7 +140,7 @@ impl ViewState {
     /// Whether a dialog lies over the plots.
     #[must_use]
     pub const fn has_dialog(&self) -> bool {
-        self.help || self.explain || self.command.asks_release
+        self.help || self.explain.is_some() || self.command.asks_release
     }
 
     /// Where a cursor stands (s).

@@ -99,11 +99,8 @@ impl ViewFile {
         let cursor = |i: usize| self.look.cursors.get(i).map(|after_s| zero_s + after_s);
         state.cursors = [cursor(0), cursor(1)];
         state.help = self.look.help;
-        state.explain = self.look.explain;
-        if self.look.explain {
-            // The sums above may have rounded it to just before the event.
-            state.event_s = Some(zero_s + 1e-9);
-        }
+        // The sums above may have rounded it to just before the event.
+        state.explain = self.look.explain.then_some(zero_s + 1e-9);
         true
     }
 

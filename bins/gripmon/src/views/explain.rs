@@ -1,14 +1,13 @@
 //! Why a slip was noticed and why the force moved, over everything else.
 
-use super::{Seen, heading};
+use super::heading;
 use crate::action::Action;
 use eframe::egui::{self, Align, Label, Layout, Ui};
-use grip_scope::explain;
+use grip_scope::{Model, explain};
 
-pub(super) fn explain(ctx: &egui::Context, seen: &Seen<'_>) -> Option<Action> {
-    // The event that was jumped to, else the newest that is seen.
-    let at_s = seen.state.event_s.unwrap_or(seen.span.to_s);
-    let found = explain::slip(seen.model, at_s);
+/// Explains the slip at or before a time (s).
+pub(super) fn explain(ctx: &egui::Context, model: &Model, at_s: f64) -> Option<Action> {
+    let found = explain::slip(model, at_s);
     let mut closed = false;
     let modal = egui::Modal::new(egui::Id::unique("explain")).show(ctx, |ui| {
         ui.set_width(560.0);

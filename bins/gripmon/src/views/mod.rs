@@ -109,8 +109,8 @@ pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
     if seen.state.help {
         actions.extend(help::help(ctx));
     }
-    if seen.state.explain {
-        actions.extend(explain::explain(ctx, seen));
+    if let Some(at_s) = seen.state.explain {
+        actions.extend(explain::explain(ctx, seen.model, at_s));
     }
     if let Some(hint) = seen.state.tour {
         actions.extend(tour::tour(ctx, hint));

@@ -4,6 +4,7 @@ use super::{fixture, window};
 use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
+use grip_scope::{Channel, EventKind, EventMark, Feed};
 use gripmon::Scope;
 use gripmon::layout::{Layout, Panel};
 use gripmon::state::ViewState;
@@ -39,7 +40,25 @@ fn a_slip_is_explained_by_keyboard() {
     press(&mut harness, Key::W);
     assert!(shows(&harness, "No slip yet"));
     press(&mut harness, Key::W);
-    assert!(!harness.state().state.explain);
+    assert_eq!(harness.state().state.explain, None);
+}
+
+#[test]
+fn a_slip_that_comes_later_does_not_replace_what_is_read() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    press(&mut harness, Key::W);
+    assert!(shows(&harness, "Slip at 0.9000 s"));
+    let later = EventMark::plain(2.5, EventKind::Gross, "gross");
+    {
+        let mut engine = harness.state().shared.engine();
+        engine.model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], 10_000, (20_000, 30_000))));
+        engine.model.take(Feed::Event(later));
+    }
+    harness.run();
+    assert!(shows(&harness, "Slip at 0.9000 s"));
+    press(&mut harness, Key::W);
+    press(&mut harness, Key::W);
+    assert!(shows(&harness, "Slip at 2.5000 s"));
 }
 
 #[test]
