@@ -49,12 +49,12 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         }
     }
     sentence(ui, "Files that are there are never replaced: the next free number is taken.");
-    label(ui, seen, &mut actions);
+    labelling(ui, seen, &mut actions);
     actions
 }
 
 /// The label of the recording that is open.
-fn label(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
+fn labelling(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
     if seen.state.recording.is_none() {
         return;
     }

@@ -27,7 +27,7 @@ fn a_slip_is_explained_by_keyboard() {
         "Slip at 0.9000 s, 200.0 ms long",
         "stylus: reported incipient slip first, statistic up to 8.0 times its threshold",
         "travel: no readings",
-        "pressure: reported nothing; 2001 frames came",
+        "pressure: reported nothing; its frames came",
         "other causes ruled out: knock",
         "command: from 5.000 N to 12.00 N at most, 12.00 N at the end",
         "limit: 40.00 N, not reached",
