@@ -59,7 +59,7 @@ mod tests {
         let (table, page) = (folder.path().join("run.csv"), folder.path().join("run.html"));
         let rows: String =
             (0..500).map(|i| format!("{},{}\n", f64::from(i) * 1e-3, i % 7)).collect();
-        fs::write(&table, format!("t,stylus\n{rows}")).unwrap();
+        fs::write(&table, format!("t_s,stylus\n{rows}")).unwrap();
         run(SourceSpec::Recording(table.clone()), MEMORY, &page).unwrap();
         let text = fs::read_to_string(&page).unwrap();
         assert!(text.contains("<h1>Grasp: run.csv</h1>") && text.contains(">500<"), "{text}");

@@ -23,6 +23,8 @@ pub struct Explanation {
     pub title: String,
     /// A line for each method.
     pub saw: Vec<String>,
+    /// Other causes, those that are ruled out and those that are possible.
+    pub causes: Vec<String>,
     /// What the force did and by which law, estimate or limit.
     pub force: Vec<String>,
 }
@@ -35,15 +37,13 @@ pub fn slip(model: &Model, at_s: f64) -> Option<Explanation> {
     let lasted = with_unit(span.length_s(), "s");
     let end = if ended { format!("{lasted} long") } else { "its end is not known".to_owned() };
     let title = format!("Slip at {:.4} s, {end}", span.from_s);
-    let mut saw: Vec<String> =
-        Method::ALL.iter().map(|method| seen_by(model, span, &marks, *method)).collect();
-    let reports = || marks.iter().filter_map(|mark| mark.slip);
-    if let Some(causes) =
-        reports().map(|slip| causes_text(&slip)).find(|c| c.iter().any(Option::is_some))
-    {
-        saw.extend(causes.into_iter().flatten().map(|causes| format!("other causes {causes}")));
-    }
-    Some(Explanation { span, title, saw, force: force(model, span, &marks) })
+    let saw = Method::ALL.iter().map(|method| seen_by(model, span, &marks, *method)).collect();
+    // The last report knows most.
+    let reports = marks.iter().rev().filter_map(|mark| mark.slip);
+    let causes = reports.map(|slip| causes_text(&slip)).find(|c| c.iter().any(Option::is_some));
+    let causes = causes.into_iter().flatten().flatten().collect();
+    let force = force(model, span, &marks);
+    Some(Explanation { span, title, saw, causes, force })
 }
 
 /// Every slip with a notice in the span, in order of time.
@@ -126,13 +126,17 @@ fn silent(model: &Model, span: Span, method: Method) -> String {
     }
 }
 
+/// A force, always in newtons: commands of one slip are compared.
+fn newton(force_n: f64) -> String {
+    format!("{force_n:.2} N")
+}
+
 /// What the force did, and why.
 fn force(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
     let commands = commands(model, span);
     let (Some(first), Some(last)) = (commands.first(), commands.last()) else {
         return vec![UNKNOWN.to_owned()];
     };
-    let newton = |force_n: f64| with_unit(force_n, "N");
     let (from_n, end_n) = (first[1], last[1]);
     let most_n = commands.iter().map(|point| point[1]).fold(from_n, f64::max);
     let mut lines = vec![format!(
@@ -141,7 +145,7 @@ fn force(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
         newton(most_n),
         newton(end_n)
     )];
-    lines.extend(law(marks, &commands, most_n, from_n));
+    lines.extend(law(marks, &commands, &estimates(model, span, marks)));
     let limit = model.series(Channel::ForceLimit).and_then(|series| series.stats(span));
     if let Some(limit_n) = limit.map(|limit| f64::from(limit.min)) {
         let reached = most_n >= limit_n * (1.0 - SAME);
@@ -153,50 +157,68 @@ fn force(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
     });
     lines.extend(others.map(|mark| {
         let after = with_unit(mark.t_s - span.from_s, "s");
-        format!("{} after {after}: {}", mark.kind.name(), mark.text)
+        format!("{}: after {after}, {}", mark.kind.name(), mark.text)
     }));
     lines
 }
 
 /// Which law moved the force: the reflex until there is an estimate, then that.
-fn law(marks: &[&EventMark], commands: &[[f64; 2]], most_n: f64, from_n: f64) -> Vec<String> {
-    let newton = |force_n: f64| with_unit(force_n, "N");
+fn law(marks: &[&EventMark], commands: &[[f64; 2]], estimates: &[[f64; 2]]) -> Vec<String> {
+    let from_n = commands.first().map_or(f64::NAN, |point| point[1]);
+    let most_n = commands.iter().map(|point| point[1]).fold(from_n, f64::max);
     if most_n <= from_n * (1.0 + SAME) {
         return vec!["law: none raised the force".to_owned()];
     }
-    let estimated = |mark: &&EventMark| {
-        let slip = mark.slip.filter(|slip| !slip.is_extrapolated())?;
-        Some((mark.t_s, f64::from(slip.estimate_n?)))
-    };
-    let extrapolated = marks.iter().any(|mark| {
-        mark.slip.is_some_and(|slip| slip.is_extrapolated() && slip.estimate_n.is_some())
-    });
+    let extrapolated = |slip: &SlipReport| slip.is_extrapolated() && slip.estimate_n.is_some();
     let mut lines = Vec::new();
-    if extrapolated {
+    if marks.iter().filter_map(|mark| mark.slip).any(|slip| extrapolated(&slip)) {
         let why = "outside what the network was trained on, not used";
         lines.push(format!("estimate: {why}"));
     }
-    let Some((known_s, first_n)) = marks.iter().find_map(estimated) else {
+    let (Some([known_s, first_n]), Some([_, last_n])) = (estimates.first(), estimates.last())
+    else {
         lines.push(format!(
             "law: reflex, without an estimate; it raised the force to {}",
             newton(most_n)
         ));
         return lines;
     };
-    let at_n = commands.iter().take_while(|point| point[0] <= known_s).last();
+    let at_n = commands.iter().take_while(|point| point[0] < *known_s).last();
     let at_n = at_n.map_or(from_n, |point| point[1]);
-    let last_n = marks.iter().rev().find_map(estimated).map_or(first_n, |(_, force_n)| force_n);
     if at_n > from_n * (1.0 + SAME) {
         let way = format!("from {} to {}", newton(from_n), newton(at_n));
         lines.push(format!("law: reflex until an estimate came, {way}"));
     }
     lines.push(format!(
         "law: estimate of the adequate force, {} at first, {} at last; command {} at most",
-        newton(first_n),
-        newton(last_n),
+        newton(*first_n),
+        newton(*last_n),
         newton(most_n)
     ));
     lines
+}
+
+/// Estimates of the adequate force during a slip (s, N): those of the states from the first that is another one than before the slip,
+/// else those that the events report. What the network does not know is none.
+fn estimates(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<[f64; 2]> {
+    let slips = || marks.iter().filter_map(|mark| Some((mark.t_s, mark.slip?)));
+    let known = slips().filter(|(_, slip)| !slip.is_extrapolated());
+    let reported: Vec<[f64; 2]> =
+        known.filter_map(|(t_s, slip)| Some([t_s, f64::from(slip.estimate_n?)])).collect();
+    let unknown = slips().any(|(_, slip)| slip.is_extrapolated() && slip.estimate_n.is_some());
+    let Some(series) =
+        model.series(Channel::Estimate).filter(|_| !(unknown && reported.is_empty()))
+    else {
+        return reported;
+    };
+    let before_n = series.at(span.from_s.next_down()).map(f64::from);
+    let mut points = Vec::new();
+    series.copy(span, &mut points);
+    let is_old = |point: &&[f64; 2]| !point[1].is_finite() || Some(point[1]) == before_n;
+    let old = points.iter().take_while(is_old).count();
+    points.drain(..old);
+    points.retain(|point| point[1].is_finite());
+    if points.is_empty() { reported } else { points }
 }
 
 /// Commands of a slip (s, N), the last one before it first.
@@ -278,15 +300,43 @@ mod tests {
             "stylus: reported incipient slip first, statistic up to 8.0 times its threshold, confidence 76 %",
             "travel: reported gross slip 40.00 ms after the first notice, moved 300.0 \u{b5}m",
             "pressure: no readings",
-            "other causes ruled out: knock",
         ];
         assert_eq!(found.saw, saw);
+        assert_eq!(found.causes, ["ruled out: knock"]);
         let force = [
-            "command: from 5.000 N to 12.00 N at most, 10.00 N at the end",
-            "law: reflex until an estimate came, from 5.000 N to 7.000 N",
-            "law: estimate of the adequate force, 9.500 N at first, 9.500 N at last; command 12.00 N at most",
+            "command: from 5.00 N to 12.00 N at most, 10.00 N at the end",
+            "law: reflex until an estimate came, from 5.00 N to 7.00 N",
+            "law: estimate of the adequate force, 9.50 N at first, 9.50 N at last; command 12.00 N at most",
         ];
         assert_eq!(found.force, force);
+    }
+
+    #[test]
+    fn an_estimate_of_a_state_counts_from_where_it_is_another_one_than_before() {
+        let mut model = Model::new(1 << 20);
+        for i in 0..40 {
+            let t_s = 0.8 + 0.01 * f64::from(i);
+            // That of the last slip stays until there is another one, which the events report at the end only.
+            let (command_n, estimate_n) = match t_s {
+                0.0..1.015 => (2.0, 22.0),
+                1.015..1.035 => (3.0, 22.0),
+                1.035..1.1 => (8.0, 9.0),
+                _ => (11.0, 10.0),
+            };
+            let mut state =
+                PipelineState { t: Micros::from_seconds(t_s), ..PipelineState::UNKNOWN };
+            (state.command_n, state.estimate_n) = (Some(command_n), Some(estimate_n));
+            model.take(Feed::State(state));
+        }
+        model.take(mark(1.0, EventKind::Gross, SlipReport::UNKNOWN));
+        let ended = SlipReport { estimate_n: Some(10.0), ..SlipReport::UNKNOWN };
+        model.take(mark(1.15, EventKind::Ended, ended));
+        let force = [
+            "command: from 2.00 N to 11.00 N at most, 11.00 N at the end",
+            "law: reflex until an estimate came, from 2.00 N to 3.00 N",
+            "law: estimate of the adequate force, 9.00 N at first, 10.00 N at last; command 11.00 N at most",
+        ];
+        assert_eq!(slip(&model, 1.1).unwrap().force, force);
     }
 
     #[test]

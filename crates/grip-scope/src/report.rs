@@ -202,7 +202,11 @@ fn explanations(slips: &[Explanation]) -> Section {
     for (number, slip) in slips.iter().take(MOST).enumerate() {
         let saw = table(format!("saw-{number}"), "What each method saw", &slip.saw);
         let force = table(format!("force-{number}"), "Why the force moved", &slip.force);
-        section = section.with(Block::Heading(slip.title.clone())).with(saw).with(force);
+        section = section.with(Block::Heading(slip.title.clone())).with(saw);
+        if !slip.causes.is_empty() {
+            section = section.with(table(format!("causes-{number}"), "Other causes", &slip.causes));
+        }
+        section = section.with(force);
     }
     match slips.len().saturating_sub(MOST) {
         0 => section,
@@ -302,7 +306,7 @@ mod tests {
             "<h1>Grasp: run.mcap</h1>",
             "Slip at 1.0000 s, 200.0 ms long",
             "reported gross slip first, statistic up to 8.0 times its threshold",
-            "from 5.000 N to 12.00 N at most, 12.00 N at the end",
+            "from 5.00 N to 12.00 N at most, 12.00 N at the end",
             "a &#60;gross&#62; slip",
         ] {
             assert!(html.contains(text), "{text} in {html}");

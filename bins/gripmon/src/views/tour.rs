@@ -32,12 +32,12 @@ pub(super) fn tour(ctx: &egui::Context, hint: usize) -> Option<Action> {
             ui.label(RichText::new(format!("{} of {}: {title}", hint + 1, HINTS.len())).strong());
             ui.add(Label::new(*text).wrap());
             ui.horizontal(|ui| {
-                let next = ui.button(if last { "Done" } else { "Next" }).on_hover_text("Enter");
+                let next = ui.button(if last { "Done (Enter)" } else { "Next (Enter)" });
                 let enter = !ctx.text_edit_focused() && ui.input(|i| i.key_pressed(Key::Enter));
                 if next.clicked() || enter {
                     action = Some(Action::Tour(Some(hint + 1)));
                 }
-                if !last && ui.button("End the tour").on_hover_text("Esc").clicked() {
+                if !last && ui.button("End the tour (Esc)").clicked() {
                     action = Some(Action::Tour(None));
                 }
             });

@@ -25,12 +25,13 @@ fn a_slip_is_explained_by_keyboard() {
     press(&mut harness, Key::W);
     for text in [
         "Slip at 0.9000 s, 200.0 ms long",
-        "stylus: reported incipient slip first, statistic up to 8.0 times its threshold",
-        "travel: no readings",
-        "pressure: reported nothing; its frames came",
-        "other causes ruled out: knock",
-        "command: from 5.000 N to 12.00 N at most, 12.00 N at the end",
-        "limit: 40.00 N, not reached",
+        "reported incipient slip first, statistic up to 8.0 times its threshold",
+        "no readings",
+        "reported nothing; its frames came",
+        "Other causes",
+        "from 5.00 N to 12.00 N at most, 12.00 N at the end",
+        "estimate of the adequate force, 9.50 N at first, 9.50 N at last",
+        "40.00 N, not reached",
     ] {
         assert!(shows(&harness, text), "{text}");
     }

@@ -116,9 +116,15 @@ fn toolbar() -> Vec<Case> {
         case(at, "?", nothing, Click, |s| s.state.help),
         case(at, "Close", |s| s.state.help = true, Click, |s| !s.state.help),
         case(at, "Tour", |s| s.state.help = true, Click, |s| s.state.tour == Some(0)),
-        case(at, "Next", |s| s.state.tour = Some(0), Click, |s| s.state.tour == Some(1)),
-        case(at, "Done", |s| s.state.tour = Some(2), Click, |s| s.state.tour.is_none()),
-        case(at, "End the tour", |s| s.state.tour = Some(0), Click, |s| s.state.tour.is_none()),
+        case(at, "Next (Enter)", |s| s.state.tour = Some(0), Click, |s| s.state.tour == Some(1)),
+        case(at, "Done (Enter)", |s| s.state.tour = Some(2), Click, |s| s.state.tour.is_none()),
+        case(
+            at,
+            "End the tour (Esc)",
+            |s| s.state.tour = Some(0),
+            Click,
+            |s| s.state.tour.is_none(),
+        ),
         case(at, "Close message", |s| s.state.report("x"), Click, |s| s.state.message.is_none()),
     ]
 }
