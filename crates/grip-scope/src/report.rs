@@ -7,7 +7,7 @@ use crate::format::{count, duration, prefix_of, with_unit};
 use crate::model::{Bucket, Model, Stats};
 use crate::span::Span;
 use grip_plot::report::{Block, Cell, Figure, Report, Section, Table};
-use grip_plot::{Axis, Chart, Layer, Mark};
+use grip_plot::{Axis, Chart, Layer, Mark, Scale};
 
 /// Parts of a curve: twice as many points, lowest and highest of each.
 const PARTS: usize = 400;
@@ -70,8 +70,10 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
     let longest_s = slips.iter().map(|slip| slip.span.length_s()).reduce(f64::max);
     let marks = |kind| model.events().in_span(span).filter(|mark| mark.kind == kind).count();
     let counted = |kind| Some(marks(kind).to_string());
-    let moved = model.events().in_span(span).filter_map(|mark| mark.slip?.moved_m);
-    let speed = highest(Channel::SlipSpeed).or_else(|| highest(Channel::Velocity));
+    let reports = || model.events().in_span(span).filter_map(|mark| mark.slip);
+    let reported = |values: Option<f32>, unit| values.map(|most| with_unit(f64::from(most), unit));
+    let moved = reports().filter_map(|slip| slip.moved_m).reduce(f32::max);
+    let speed = reports().filter_map(|slip| slip.speed_m_s).reduce(f32::max);
     let rows = [
         ("samples", of(Channel::Stylus).map(|stats| count(stats.count))),
         ("slips", Some(slips.len().to_string())),
@@ -85,47 +87,68 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
         ("highest estimate of the adequate force", highest(Channel::Estimate)),
         ("limit of the force", highest(Channel::ForceLimit)),
         ("travel, from lowest to highest", travel),
-        (
-            "largest movement that was reported",
-            moved.reduce(f32::max).map(|moved_m| with_unit(f64::from(moved_m), "m")),
-        ),
-        ("highest slip speed", speed),
+        ("largest movement that was reported", reported(moved, "m")),
+        ("highest slip speed that was reported", reported(speed, "m/s")),
         ("reflexes", counted(EventKind::Reflex)),
         ("faults", counted(EventKind::Fault)),
     ];
     let mut table = Table::new("figures", "Of the whole span", &["what", "value"]);
-    for (what, value) in rows {
-        table.push(vec![Cell::text(what), value.map_or(Cell::Empty, Cell::text)]);
+    // What is not known has no row.
+    for (what, value) in rows.into_iter().filter_map(|(what, value)| Some((what, value?))) {
+        table.push(vec![Cell::text(what), Cell::text(value)]);
     }
     table
 }
 
-/// A chart: its anchor, title, and curves of one unit.
-type Plot = (&'static str, &'static str, &'static [Channel]);
+/// Curves of one unit in one chart.
+struct Plot {
+    id: &'static str,
+    title: &'static str,
+    channels: &'static [Channel],
+}
 
 const PLOTS: [Plot; 6] = [
-    ("force", "Force", &[Channel::Command, Channel::Applied, Channel::Estimate]),
-    ("travel", "Travel", &[Channel::Travel]),
-    ("speed", "Slip speed", &[Channel::SlipSpeed, Channel::Velocity]),
-    (
-        "statistic",
-        "Slip statistic over its threshold",
-        &[Channel::Statistic, Channel::OwnStatistic],
-    ),
-    ("normal", "Normal and tangential force", &[Channel::NormalForce, Channel::TangentialForce]),
-    ("stylus", "Stylus", &[Channel::Stylus, Channel::SecondStylus]),
+    Plot {
+        id: "force",
+        title: "Force",
+        channels: &[Channel::Command, Channel::Applied, Channel::Estimate],
+    },
+    Plot { id: "travel", title: "Travel", channels: &[Channel::Travel] },
+    Plot { id: "speed", title: "Slip speed as measured", channels: &[Channel::Velocity] },
+    Plot {
+        id: "statistic",
+        title: "Slip statistic over its threshold",
+        channels: &[Channel::Statistic, Channel::OwnStatistic],
+    },
+    Plot {
+        id: "normal",
+        title: "Normal and tangential force",
+        channels: &[Channel::NormalForce, Channel::TangentialForce],
+    },
+    Plot { id: "stylus", title: "Stylus", channels: &[Channel::Stylus, Channel::SecondStylus] },
 ];
+
+impl Plot {
+    /// Statistics go over decades; what is below a thousandth of the threshold is not drawn.
+    fn scale(&self) -> (Scale, f64) {
+        match self.channels {
+            [Channel::Statistic, ..] => (Scale::Log, 1e-3),
+            _ => (Scale::Linear, f64::NEG_INFINITY),
+        }
+    }
+}
 
 /// The curves, those without samples left out.
 fn curves(model: &Model, span: Span, slips: &[Explanation]) -> Section {
-    let text = "Each curve is drawn from the lowest and the highest sample of each of 400 parts. \
-                The line at the lower edge rises to the upper one while a slip lasts; a triangle \
-                is a reflex.";
+    let text = format!(
+        "Each curve goes through the lowest and the highest sample of each of {PARTS} parts. The \
+         dashed line is up while a slip lasts; a triangle is a reflex."
+    );
     PLOTS.iter().fold(Section::new("curves", "Curves").with(text), |section, plot| {
         match chart(model, span, slips, plot) {
             Some(chart) => section.with(Figure {
-                id: format!("curve-{}", plot.0),
-                caption: plot.1.to_owned(),
+                id: format!("curve-{}", plot.id),
+                caption: plot.title.to_owned(),
                 chart,
             }),
             None => section,
@@ -133,15 +156,16 @@ fn curves(model: &Model, span: Span, slips: &[Explanation]) -> Section {
     })
 }
 
-fn chart(
-    model: &Model,
-    span: Span,
-    slips: &[Explanation],
-    (_, title, channels): &Plot,
-) -> Option<Chart> {
-    let curves: Vec<(Channel, Vec<(f64, f64)>)> = channels
+fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Option<Chart> {
+    let (scale, least) = plot.scale();
+    let curves: Vec<(Channel, Vec<(f64, f64)>)> = plot
+        .channels
         .iter()
-        .map(|channel| (*channel, points(model, *channel, span)))
+        .map(|channel| {
+            let mut points = points(model, *channel, span);
+            points.retain(|(_, value)| *value >= least);
+            (*channel, points)
+        })
         .filter(|(_, points)| !points.is_empty())
         .collect();
     let unit = curves.first()?.0.unit();
@@ -150,7 +174,7 @@ fn chart(
         values().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
     let (factor, prefix) = prefix_of(low.abs().max(high.abs()), unit);
     let label = format!("{prefix}{unit}");
-    let mut chart = Chart::new(*title, Axis::linear("s"), Axis::linear(label));
+    let mut chart = Chart::new(plot.title, Axis::linear("s"), Axis { label, scale });
     for (channel, points) in &curves {
         let scaled = points.iter().map(|(t_s, value)| (*t_s, value / factor)).collect();
         chart = chart.with(Layer::line(channel.name(), scaled));
@@ -216,7 +240,7 @@ fn explanations(slips: &[Explanation]) -> Section {
 
 /// Lines of the form `who: what`.
 fn table(id: String, caption: &str, lines: &[String]) -> Table {
-    let mut table = Table::new(id, caption, &["", ""]);
+    let mut table = Table::new(id, caption, &["who", "what"]);
     for line in lines {
         let (who, what) = line.split_once(": ").unwrap_or(("", line));
         table.push(vec![Cell::text(who), Cell::text(what)]);
@@ -241,7 +265,7 @@ fn events(model: &Model, span: Span) -> Section {
 
 #[cfg(test)]
 mod tests {
-    use super::grasp;
+    use super::{Scale, grasp};
     use crate::channel::Channel;
     use crate::feed::{EventKind, EventMark, Feed, RowBlock};
     use crate::model::Model;
@@ -265,7 +289,13 @@ mod tests {
         for i in 0..200 {
             let t = Micros(10_000 * i);
             let command_n = Some(if t.0 < 1_100_000 { 5.0 } else { 12.0 });
-            model.take(Feed::State(PipelineState { t, command_n, ..PipelineState::UNKNOWN }));
+            let statistic = Some(if t.0 == 0 { 0.0 } else { 0.1 });
+            model.take(Feed::State(PipelineState {
+                t,
+                command_n,
+                statistic,
+                ..PipelineState::UNKNOWN
+            }));
         }
         let slip =
             SlipReport { method: Method::Stylus, statistic: Some(8.0), ..SlipReport::UNKNOWN };
@@ -288,16 +318,19 @@ mod tests {
             "| highest command | 12.00 N |",
             "| travel, from lowest to highest | 1.500 mm |",
             "| reflexes | 1 |",
-            "| limit of the force | – |",
         ] {
             assert!(numbers.contains(row), "{row} in {numbers}");
         }
+        assert!(!numbers.contains("limit of the force"), "it is not known: {numbers}");
         let curves: Vec<&str> = report.figures().iter().map(|figure| figure.id.as_str()).collect();
-        assert_eq!(curves, ["curve-force", "curve-travel", "curve-stylus"]);
+        assert_eq!(curves, ["curve-force", "curve-travel", "curve-statistic", "curve-stylus"]);
         // The spike that no sensor sends does not scale the curve.
-        let stylus = &report.figures()[2].chart;
+        let stylus = &report.figures()[3].chart;
         assert_eq!(stylus.y.label, "\u{b5}m");
         assert!(stylus.layers[0].points.iter().all(|(_, value)| (value - 10.0).abs() < 1e-3));
+        // A statistic of nothing has no place among decades.
+        let statistic = &report.figures()[2].chart;
+        assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 199));
         // The slip rises where it was.
         let slip = &report.figures()[0].chart.layers[1];
         assert_eq!(slip.points[1..5], [(1.0, 5.0), (1.0, 12.0), (1.2, 12.0), (1.2, 5.0)]);
