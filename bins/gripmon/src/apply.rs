@@ -169,9 +169,10 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
     let seen = state.window.visible(data);
     match *action {
         Action::CursorHere(cursor) => {
-            // Without a pointer the two stand apart, so that both are seen.
+            // Without a pointer A goes to the event that was gone to; else the two stand apart, so that both are seen.
             let share = if cursor == Cursor::A { 0.4 } else { 0.6 };
-            let at_s = state.hover_s.unwrap_or(seen.from_s + share * seen.length_s());
+            let event_s = state.event_s.filter(|t_s| cursor == Cursor::A && seen.holds(*t_s));
+            let at_s = state.hover_s.or(event_s).unwrap_or(seen.from_s + share * seen.length_s());
             state.set_cursor(cursor, Some(at_s));
         }
         Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => {

@@ -15,7 +15,7 @@ pub const HINTS: [(&str, &str); 3] = [
     ),
     (
         "Panels and files",
-        "H shows health, E events, F commands, X exports; Shift S writes a report, ? shows every key. A recording that is dropped on the window is opened.",
+        "? shows every key: H health, E events, F commands, X exports, Shift S writes a report. A recording that is dropped on the window is opened.",
     ),
 ];
 

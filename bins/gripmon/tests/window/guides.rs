@@ -63,6 +63,17 @@ fn a_slip_that_comes_later_does_not_replace_what_is_read() {
 }
 
 #[test]
+fn without_a_pointer_cursor_a_goes_to_the_event_that_was_gone_to() {
+    let mut harness = window(fixture::grasp(), Panel::Health);
+    press(&mut harness, Key::N);
+    press(&mut harness, Key::A);
+    press(&mut harness, Key::B);
+    let [a, b] = harness.state().state.cursors;
+    assert_eq!(a, Some(0.9));
+    assert_ne!(b, a, "both are seen");
+}
+
+#[test]
 fn the_tour_is_shown_once_has_three_hints_and_ends_with_escape() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     assert!(!shows(&harness, "1 of 3"), "nobody began it");
