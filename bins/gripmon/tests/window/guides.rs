@@ -65,6 +65,8 @@ fn a_slip_that_comes_later_does_not_replace_what_is_read() {
 #[test]
 fn without_a_pointer_cursor_a_goes_to_the_event_that_was_gone_to() {
     let mut harness = window(fixture::grasp(), Panel::Health);
+    // Behind the begin of the pipeline.
+    press(&mut harness, Key::N);
     press(&mut harness, Key::N);
     press(&mut harness, Key::A);
     press(&mut harness, Key::B);
