@@ -29,7 +29,7 @@ display=":$(cat "$work/display")"
 
 picture() {
     echo "docs/images/$1.png"
-    DISPLAY="$display" "$binaries/gripmon" "$2" --view "docs/views/$1.toml" --picture "docs/images/$1.png"
+    DISPLAY="$display" "$binaries/gripmon" "$2" --view "${3:-docs/views/$1.toml}" --picture "docs/images/$1.png"
     size=$(wc -c <"docs/images/$1.png")
     [ "$size" -lt 300000 ] || { echo "docs/images/$1.png has $size bytes: more than 300,000" >&2; exit 1; }
 }
@@ -40,6 +40,11 @@ picture light demo
 picture event demo
 picture cursors demo
 picture spectrogram demo
+picture explain demo
+for hint in 1 2 3; do
+    sed "s/^tour = .*/tour = $hint/" docs/views/tour.toml >"$work/tour.toml"
+    picture "tour-$hint" demo "$work/tour.toml"
+done
 
 # A grasp whose stylus sends the same reading from 1.2 s on.
 # A busy machine loses samples (exit code 3) or even the object: then again.

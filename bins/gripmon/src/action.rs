@@ -30,6 +30,19 @@ pub enum Order {
     ClearFault,
 }
 
+/// What is wanted of the label of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Labelling {
+    /// It begins to slip at cursor A.
+    Onset,
+    /// It slips all the time.
+    Steady,
+    /// It never slips.
+    Rest,
+    /// Take the label away.
+    Remove,
+}
+
 /// A wish of the user. [`crate::apply`] is the one place that fulfils them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
@@ -98,6 +111,10 @@ pub enum Action {
     ToggleTheme,
     /// Show the keys, or close them.
     ToggleHelp,
+    /// Explain the slip that was looked at last, or close the explanation.
+    ToggleExplain,
+    /// Show this hint of the tour, from 0 on; the tour ends without one, or behind the last.
+    Tour(Option<usize>),
     /// Close what lies over the plots.
     Dismiss,
     /// Another beginning of the names of exported files.
@@ -108,6 +125,10 @@ pub enum Action {
     ExportCsv,
     /// What is seen as a recording.
     ExportMcap,
+    /// What is seen as a page.
+    ExportReport,
+    /// Label the recording that is open.
+    Label(Labelling),
     /// Take the commands' lock off, or put it on again.
     Arm(bool),
     /// The force that is being entered (N).

@@ -1,12 +1,15 @@
 //! A wish of the user in; the state, the model, the source changed: the one place where that happens.
 
-use crate::action::{Action, Cursor, Order};
+use crate::action::{Action, Cursor, Labelling, Order};
 use crate::engine::Engine;
 use crate::form::TriggerForm;
+use crate::labels;
 use crate::layout::Look;
 use crate::state::ViewState;
 use crate::time::TimeWindow;
+use crate::views::HINTS;
 use grip_link::message::FaultCode;
+use grip_record::LabelKind;
 use grip_scope::trigger::{Found, TriggerMode};
 use grip_scope::{SourceStatus, Span};
 use slip_core::ClientCommand;
@@ -20,6 +23,10 @@ pub enum Effect {
     Csv,
     /// The samples as a recording.
     Mcap,
+    /// A page about the grasp.
+    Report,
+    /// The label of the recording; none takes it away.
+    Label(Option<LabelKind>),
 }
 
 /// Fulfils a wish; what remains to be done.
@@ -28,6 +35,8 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         Action::ExportPicture => return Some(Effect::Picture),
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
+        Action::ExportReport => return Some(Effect::Report),
+        Action::Label(wish) => return label(state, engine, wish),
         Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
             command(state, engine, &action)
         }
@@ -39,6 +48,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::PanelWidth(_)
         | Action::ToggleTheme
         | Action::ToggleHelp
+        | Action::Tour(_)
         | Action::Dismiss
         | Action::Values(..)
         | Action::AutoValues
@@ -48,6 +58,7 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Opti
         | Action::ClearCursors
         | Action::ZoomToCursors
         | Action::MarkHere
+        | Action::ToggleExplain
         | Action::Hover(_)
         | Action::Select(_) => measure(state, engine, &action),
         _ => time(state, engine, &action),
@@ -158,9 +169,10 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
     let seen = state.window.visible(data);
     match *action {
         Action::CursorHere(cursor) => {
-            // Without a pointer the two stand apart, so that both are seen.
+            // Without a pointer A goes to the event that was gone to; else the two stand apart, so that both are seen.
             let share = if cursor == Cursor::A { 0.4 } else { 0.6 };
-            let at_s = state.hover_s.unwrap_or(seen.from_s + share * seen.length_s());
+            let event_s = state.event_s.filter(|t_s| cursor == Cursor::A && seen.holds(*t_s));
+            let at_s = state.hover_s.or(event_s).unwrap_or(seen.from_s + share * seen.length_s());
             state.set_cursor(cursor, Some(at_s));
         }
         Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => {
@@ -175,6 +187,11 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
             Some(t_s) => engine.model.mark(t_s, "marker"),
             None => state.report("There is nothing to mark yet."),
         },
+        Action::ToggleExplain => {
+            // The event that was gone to, else the newest that is seen; what comes later does not replace it.
+            let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.to_s);
+            state.explain = state.explain.is_none().then_some(at_s);
+        }
         Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
         Action::Select(at_s) => state.select_s = at_s,
         _ => {}
@@ -222,9 +239,15 @@ fn arrange(state: &mut ViewState, action: Action) {
         Action::ToggleHelp => state.help = !state.help,
         Action::Dismiss => {
             state.help = false;
+            state.explain = None;
+            state.tour = None;
             state.message = None;
             state.select_s = None;
             state.command.asks_release = false;
+        }
+        Action::Tour(hint) => {
+            state.help = false;
+            state.tour = hint.filter(|hint| *hint < HINTS.len());
         }
         Action::Values(strip, scale) => {
             state.values.retain(|(id, _)| *id != strip);
@@ -234,6 +257,35 @@ fn arrange(state: &mut ViewState, action: Action) {
         Action::ExportStem(stem) => state.stem = stem,
         _ => {}
     }
+}
+
+/// The label that is to be written, where it can be.
+fn label(state: &mut ViewState, engine: &Engine, wish: Labelling) -> Option<Effect> {
+    let (Some(_), Some(recording)) = (&state.recording, engine.model.span()) else {
+        state.complain("Only a recording has a label: open one first.");
+        return None;
+    };
+    let kind = match (wish, state.cursor(Cursor::A)) {
+        (Labelling::Remove, _) => return Some(Effect::Label(None)),
+        (Labelling::Steady, _) => LabelKind::Steady,
+        (Labelling::Rest, _) => LabelKind::Rest,
+        (Labelling::Onset, None) => {
+            state.complain("Set cursor A where the slip begins first.");
+            return None;
+        }
+        (Labelling::Onset, Some(_)) if !engine.model.is_device_time() => {
+            state.complain("The clock of this recording begins again: an onset has no one time.");
+            return None;
+        }
+        (Labelling::Onset, Some(at_s)) => match labels::onset(at_s, recording) {
+            Ok(kind) => kind,
+            Err(sentence) => {
+                state.complain(sentence);
+                return None;
+            }
+        },
+    };
+    Some(Effect::Label(Some(kind)))
 }
 
 fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {

@@ -47,6 +47,9 @@ pub struct Cli {
     /// Write a picture of the window to this file as soon as what --view asks for is there, and end.
     #[arg(long, value_name = "FILE", requires = "view")]
     pub picture: Option<PathBuf>,
+    /// Write a report of a recording to this file (.html), and end: no window is opened. A file that is there stays.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["view", "layout", "demo"])]
+    pub report: Option<PathBuf>,
     /// Most memory for the history, in MB; the oldest samples go first.
     #[arg(long, value_name = "MB", default_value_t = 600, value_parser = clap::value_parser!(u32).range(16..=65_536))]
     pub memory: u32,
@@ -61,6 +64,11 @@ pub enum SourceError {
     /// A seed for something that takes none.
     #[error("--seed is for the simulator: {0} takes none; add --demo, or name demo:SCENE")]
     Seed(SourceSpec),
+    /// A report of something that does not end.
+    #[error(
+        "--report is for a recording (.mcap or .csv): {0} is none; Shift S in its window writes one"
+    )]
+    Report(SourceSpec),
     /// A site for something that has none.
     #[cfg(feature = "fleet")]
     #[error("--site is for a fleet: {0} has none; name fleet:ENDPOINT")]

@@ -1,13 +1,16 @@
 //! The window with its files, and what the command line wants of it, but without a system behind it: frames in, what only the system can
 //! do out.
 
+use crate::action::Cursor;
 use crate::apply::Effect;
 use crate::exports::{self, Exports, Work};
 use crate::job::{Job, Step};
+use crate::labels::{self, Place};
 use crate::remember::Remember;
 use crate::scope::Scope;
 use core::time::Duration;
 use eframe::egui::{ColorImage, Context, Ui};
+use grip_record::{Label, LabelKind};
 use grip_scope::SourceSpec;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,13 +47,19 @@ pub struct Desk {
     remember: Remember,
     exports: Exports,
     failed: Option<String>,
+    /// The material of the label that was removed last.
+    material: String,
 }
 
 impl Desk {
     /// A window on a source, with a job to do first where there is one.
     #[must_use]
-    pub fn new(scope: Scope, spec: SourceSpec, job: Option<Job>, remember: Remember) -> Self {
-        Self { scope, spec, job, remember, exports: Exports::default(), failed: None }
+    pub fn new(mut scope: Scope, spec: SourceSpec, job: Option<Job>, remember: Remember) -> Self {
+        if let SourceSpec::Recording(path) = &spec {
+            scope.state.recording = Place::of(path);
+        }
+        let (exports, material) = (Exports::default(), String::new());
+        Self { scope, spec, job, remember, exports, failed: None, material }
     }
 
     /// Draws a frame; what is left for the system to do.
@@ -65,6 +74,7 @@ impl Desk {
             }
             self.scope.state.message = Some(written.message);
         }
+        self.recall_label();
         let ctx = ui.ctx().clone();
         for effect in self.scope.ui(ui) {
             asks.extend(self.export(&ctx, effect));
@@ -98,8 +108,57 @@ impl Desk {
         None
     }
 
+    /// Looks for the label of the recording, once it is open; cursor A goes to its onset.
+    fn recall_label(&mut self) {
+        if self.scope.state.label.is_some() {
+            return;
+        }
+        let state = &mut self.scope.state;
+        let Some(place) = state.recording.clone() else { return };
+        let label = place.read().unwrap_or_else(|error| {
+            state.complain(error.to_string());
+            None
+        });
+        if let (Some(at), None) = (label.as_ref().and_then(Label::onset), state.cursor(Cursor::A)) {
+            state.set_cursor(Cursor::A, Some(at.as_seconds()));
+        }
+        state.label = Some(label);
+    }
+
+    /// Writes the label of the recording, or takes it away; one that is there is not replaced.
+    fn label(&mut self, kind: Option<LabelKind>) {
+        let Some(place) = self.scope.state.recording.clone() else { return };
+        let written = match kind {
+            Some(kind) => place.write(kind, &self.material),
+            None => place.remove(),
+        };
+        let state = &mut self.scope.state;
+        match (kind, written) {
+            (_, Err(error)) => state.complain(error.to_string()),
+            (Some(_), Ok(Some(old))) => {
+                let had = labels::words(old.kind);
+                state.complain(format!(
+                    "The recording has a label already ({had}): remove it first."
+                ));
+            }
+            (Some(kind), Ok(None)) => state.report(format!("Labelled: {}.", labels::words(kind))),
+            (None, Ok(None)) => state.complain("The recording has no label."),
+            (None, Ok(Some(old))) => {
+                state.report(format!("No label any more; it was {}.", labels::words(old.kind)));
+                // The next label is one of the same material.
+                self.material = old.material;
+            }
+        }
+        // What the list holds now is what is shown.
+        state.label = None;
+    }
+
     /// Begins to write what is asked for; a picture has to be made first.
     fn export(&mut self, ctx: &Context, effect: Effect) -> Option<Ask> {
+        if let Effect::Label(kind) = effect {
+            self.label(kind);
+            return None;
+        }
         match exports::work(effect, &self.scope, &self.spec) {
             Ok((None, path)) => return Some(Ask::Picture(Picture { path, is_last: false })),
             Ok((Some(work), path)) => self.begin(ctx, work, path),

@@ -2,11 +2,11 @@
 
 use crate::apply::Effect;
 use crate::files;
-use crate::format;
 use crate::scope::{Scope, Shared};
 use crate::state::Message;
 use eframe::egui::ColorImage;
 use grip_scope::export::{self, ExportError, Sliced};
+use grip_scope::format;
 use grip_scope::{Channel, SourceSpec, Span};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,6 +21,8 @@ pub enum Work {
     Csv(Span, Vec<Channel>),
     /// A recording: a part of the file where the source is one, else what is kept of it.
     Mcap(Span, SourceSpec),
+    /// A page about the grasp.
+    Report(Span, SourceSpec),
     /// A picture of the window.
     Picture(Arc<ColorImage>),
     /// The picture of the command line: it replaces the one before, and the program ends with it.
@@ -102,9 +104,11 @@ pub fn work(
     spec: &SourceSpec,
 ) -> io::Result<(Option<Work>, PathBuf)> {
     let (work, ending) = match effect {
-        Effect::Picture => (None, "png"),
+        // A label is no file of its own: it has no free name.
+        Effect::Label(_) | Effect::Picture => (None, "png"),
         Effect::Csv => (Some(Work::Csv(span(scope), shown_channels(scope))), "csv"),
         Effect::Mcap => (Some(Work::Mcap(span(scope), spec.clone())), "mcap"),
+        Effect::Report => (Some(Work::Report(span(scope), spec.clone())), "html"),
     };
     Ok((work, files::free_name(&scope.state.stem, ending)?))
 }
@@ -138,6 +142,10 @@ fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError
             Ok(held(export::mcap_slice(&from, span, path)?))
         }
         Work::Mcap(span, _) => Ok(held(export::mcap(look, span, path)?)),
+        Work::Report(span, source) => {
+            let bytes = export::html(look, span, &source.to_string(), path)?;
+            Ok(format!("a page of {} kB", bytes.div_ceil(1000)))
+        }
         Work::Picture(image) => {
             let failed = |source| ExportError::Write { file: path.to_owned(), source };
             export::fill(path, |file| files::write_png(file, &image).map_err(failed))?;

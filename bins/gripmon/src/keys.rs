@@ -85,6 +85,7 @@ fn measure() -> Vec<Binding> {
         plain(Key::C, "C", "cursors away", (MEASURE, Action::ClearCursors)),
         plain(Key::Z, "Z", "zoom to between the cursors", (MEASURE, Action::ZoomToCursors)),
         plain(Key::M, "M", "marker at the pointer", (MEASURE, Action::MarkHere)),
+        plain(Key::W, "W", "why: explain the slip", (MEASURE, Action::ToggleExplain)),
         plain(Key::T, "T", "arm or disarm the trigger", (MEASURE, Action::ToggleTrigger)),
         plain(Key::R, "R", "scale all values to what is seen", (MEASURE, Action::AutoValues)),
     ]
@@ -101,6 +102,7 @@ fn window() -> Vec<Binding> {
         plain(Key::F, "F", "commands to the gripper", panel(Panel::Command)),
         plain(Key::L, "L", "light or dark", (WINDOW, Action::ToggleTheme)),
         plain(Key::S, "S", "picture of the window (PNG)", (WINDOW, Action::ExportPicture)),
+        shift(Key::S, "Shift S", "report of what is seen (HTML)", (WINDOW, Action::ExportReport)),
         shift(Key::Questionmark, "?", "these keys", (WINDOW, Action::ToggleHelp)),
         plain(Key::Escape, "Esc", "close what lies over the plots", (WINDOW, Action::Dismiss)),
     ]
@@ -117,7 +119,7 @@ pub const MOUSE: [(&str, &str); 7] = [
     ("Drag A or B", "move a cursor by its flag"),
 ];
 
-/// What the keys of this frame ask for; nothing while text is being typed, and behind a dialog only what closes it or shows the keys.
+/// What the keys of this frame ask for; nothing while text is being typed, and behind a dialog only what opens or closes one.
 #[must_use]
 pub fn pressed(ctx: &Context, behind_dialog: bool) -> Vec<Action> {
     if ctx.text_edit_focused() {
@@ -132,7 +134,9 @@ pub fn pressed(ctx: &Context, behind_dialog: bool) -> Vec<Action> {
         matched.then_some(binding.action)
     };
     // Those with modifiers first: a plain binding would take their key.
-    let stays = |action: &Action| matches!(action, Action::Dismiss | Action::ToggleHelp);
+    let stays = |action: &Action| {
+        matches!(action, Action::Dismiss | Action::ToggleHelp | Action::ToggleExplain)
+    };
     let obeyed = bindings().into_iter().filter(|b| !behind_dialog || stays(&b.action));
     let (held, plain): (Vec<_>, Vec<_>) = obeyed.partition(|b| !b.modifiers.is_none());
     held.into_iter().chain(plain).filter_map(wanted).collect()

@@ -73,6 +73,8 @@ pub struct Layout {
     pub window: [f32; 2],
     /// Width of what stands at the right (points).
     pub panel_width: f32,
+    /// Whether the tour was shown.
+    pub toured: bool,
     /// The plots, from top to bottom.
     pub plots: Vec<StripLayout>,
     /// The trigger, but for whether it waits.
@@ -103,6 +105,7 @@ impl Default for Layout {
             seconds: 5.0,
             window: [1360.0, 860.0],
             panel_width: PANEL_WIDTH,
+            toured: false,
             plots: StripId::ALL.map(plot).to_vec(),
             trigger: TriggerForm::default(),
         }

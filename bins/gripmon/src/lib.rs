@@ -18,15 +18,16 @@ pub mod files;
 #[cfg(feature = "fleet")]
 pub mod fleet;
 pub mod form;
-pub mod format;
 pub mod job;
 pub mod keys;
+pub mod labels;
 pub mod layout;
 pub mod num;
 pub mod palette;
 pub mod plot;
 pub mod pump;
 pub mod remember;
+pub mod report;
 pub mod scope;
 pub mod state;
 pub mod strip;

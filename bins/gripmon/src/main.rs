@@ -2,13 +2,14 @@
 
 use clap::Parser as _;
 use grip_session::exit::{self, Exit};
-use gripmon::{cli::Cli, layout::LayoutError, window};
+use gripmon::cli::{Cli, SourceError};
+use gripmon::{layout::LayoutError, report, window};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     #[cfg(feature = "fleet")]
-    if let Some(router) = cli.fleet() {
+    if let Some(router) = cli.fleet().filter(|_| cli.report.is_none()) {
         return ended(gripmon::fleet::run(&cli, router));
     }
     let spec = match cli.source() {
@@ -18,7 +19,16 @@ fn main() -> ExitCode {
             return Exit::WrongArguments.into();
         }
     };
-    ended(window::run(&cli, spec))
+    match &cli.report {
+        Some(file) => match report::run(spec, cli.memory_bytes(), file) {
+            Err(error) if error.is::<SourceError>() => {
+                eprintln!("gripmon: {error}");
+                Exit::WrongArguments.into()
+            }
+            outcome => ended(outcome),
+        },
+        None => ended(window::run(&cli, spec)),
+    }
 }
 
 /// How the program ends.

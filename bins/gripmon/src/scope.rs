@@ -122,7 +122,7 @@ impl Scope {
 }
 
 fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
-    let mut actions = keys::pressed(ui.ctx(), seen.state.help || seen.state.command.asks_release);
+    let mut actions = keys::pressed(ui.ctx(), seen.state.has_dialog());
     let bar = |x, y| Frame::new().fill(seen.palette.panel).inner_margin(Margin::symmetric(x, y));
     actions.extend(
         Panel::top("toolbar").frame(bar(8, 5)).show(ui, |ui| views::toolbar(ui, seen)).inner,

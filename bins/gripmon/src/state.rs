@@ -2,12 +2,14 @@
 
 use crate::action::Cursor;
 use crate::form::TriggerForm;
+use crate::labels::Place;
 use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::{Following, TimeWindow};
 use core::mem::Discriminant;
 use grip_link::message::daemon::{GripState, Scene};
+use grip_record::Label;
 use grip_scope::{Model, SourceStatus, Span};
 
 /// The command panel.
@@ -65,6 +67,10 @@ pub struct ViewState {
     pub values: Vec<(StripId, Scale)>,
     /// Whether the keys are shown.
     pub help: bool,
+    /// The slip at or before this time (s) is explained.
+    pub explain: Option<f64>,
+    /// The hint of the tour that is shown, from 0 on.
+    pub tour: Option<usize>,
     /// The trigger.
     pub trigger: TriggerForm,
     /// How often the trigger has found what it waits for.
@@ -77,6 +83,10 @@ pub struct ViewState {
     pub command: CommandForm,
     /// Beginning of the names of exported files.
     pub stem: String,
+    /// The recording that is open, as its label names it.
+    pub recording: Option<Place>,
+    /// The label of the recording that is open, once it was looked for.
+    pub label: Option<Option<Label>>,
     /// The pointer is not looked at: for pictures.
     pub no_pointer: bool,
     /// What was done or failed last.
@@ -99,11 +109,15 @@ impl ViewState {
             event_s: None,
             values: Vec::new(),
             help: false,
+            explain: None,
+            tour: None,
             triggered: 0,
             stands_at_hit: false,
             hit_s: None,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
+            recording: None,
+            label: None,
             no_pointer: false,
             message: None,
             sent: None,
@@ -114,6 +128,19 @@ impl ViewState {
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.window.following() == Following::Held && !self.stands_at_hit
+    }
+
+    /// Begins the tour, where it was never shown; from then on it was.
+    pub fn tour_once(&mut self) {
+        if !core::mem::replace(&mut self.layout.toured, true) {
+            self.tour = Some(0);
+        }
+    }
+
+    /// Whether a dialog lies over the plots.
+    #[must_use]
+    pub const fn has_dialog(&self) -> bool {
+        self.help || self.explain.is_some() || self.command.asks_release
     }
 
     /// Where a cursor stands (s).

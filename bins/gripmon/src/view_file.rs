@@ -33,6 +33,10 @@ pub struct LookAt {
     pub cursors: Vec<f64>,
     /// Show the keys.
     pub help: bool,
+    /// Explain the slip at the event.
+    pub explain: bool,
+    /// Show this hint of the tour, from 1 on.
+    pub tour: Option<usize>,
     /// Give up after so many seconds.
     pub patience_s: f64,
 }
@@ -47,6 +51,8 @@ impl Default for LookAt {
             length_s,
             cursors,
             help: false,
+            explain: false,
+            tour: None,
             patience_s: 60.0,
         }
     }
@@ -96,6 +102,9 @@ impl ViewFile {
         let cursor = |i: usize| self.look.cursors.get(i).map(|after_s| zero_s + after_s);
         state.cursors = [cursor(0), cursor(1)];
         state.help = self.look.help;
+        state.tour = self.look.tour.and_then(|hint| hint.checked_sub(1));
+        // The sums above may have rounded it to just before the event.
+        state.explain = self.look.explain.then_some(zero_s + 1e-9);
         true
     }
 

@@ -29,7 +29,11 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
     let outcome = Arc::clone(&start.outcome);
     let parts = start.parts(spec);
     show((&title(&parts.spec), parts.layout.window), &outcome, move |ctx| {
-        let screen = Screen::open(ctx, parts)?;
+        let mut screen = Screen::open(ctx, parts)?;
+        // Pictures and views that are given show what they ask for.
+        if start.job.is_none() {
+            screen.desk.scope.state.tour_once();
+        }
         Ok(Box::new(App { screen, start }))
     })
 }

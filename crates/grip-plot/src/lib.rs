@@ -1,4 +1,4 @@
-//! Numbers in, charts of one style out, as SVG or PNG.
+//! Numbers in, charts of one style out, as SVG or PNG; pages that hold them, as HTML ([`report`]).
 //!
 //! A [`Chart`] is a title, two axes and layers: lines, markers, bars. Everything about looks stands here, so that every
 //! chart of the workspace looks alike; nothing outside knows the drawing library.
@@ -15,5 +15,6 @@
 
 mod chart;
 mod draw;
+pub mod report;
 
 pub use chart::{Axis, Chart, Layer, Mark, PlotError, Scale};

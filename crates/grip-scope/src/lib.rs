@@ -10,12 +10,15 @@
 pub mod channel;
 mod damage;
 mod derive;
+pub mod explain;
 pub mod export;
 pub mod feed;
 #[cfg(feature = "fleet")]
 pub mod fleet;
+pub mod format;
 mod group;
 pub mod model;
+pub mod report;
 pub mod source;
 mod span;
 pub mod trigger;

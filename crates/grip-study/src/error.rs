@@ -38,7 +38,4 @@ pub enum StudyError {
     /// A setting of a trainer that can not work.
     #[error(transparent)]
     Trainer(#[from] mlp::train::SettingError),
-    /// The page of a report could not be made, because a chart of it could not be drawn.
-    #[error(transparent)]
-    Page(#[from] askama::Error),
 }

@@ -26,13 +26,13 @@ pub mod comparison;
 pub mod condition;
 pub mod error;
 pub mod outlook;
-pub mod report;
 pub mod score;
 pub mod sets;
 pub mod study;
 
 pub use condition::{Condition, Features};
 pub use error::StudyError;
+pub use grip_plot::report;
 pub use report::{Cell, Figure, Report, Section, Table};
 pub use score::{Score, Tolerance, score};
 pub use sets::{Scores, Sets};

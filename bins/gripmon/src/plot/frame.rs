@@ -2,12 +2,13 @@
 
 use super::{Kind, Scale};
 use crate::{
-    format, num,
+    num,
     palette::{self, Palette},
     time,
 };
 use eframe::egui::{Align2, Painter, Pos2, Rect, Stroke, pos2};
 use grip_scope::Span;
+use grip_scope::format;
 
 /// Points between two labels of an axis of values, at least.
 const VALUE_STEP: f32 = 26.0;

@@ -2,10 +2,10 @@
 
 use super::{Seen, heading, row, sentence};
 use crate::action::{Action, Order};
-use crate::format;
 use crate::palette::Tone;
 use eframe::egui::{self, Button, RichText, Slider, Ui, vec2};
 use grip_scope::SourceStatus;
+use grip_scope::format;
 
 /// Largest force that can be entered where the gripper tells no limit (N).
 const MODEST_N: f64 = 10.0;

@@ -2,11 +2,11 @@
 
 use super::{Seen, heading, readout, row, sentence};
 use crate::action::{Action, Cursor};
-use crate::format;
 use crate::palette;
 use crate::strip;
 use eframe::egui::{Grid, RichText, Ui};
 use grip_scope::Channel;
+use grip_scope::format;
 
 pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();

@@ -2,8 +2,8 @@
 
 use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
-use crate::format;
 use eframe::egui::{Button, Label, RichText, Ui};
+use grip_scope::format;
 use grip_scope::{
     EventMark,
     feed::{causes_text, confidence_text},
@@ -24,6 +24,10 @@ pub(super) fn events(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
             if ui.add_enabled(!all.is_empty(), Button::new(name)).clicked() {
                 actions.push(action);
             }
+        }
+        let explain = ui.add_enabled(!all.is_empty(), Button::new("Explain"));
+        if explain.on_hover_text("Explain the slip that was looked at last (W)").clicked() {
+            actions.push(Action::ToggleExplain);
         }
     });
     if all.is_empty() {

@@ -1,9 +1,10 @@
 //! Files of what is seen.
 
 use super::{Seen, heading, row, sentence};
-use crate::action::Action;
-use crate::format;
+use crate::action::{Action, Labelling};
+use crate::labels;
 use eframe::egui::{TextEdit, Ui};
+use grip_scope::format;
 
 pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
@@ -34,6 +35,11 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
              For gripctl replay, PlotJuggler, Foxglove.",
             Action::ExportMcap,
         ),
+        (
+            "Report (HTML)",
+            "One page for a browser: numbers, curves, every slip explained, events. Key Shift S.",
+            Action::ExportReport,
+        ),
         ("Picture (PNG)", "This window, key S.", Action::ExportPicture),
     ] {
         let button = eframe::egui::Button::new(name).min_size(eframe::egui::vec2(160.0, 22.0));
@@ -43,5 +49,33 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         }
     }
     sentence(ui, "Files that are there are never replaced: the next free number is taken.");
+    labelling(ui, seen, &mut actions);
     actions
+}
+
+/// The label of the recording that is open.
+fn labelling(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
+    if seen.state.recording.is_none() {
+        return;
+    }
+    heading(ui, "Label");
+    sentence(ui, "For gripctl score: the row of this recording in the labels.csv beside it.");
+    let known = seen.state.label.iter().flatten().next();
+    row(ui, "label", known.map_or_else(|| "none".to_owned(), |label| labels::words(label.kind)));
+    if let Some(label) = known.filter(|label| !label.material.is_empty()) {
+        row(ui, "material", &label.material);
+    }
+    let about = "A label that is there is not replaced: remove it first.";
+    for (name, wish) in [
+        ("Slip begins at cursor A", Labelling::Onset),
+        ("Slips all the time", Labelling::Steady),
+        ("Never slips", Labelling::Rest),
+        ("Remove the label", Labelling::Remove),
+    ] {
+        let enabled = known.is_some() == (wish == Labelling::Remove);
+        let button = eframe::egui::Button::new(name).min_size(eframe::egui::vec2(160.0, 22.0));
+        if ui.add_enabled(enabled, button).on_hover_text(about).clicked() {
+            actions.push(Action::Label(wish));
+        }
+    }
 }

@@ -2,13 +2,13 @@
 
 use super::{Seen, heading, row, row_in, sentence};
 use crate::action::Action;
-use crate::format;
 use crate::num;
 use crate::palette::{self, Tone};
 use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use grip_link::message::daemon::{Appended, Health, RealTime, SensorHealth};
 use grip_scope::Channel;
 use grip_scope::feed::ObserverSettings;
+use grip_scope::format;
 
 /// Height of the histogram (points).
 const HIGH: f32 = 74.0;

@@ -5,13 +5,15 @@ use crate::keys::{MOUSE, bindings};
 use eframe::egui::{self, Grid, RichText, Ui};
 
 pub(super) fn help(ctx: &egui::Context) -> Option<Action> {
-    let mut closed = false;
+    let (mut closed, mut tour) = (false, false);
     let modal = egui::Modal::new(egui::Id::unique("keys")).show(ctx, |ui| {
         ui.set_width(720.0);
         ui.horizontal(|ui| {
             ui.heading("Keys and mouse");
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 closed = ui.button("Close").clicked();
+                tour =
+                    ui.button("Tour").on_hover_text("The three hints of the first start").clicked();
             });
         });
         ui.columns(2, |columns| {
@@ -23,6 +25,9 @@ pub(super) fn help(ctx: &egui::Context) -> Option<Action> {
             }
         });
     });
+    if tour {
+        return Some(Action::Tour(Some(0)));
+    }
     (closed || modal.should_close()).then_some(Action::ToggleHelp)
 }
 

@@ -3,7 +3,6 @@
 use super::joined::{fill, joined};
 use super::{Seen, gestures, strips};
 use crate::action::Action;
-use crate::format;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, Kind, Scale};
 use eframe::egui::{
@@ -11,6 +10,7 @@ use eframe::egui::{
     pos2, vec2,
 };
 use grip_link::message::daemon::Scene;
+use grip_scope::format;
 use grip_scope::{EventKind, EventMark};
 
 /// Height of the lane (points).

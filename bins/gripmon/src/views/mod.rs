@@ -4,6 +4,7 @@ mod axis;
 mod command;
 mod cursors;
 mod events;
+mod explain;
 mod export;
 mod gestures;
 mod health;
@@ -20,12 +21,14 @@ pub(crate) mod status;
 mod strips;
 mod study;
 mod toolbar;
+mod tour;
 mod trigger;
 
 pub use stack::stack;
 pub use status::status;
 pub use study::study;
 pub use toolbar::toolbar;
+pub use tour::HINTS;
 
 use crate::action::Action;
 use crate::layout::Panel;
@@ -105,6 +108,12 @@ pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
     if seen.state.help {
         actions.extend(help::help(ctx));
+    }
+    if let Some(at_s) = seen.state.explain {
+        actions.extend(explain::explain(ctx, seen.model, at_s));
+    }
+    if let Some(hint) = seen.state.tour {
+        actions.extend(tour::tour(ctx, hint));
     }
     if seen.state.command.asks_release {
         actions.extend(command::question(ctx));

@@ -50,7 +50,7 @@ pub(super) fn overview(
     }
     window(ui, &frame, seen);
     let beside = pos2(rect.right() + 12.0, rect.center().y);
-    let text = crate::format::duration(data.length_s());
+    let text = grip_scope::format::duration(data.length_s());
     painter.text(beside, Align2::LEFT_CENTER, text, crate::palette::axis_font(), seen.palette.weak);
     moved(&response, &frame, seen)
 }

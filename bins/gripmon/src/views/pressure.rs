@@ -89,8 +89,8 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
     let text = format!(
         "{} taxels, {} .. {}",
         frame.values.len(),
-        crate::format::number(low.into()),
-        crate::format::number(high.into())
+        grip_scope::format::number(low.into()),
+        grip_scope::format::number(high.into())
     );
     ui.label(RichText::new(text).size(10.5).weak());
 }

@@ -1,12 +1,12 @@
 //! The names and values beside a plot.
 
 use super::Seen;
-use crate::format;
 use crate::palette::{self, Tone};
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
 use grip_scope::feed::EscPoint;
+use grip_scope::format;
 
 /// Room for the values right of a plot (points).
 pub(super) const WIDTH: f32 = 212.0;

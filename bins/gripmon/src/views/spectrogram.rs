@@ -110,7 +110,7 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
         super::row(
             ui,
             "strongest",
-            crate::format::with_unit((num::count(bin) + 0.5) * width_hz, "Hz"),
+            grip_scope::format::with_unit((num::count(bin) + 0.5) * width_hz, "Hz"),
         );
         super::row(ui, "its power", format!("{:.0} dB", Spectrogram::db(*byte)));
     }

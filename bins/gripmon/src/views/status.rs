@@ -2,12 +2,12 @@
 
 use super::Seen;
 use crate::action::Action;
-use crate::format;
 use crate::num;
 use crate::palette::Tone;
 use crate::time::Following;
 use eframe::egui::{Align, Label, Layout, RichText, Sense, Ui, vec2};
 use grip_scope::SourceStatus;
+use grip_scope::format;
 
 /// Narrower windows show the figures in a line of their own (points).
 const ONE_LINE: f32 = 1000.0;

@@ -215,7 +215,7 @@ pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
 pub(super) fn limit_above(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     let limit_n = readout::value(Channel::ForceLimit, seen);
     let Some(limit_n) = limit_n.filter(|limit_n| *limit_n > frame.scale.high()) else { return };
-    let text = format!("limit {} is above", crate::format::with_unit(limit_n, "N"));
+    let text = format!("limit {} is above", grip_scope::format::with_unit(limit_n, "N"));
     let at = frame.rect.right_top() + vec2(-4.0, 2.0);
     let colour = seen.palette.tone(Tone::Limit);
     painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);

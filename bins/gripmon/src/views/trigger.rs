@@ -3,8 +3,8 @@
 use super::{Seen, heading, readout, row, sentence};
 use crate::action::Action;
 use crate::form::{Condition, TriggerForm};
-use crate::format::{self, Typed};
 use eframe::egui::{ComboBox, DragValue, Ui};
+use grip_scope::format::{self, Typed};
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind};
 

@@ -114,7 +114,7 @@ fn cursors_measure_what_lies_between_them() {
             .unwrap()
     };
     assert!((stats.max - fixture::SPIKE_M).abs() < 1e-9 && fixture::SPIKE_US < 1_500_000);
-    let text = gripmon::format::with_unit(stats.peak_to_peak().into(), "m");
+    let text = grip_scope::format::with_unit(stats.peak_to_peak().into(), "m");
     harness.get_by_label_contains(&text);
     press(&mut harness, Key::Z);
     assert_eq!(seen(&harness), (1.0, 1.5));

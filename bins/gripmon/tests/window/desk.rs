@@ -1,7 +1,7 @@
 //! What is exported, remembered and pictured, by the buttons for it.
 
 use super::fixture;
-use eframe::egui::{Color32, ColorImage, Context, DroppedFile, Key, Ui};
+use eframe::egui::{Color32, ColorImage, Context, DroppedFile, Key, Modifiers, Ui};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_record::mcap::{Entry, McapReader, Record};
@@ -29,13 +29,22 @@ struct Held {
 /// A window whose files begin with `run` in this folder.
 #[expect(clippy::unwrap_used, reason = "part of a test")]
 fn window(folder: &Path, model: Model, job: Option<Job>) -> Harness<'static, Held> {
+    window_of(folder, SourceSpec::parse("demo").unwrap(), model, job)
+}
+
+/// The same on another source.
+fn window_of(
+    folder: &Path,
+    spec: SourceSpec,
+    model: Model,
+    job: Option<Job>,
+) -> Harness<'static, Held> {
     let layout = Layout { panel: Some(Panel::Export), ..Layout::default() };
     let remember = Remember::new(Some(folder.join("layout.toml")), layout.clone());
     let mut state = ViewState::new(layout);
     state.window.all();
     state.stem = folder.join("run").to_string_lossy().into_owned();
     let scope = Scope::new(Arc::new(Shared::new(Engine::new(model, None))), state);
-    let spec = SourceSpec::parse("demo").unwrap();
     let held = Held { desk: Desk::new(scope, spec, job, remember), asked: Vec::new(), ctx: None };
     let frame = |ui: &mut Ui, held: &mut Held| {
         if held.ctx.replace(ui.ctx().clone()).is_none() {
@@ -140,11 +149,90 @@ fn a_picture_is_asked_for_written_and_replaces_nothing() {
 }
 
 #[test]
+fn what_is_seen_becomes_a_page_by_button_or_key() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(folder.path(), fixture::grasp(), None);
+    click(&mut harness, "Report (HTML)");
+    let message = written(&mut harness);
+    assert!(message.text.contains("run-0001.html (a page of "), "{}", message.text);
+    let page = fs::read_to_string(folder.path().join("run-0001.html")).unwrap();
+    for text in
+        ["Grasp: demo:default", "Slip at 0.9000 s, 200.0 ms long", "the pressure array is frozen"]
+    {
+        assert!(page.contains(text), "{text} in {page}");
+    }
+    // Before the slip, by the keyboard.
+    harness.state_mut().desk.scope.state.cursors = [Some(0.1), Some(0.5)];
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::S);
+    harness.run_steps(2);
+    assert!(written(&mut harness).text.contains("run-0002.html"));
+    let page = fs::read_to_string(folder.path().join("run-0002.html")).unwrap();
+    assert!(
+        page.contains("No slip was reported.") && page.contains("0.1000 s to 0.5000 s"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_recording_is_labelled_once_and_its_label_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let labels = folder.path().join("labels.csv");
+    fs::write(&labels, "recording,kind,material,onset_s\nother,rest,cork,\n").unwrap();
+    let open = || {
+        let spec = SourceSpec::Recording(folder.path().join("run.mcap"));
+        window_of(folder.path(), spec, fixture::grasp(), None)
+    };
+    let said = |harness: &mut Harness<'_, Held>| {
+        harness.state_mut().desk.scope.state.message.take().map(|message| message.text)
+    };
+    let mut harness = open();
+    click(&mut harness, "Slip begins at cursor A");
+    assert_eq!(said(&mut harness).unwrap(), "Set cursor A where the slip begins first.");
+    harness.state_mut().desk.scope.state.cursors[0] = Some(7.0);
+    click(&mut harness, "Slip begins at cursor A");
+    assert!(said(&mut harness).unwrap().starts_with("Cursor A is at 7.000000 s: the recording"));
+    harness.state_mut().desk.scope.state.cursors[0] = Some(0.9125);
+    click(&mut harness, "Slip begins at cursor A");
+    assert_eq!(said(&mut harness).unwrap(), "Labelled: onset at 0.912500 s.");
+    let text = fs::read_to_string(&labels).unwrap();
+    assert_eq!(text, "recording,kind,material,onset_s\nother,rest,cork,\nrun,onset,,0.912500\n");
+    // Another window finds it, and cursor A goes there; it is not replaced.
+    let mut harness = open();
+    assert_eq!(harness.state().desk.scope.state.cursors[0], Some(0.9125));
+    harness.get_by_label("onset at 0.912500 s");
+    assert!(harness.get_by_label("Never slips").accesskit_node().is_disabled());
+    // Another program has labelled it meanwhile.
+    click(&mut harness, "Remove the label");
+    let gone = "No label any more; it was onset at 0.912500 s.";
+    assert_eq!(said(&mut harness).unwrap(), gone);
+    fs::write(&labels, "recording,kind\nrun,steady\n").unwrap();
+    click(&mut harness, "Never slips");
+    let refused = "The recording has a label already (steady): remove it first.";
+    assert_eq!(said(&mut harness).unwrap(), refused);
+    assert_eq!(fs::read_to_string(&labels).unwrap(), "recording,kind\nrun,steady\n");
+    harness.run_steps(1);
+    harness.get_by_label("steady");
+    // A list that score would refuse is not written either.
+    click(&mut harness, "Remove the label");
+    fs::write(&labels, "recording,kind\nx,rest\nx,steady\n").unwrap();
+    click(&mut harness, "Never slips");
+    assert!(said(&mut harness).unwrap().contains("\"x\" has a label already"));
+    assert_eq!(fs::read_to_string(&labels).unwrap(), "recording,kind\nx,rest\nx,steady\n");
+}
+
+#[test]
+fn what_is_no_recording_has_no_label() {
+    let folder = tempfile::tempdir().unwrap();
+    let harness = window(folder.path(), fixture::grasp(), None);
+    assert!(harness.query_by_label("Never slips").is_none());
+}
+
+#[test]
 fn what_cannot_be_written_is_reported_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(folder.path(), fixture::grasp(), None);
     harness.state_mut().desk.scope.state.cursors = [Some(50.0), Some(60.0)];
-    for label in ["Samples as CSV", "Recording (MCAP)"] {
+    for label in ["Samples as CSV", "Recording (MCAP)", "Report (HTML)"] {
         click(&mut harness, label);
         let message = written(&mut harness);
         assert!(
@@ -165,7 +253,7 @@ fn what_cannot_be_written_is_reported_in_a_sentence() {
 fn without_data_there_is_nothing_to_export_but_the_window() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(folder.path(), Model::new(1 << 20), None);
-    for label in ["Samples as CSV", "Recording (MCAP)"] {
+    for label in ["Samples as CSV", "Recording (MCAP)", "Report (HTML)"] {
         assert!(harness.get_by_label(label).accesskit_node().is_disabled());
         click(&mut harness, label);
         assert_eq!(harness.state().desk.scope.state.message, None);

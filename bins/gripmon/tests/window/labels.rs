@@ -10,10 +10,12 @@ use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
 use gripmon::Scope;
 use gripmon::form::Condition;
+use gripmon::labels::Place;
 use gripmon::layout::{Look, Panel};
 use gripmon::plot::{Kind, Scale};
 use gripmon::strip::StripId;
 use gripmon::time::Following;
+use std::path::Path;
 
 /// How a control is used.
 #[derive(Clone, Copy)]
@@ -113,6 +115,16 @@ fn toolbar() -> Vec<Case> {
         ),
         case(at, "?", nothing, Click, |s| s.state.help),
         case(at, "Close", |s| s.state.help = true, Click, |s| !s.state.help),
+        case(at, "Tour", |s| s.state.help = true, Click, |s| s.state.tour == Some(0)),
+        case(at, "Next (Enter)", |s| s.state.tour = Some(0), Click, |s| s.state.tour == Some(1)),
+        case(at, "Done (Enter)", |s| s.state.tour = Some(2), Click, |s| s.state.tour.is_none()),
+        case(
+            at,
+            "End the tour (Esc)",
+            |s| s.state.tour = Some(0),
+            Click,
+            |s| s.state.tour.is_none(),
+        ),
         case(at, "Close message", |s| s.state.report("x"), Click, |s| s.state.message.is_none()),
     ]
 }
@@ -158,6 +170,7 @@ fn panels() -> Vec<Case> {
             s.state.event_s == Some(1.1)
         }),
         case(Panel::Events, "Next event", half_a_second, Click, |s| s.state.event_s == Some(1.1)),
+        case(Panel::Events, "Explain", half_a_second, Click, |s| s.state.explain == Some(1.5)),
         case(Panel::Events, "     0.9500 s  gross slip", nothing, Click, |s| {
             s.state.event_s == Some(0.95)
         }),
@@ -358,11 +371,16 @@ fn every_plot_is_chosen_and_moved_by_the_menu() {
 }
 
 /// What is used by other tests: files and pictures by those of the desk.
-const ELSEWHERE: [&str; 5] = [
+const ELSEWHERE: [&str; 10] = [
     "Plots",
     "Samples as CSV",
     "Recording (MCAP)",
+    "Report (HTML)",
     "Picture (PNG)",
+    "Slip begins at cursor A",
+    "Slips all the time",
+    "Never slips",
+    "Remove the label",
     "Scale values to what is seen",
 ];
 
@@ -392,10 +410,15 @@ fn labels(harness: &Harness<'_, Scope>) -> Vec<String> {
 
 #[test]
 fn no_control_is_without_a_label_or_missing_in_the_table() {
-    let overlays: [fn(&mut Scope); 4] = [
+    let overlays: [fn(&mut Scope); 6] = [
         nothing,
         both_cursors,
         |s| s.state.help = true,
+        |s| s.state.explain = Some(1.5),
+        |s| {
+            s.state.tour = Some(0);
+            s.state.recording = Place::of(Path::new("run.mcap"));
+        },
         |s| {
             s.state.command.armed = true;
             s.state.command.asks_release = true;

@@ -9,6 +9,7 @@ mod fixture;
 mod fleet;
 #[cfg(feature = "fleet")]
 mod fleet_fixture;
+mod guides;
 mod labels;
 mod nasty;
 mod repaint;

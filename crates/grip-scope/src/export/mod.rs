@@ -1,4 +1,4 @@
-//! The model and a span in, files out: CSV of what is kept, an MCAP slice of a recording or of what is kept.
+//! The model and a span in, files out: CSV of what is kept, an MCAP slice of a recording or of what is kept, a page about a grasp.
 //!
 //! The model is borrowed for a piece at a time: nothing waits for a file.
 
@@ -11,9 +11,12 @@ pub use csv::csv;
 pub use mcap::mcap;
 pub use slice::mcap_slice;
 
+use crate::{model::Model, report, span::Span};
+use core::ops::Deref;
+use grip_plot::report::ReportError;
 use grip_record::mcap::{McapError, McapWriteError};
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 /// Who writes.
@@ -64,6 +67,14 @@ pub enum ExportError {
         /// The file.
         file: PathBuf,
     },
+    /// The page cannot be made.
+    #[error("{}: {source}", file.display())]
+    Page {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: ReportError,
+    },
     /// There are no samples.
     #[error("there are no samples in this span to write")]
     Empty,
@@ -77,6 +88,26 @@ pub enum ExportError {
         "the oldest samples of this span were thinned out while it was written, because the memory for the history is full; try again, or begin later"
     )]
     Thinned,
+}
+
+/// Writes a page about a span of `source` as one HTML file that needs nothing from elsewhere: the bytes of it.
+///
+/// # Errors
+/// Where there is no sample, there is a file of this name, or it cannot be written.
+pub fn html<G: Deref<Target = Model>>(
+    look: impl Fn() -> G,
+    span: Span,
+    source: &str,
+    path: &Path,
+) -> Result<usize, ExportError> {
+    // The model is given back before the charts are drawn.
+    let report = report::grasp(&look(), span, source).ok_or(ExportError::Empty)?;
+    let page = report.html();
+    let page = page.map_err(|source| ExportError::Page { file: path.to_owned(), source })?;
+    fill(path, |mut file| {
+        let failed = |source| ExportError::Write { file: path.to_owned(), source };
+        file.write_all(page.as_bytes()).map_err(failed).map(|()| page.len())
+    })
 }
 
 /// Makes the file and lets `write` fill it: nothing is replaced, and nothing is left behind where writing fails.

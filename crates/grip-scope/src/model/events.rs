@@ -44,12 +44,12 @@ impl Events {
         let now = Span { from_s: mark.t_s, to_s: mark.t_s };
         match mark.kind {
             EventKind::Incipient | EventKind::Gross => {
-                self.end_slip(mark.t_s);
+                self.cut_slip(mark.t_s);
                 append(&mut self.slips, Stretch { span: now, what: mark.kind });
                 self.slipping = true;
             }
             EventKind::Ended => {
-                self.end_slip(mark.t_s);
+                self.cut_slip(mark.t_s);
                 self.slipping = false;
             }
             EventKind::Fault if !self.faulty => {
@@ -72,6 +72,13 @@ impl Events {
             let gone = self.marks.pop_front();
             self.text_bytes -= gone.map_or(0, |mark| super::allocated(mark.text.capacity()));
             self.dropped += 1;
+        }
+    }
+
+    /// A slip, or its incipient part, ends here: states that came before its event have drawn it out.
+    fn cut_slip(&mut self, t_s: f64) {
+        if let Some(slip) = self.slips.back_mut().filter(|_| self.slipping) {
+            slip.span.to_s = slip.span.from_s.max(t_s);
         }
     }
 
@@ -237,5 +244,25 @@ pub(super) fn note(list: &mut VecDeque<NoticeLine>, line: NoticeLine) {
     list.push_back(line);
     if list.len() > MOST_NOTICES {
         list.pop_front();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Events;
+    use crate::feed::{EventKind, EventMark};
+    use crate::span::Span;
+
+    #[test]
+    fn a_slip_ends_with_its_event_even_where_later_states_came_before_it() {
+        let mut events = Events::default();
+        let mut push = |t_s, kind| events.push(EventMark::plain(t_s, kind, ""));
+        push(1.0, EventKind::Incipient);
+        push(1.1, EventKind::Gross);
+        events.reach(1.3);
+        events.push(EventMark::plain(1.2, EventKind::Ended, ""));
+        events.reach(1.4);
+        let ends: Vec<f64> = events.slips(Span::new(0.0, 9.0)).map(|slip| slip.span.to_s).collect();
+        assert_eq!(ends, [1.1, 1.2]);
     }
 }

@@ -313,3 +313,27 @@ fn samples_that_are_thinned_out_meanwhile_are_reported() {
     assert!(matches!(reported, ExportError::Thinned), "{reported}");
     assert!(!out.exists());
 }
+
+#[test]
+fn a_page_replaces_nothing_and_leaves_nothing_where_it_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    recording(&path, 5000);
+    let watch = loaded(&path);
+    let page = |span, out: &Path| export::html(|| &watch.model, span, "run.mcap", out);
+    let out = folder.path().join("run.html");
+    let bytes = page(Span::new(0.0, 9.0), &out).unwrap();
+    let text = fs::read_to_string(&out).unwrap();
+    assert_eq!(text.len(), bytes);
+    assert!(text.contains("<h1>Grasp: run.mcap</h1>") && text.ends_with("</html>"), "{text}");
+    // A plain recording holds samples only, which the page states.
+    assert!(text.contains("The source has samples only"), "{text}");
+    let again = page(Span::new(0.0, 1.0), &out);
+    assert!(matches!(again, Err(ExportError::Exists { .. })));
+    assert_eq!(fs::read_to_string(&out).unwrap(), text);
+    let nowhere = page(Span::new(0.0, 1.0), &folder.path().join("no").join("run.html"));
+    assert!(matches!(nowhere, Err(ExportError::Write { .. })));
+    let none = folder.path().join("none.html");
+    assert!(matches!(page(Span::new(70.0, 71.0), &none), Err(ExportError::Empty)));
+    assert!(!none.exists());
+}

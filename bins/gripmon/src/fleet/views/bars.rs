@@ -2,11 +2,11 @@
 
 use super::TableSeen;
 use crate::fleet::TableAction;
-use crate::format;
 use crate::palette::Tone;
 use crate::views::status::tone;
 use eframe::egui::{Align, Button, Id, Key, Label, Layout, RichText, Sense, TextEdit, Ui, vec2};
 use grip_scope::SourceStatus;
+use grip_scope::format;
 
 /// Draws the line above: counts that filter, and the filter.
 pub(super) fn top(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {

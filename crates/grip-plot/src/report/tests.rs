@@ -1,5 +1,5 @@
 use super::*;
-use grip_plot::{Axis, Layer};
+use crate::{Axis, Layer};
 
 fn report() -> Report {
     let mut table = Table::new("t-1", "Errors <all>", &["net", "MSE", "correct", "n", "note"]);

@@ -7,10 +7,14 @@ mod table;
 
 pub use table::{Cell, Table};
 
-use crate::StudyError;
+use crate::Chart;
 use askama::Template as _;
-use grip_plot::Chart;
 use serde_json::{Value, json};
+
+/// The page of a report could not be made, because a chart of it could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct ReportError(#[from] askama::Error);
 
 /// A chart with its place in the report.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,8 +140,8 @@ impl Report {
     /// One page that needs nothing from elsewhere: styles and charts stand in it.
     ///
     /// # Errors
-    /// [`StudyError::Page`] where a chart has nothing to show or a number without a place.
-    pub fn html(&self) -> Result<String, StudyError> {
+    /// [`ReportError`] where a chart has nothing to show or a number without a place.
+    pub fn html(&self) -> Result<String, ReportError> {
         Ok(html::Page { report: self }.render()?)
     }
 

@@ -1,8 +1,8 @@
 //! The page of a report, from the templates beside `src`.
 
 use super::{Block, Cell, Figure, Report, Table};
+use crate::PlotError;
 use askama::Template;
-use grip_plot::PlotError;
 
 /// `templates/page.html`.
 #[derive(Template)]
