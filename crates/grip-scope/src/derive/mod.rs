@@ -10,7 +10,7 @@ use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
 
 use grip_session::HostEstimator;
 
-use slip_core::detector::BANDS;
+use slip_core::detector::{BANDS, STILL_BANDS};
 use slip_core::esc::Esc;
 use slip_core::estimate::Features;
 use slip_core::irregularity::{TurnFinder, TurnKind};
@@ -218,11 +218,11 @@ impl Looks {
     }
 }
 
-/// Energy over floor at which each band is a slip; the four that do not overlap are asked only while the robot moves.
+/// Energy over floor at which each band is a slip; infinity for one that does not decide in this scene.
 fn thresholds(config: &PipelineConfig, moving: bool) -> [f32; BANDS] {
     let bands = config.detector.bands();
-    core::array::from_fn(|band| match bands.get(band) {
-        Some(band_of) if moving || band < 2 => band_of.threshold,
+    core::array::from_fn(|band| match (bands.get(band), STILL_BANDS.get(band)) {
+        (Some(band_of), Some(still)) if moving || *still => band_of.threshold,
         _ => f32::INFINITY,
     })
 }

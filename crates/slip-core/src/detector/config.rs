@@ -10,6 +10,10 @@ pub(super) const VIBRATION: usize = 1;
 /// Place of the first of the four bands that do not overlap.
 pub(super) const FIRST_OCTAVE: usize = 2;
 
+/// Bands whose energy decides in a still scene: shear, vibration, and the two highest octaves, which a hum of the mains leaves free. While the
+/// robot moves every band decides.
+pub const STILL_BANDS: [bool; BANDS] = [true, true, false, false, true, true];
+
 /// One band with its threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(

@@ -9,7 +9,7 @@ mod rest;
 mod slip;
 mod test;
 
-pub use config::{BANDS, BandThreshold, DetectorConfig, TestKind};
+pub use config::{BANDS, BandThreshold, DetectorConfig, STILL_BANDS, TestKind};
 pub use evidence::{Certificate, Evidence, LIMITS, ScoreLaw, Scores};
 pub use reference::{GateConfig, MotionInput};
 pub use rest::{FloorHealth, RestMeter};

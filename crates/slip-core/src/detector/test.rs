@@ -1,7 +1,7 @@
 //! Blocks of band energies in, a statistic over its threshold out: the one trait of all sequential tests, and the tests.
 
 use super::{
-    config::{BANDS, FIRST_OCTAVE},
+    config::{BANDS, FIRST_OCTAVE, STILL_BANDS},
     lanes::samples,
 };
 
@@ -70,9 +70,11 @@ impl SequentialTest for EnergyTest {
             self.floor[b] += self.weight[b] * (block.floor[b] - self.floor[b]);
             *over = self.energy[b] / self.floor[b] * self.per_threshold[b];
         }
-        let [shear, vibration, a, b, c, d] = over;
-        let still = shear.max(vibration).max(c.max(d));
-        if block.moving { still.max(a.max(b)) } else { still }
+        let decides = over.into_iter().zip(STILL_BANDS);
+        decides.fold(
+            0.0,
+            |most, (over, still)| if still || block.moving { over.max(most) } else { most },
+        )
     }
 
     fn reset(&mut self) {
