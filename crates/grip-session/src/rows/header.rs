@@ -48,7 +48,7 @@ pub enum HeaderError {
     Column(String),
     /// Axes, which the link does not carry.
     #[error(
-        "header: `{0}`: only one axis of vibration is carried; send the axis or the norm as `vibration`"
+        "header: `{0}`: only one axis of vibration is carried; send the one along the slip, without gravity, as `vibration`"
     )]
     Axis(String),
     /// A column that stands there twice.
