@@ -60,3 +60,40 @@ fn watched() -> Result<(), String> {
 fn a_client_receives_of_every_slip_once_and_another_sees_the_figures() {
     in_one_of_some_runs(watched);
 }
+
+/// Whoever stands at the console. Without leave gripd refuses; with it the fingers open, close and stop, and each refusal names what to type.
+#[test]
+fn a_command_at_the_console_is_carried_out_or_refused_with_the_next_step() {
+    let folder = folder();
+    let command = |what: &[&str]| {
+        let args = [&["command"], what, &["--address", ADDRESS]].concat();
+        Program::gripctl(folder.path(), &args).ended()
+    };
+    let gripd = |settings: &str| {
+        std::fs::write(folder.path().join("gripd.toml"), settings).unwrap();
+        let gripd = Program::gripd(folder.path(), &["--port", "sim", "--listen", ADDRESS]);
+        gripd.until_printed("slip ended");
+        gripd
+    };
+    let alone = gripd("");
+    let refused = command(&["release"]);
+    assert!(refused.code == 1 && refused.err.contains("allow_commands = true"), "{refused:?}");
+    let _ended = alone.interrupted();
+
+    let open = gripd("allow_commands = true\n");
+    for (what, answer) in [("release", "release"), ("grasp", "grasp"), ("stop", "stop")] {
+        let ran = command(&[what]);
+        assert!(ran.code == 0 && ran.out.contains(answer), "{what}: {ran:?}");
+    }
+    let latched = || {
+        let ran = command(&["grasp"]);
+        ran.code == 1 && ran.err.contains("clear-fault")
+    };
+    assert!(until(latched));
+    // Another code clears nothing.
+    assert!(command(&["clear-fault", "0303"]).code == 0 && latched());
+    assert!(command(&["clear-fault", "0001"]).code == 0 && until(|| !latched()));
+    let wrong = command(&["at-least", "-3"]);
+    assert!(wrong.code == 2 && wrong.err.contains("no force"), "{wrong:?}");
+    let _ended = open.interrupted();
+}

@@ -238,6 +238,10 @@ impl Assignment<'_> {
                 groups.entry(group).or_default().push((axis, at, name));
             }
         }
+        // The other axes of what feels the slip show no motion of the robot.
+        let used = self.signals().filter(|(at, _)| self.used.contains(at));
+        let same: Vec<_> = used.filter_map(|(_, name)| words::acceleration(name)).collect();
+        groups.retain(|group, _| same.iter().all(|(own, _)| own != group));
         let felt = self.feels();
         let (what, vector) = if felt {
             ("the motion reference", "reference")

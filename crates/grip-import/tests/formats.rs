@@ -209,6 +209,14 @@ fn csv_channels_by_name_unit_and_word() {
     let imported = taken(&file);
     assert_eq!(uses(&imported), ["reference_x=ax", "reference_y=ay", "vibration=mic"]);
     assert_eq!(imported.recording.samples[1].reference_vector(), Some([2.0, 3.0, 0.0]));
+
+    // One axis by name: the others are of the same sensor, which the slip shakes, and no reference.
+    fs::write(&file, "t_s,acc_x,acc_y\n0,1,2\n0.001,1,2\n0.002,1,2\n").unwrap();
+    let imported = import(&file, &with_map(&[("vibration", "acc_x")])).unwrap();
+    assert_eq!(
+        (uses(&imported), imported.unused),
+        (vec!["vibration=acc_x".to_owned()], vec!["acc_y".to_owned()])
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The command line of `gripctl fleet`.
 
+use super::command::What;
 use clap::{Args, Subcommand};
 use grip_fleet::{Member, Selector};
 use grip_session::config::{Site, Uid};
@@ -217,33 +218,6 @@ pub(crate) struct CommandArgs {
     pub(crate) what: What,
     #[command(flatten)]
     pub(crate) place: ReachArgs,
-}
-
-#[derive(Clone, Copy, Debug, Subcommand)]
-pub(crate) enum What {
-    /// Hold with at least this force; 0 takes it back.
-    AtLeast {
-        /// Force (N).
-        #[arg(allow_negative_numbers = true)]
-        force: f64,
-    },
-    /// Let go, until it is told to grasp.
-    Release,
-    /// Close again after a release.
-    Grasp,
-    /// Stop in software, latched by the gripper.
-    Stop,
-    /// Clear the latched fault of this code, as `fleet list` shows it.
-    ClearFault {
-        /// Four hexadecimal digits.
-        #[arg(value_parser = fault)]
-        code: u16,
-    },
-}
-
-fn fault(text: &str) -> Result<u16, String> {
-    u16::from_str_radix(text.trim_start_matches("0x"), 16)
-        .map_err(|_| "expected up to four hexadecimal digits, such as 0103".to_owned())
 }
 
 #[derive(Debug, Args)]

@@ -1,5 +1,6 @@
 //! The command line of gripctl. The names are a contract.
 
+pub(crate) mod command;
 #[cfg(feature = "fleet")]
 pub(crate) mod fleet;
 #[cfg(feature = "foxglove")]
@@ -39,6 +40,11 @@ pub(crate) enum Command {
     Doctor(DoctorArgs),
     /// Show the state of a running gripd: link, rate, losses, latency, grip, events.
     Status(StatusArgs),
+    /// Command the gripper of a running gripd: release, grasp, at-least N, stop, clear-fault.
+    ///
+    /// gripd needs `allow_commands = true`. Exit code 0: gripd has taken the command; what it carries out within a second is printed. A stop is
+    /// not a safety function.
+    Command(command::CommandArgs),
     /// Name the object that is grasped next: gripd begins with what it has learned of that name.
     ///
     /// The name stands until another one is given. gripd needs `allow_commands = true`, and `file` in its table `memory`. Prints what is known of the

@@ -5,6 +5,7 @@ mod card;
 mod clock;
 pub(crate) mod collect;
 mod columns;
+pub(crate) mod command;
 pub(crate) mod csv;
 pub(crate) mod demo;
 pub(crate) mod doctor;

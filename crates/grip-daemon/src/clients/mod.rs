@@ -514,6 +514,7 @@ impl Clients {
             allow_models: self.config.allow_models,
             token: self.about.token(),
             room: MOST_COMMANDS.saturating_sub(self.commands.len()),
+            immovable: self.known.immovable(),
         };
         let mut asked = Vec::new();
         let bytes = bytes.get(..count).unwrap_or_default();

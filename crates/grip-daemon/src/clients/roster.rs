@@ -8,7 +8,9 @@ use grip_link::message::daemon::{
     self, Dropped, Estimates, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState,
     SlipReport, Topics,
 };
-use grip_link::message::{DeviceState, EventKind, FaultCode, Firmware, Kind, PayloadError};
+use grip_link::message::{
+    DeviceState, EventKind, FaultCode, Firmware, Kind, NackReason, PayloadError,
+};
 use grip_session::report::{Condition, Event};
 use slip_core::ClientCommand;
 use slip_core::units::Micros;
@@ -144,6 +146,16 @@ impl Default for Known {
 }
 
 impl Known {
+    /// Why the fingers would not move now.
+    pub(super) fn immovable(&self) -> Option<NackReason> {
+        let streams = matches!(self.gripper.link, LinkState::Stream | LinkState::Degraded);
+        match self.fault {
+            _ if !streams && self.fault == FaultCode::NONE => Some(NackReason::WrongState),
+            FaultCode::NONE => None,
+            _ => Some(NackReason::Latched),
+        }
+    }
+
     /// Everything, then the answer.
     pub(super) fn answer(&self, session: &mut ClientSession, ack: Option<u16>) {
         session.message(Class::Answers, Kind::GRIPPER, |out| self.gripper.write(out));

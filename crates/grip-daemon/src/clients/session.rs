@@ -32,6 +32,8 @@ pub struct Terms<'a> {
     pub token: u32,
     /// Commands that may still be taken before the hot thread has fetched them.
     pub room: usize,
+    /// Why fingers would not move now: the link is away, or a fault is latched.
+    pub immovable: Option<NackReason>,
 }
 
 /// The file of a model that a client has brought.
@@ -477,6 +479,11 @@ fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReas
     }
     if terms.room == 0 {
         return Err(NackReason::Busy);
+    }
+    // An order that nobody can carry out now must not move fingers later, when power is back or a fault cleared.
+    let moves = matches!(command.operation, Operation::Release | Operation::Grasp);
+    if let Some(reason) = terms.immovable.filter(|_| moves) {
+        return Err(reason);
     }
     Ok(match command.operation {
         Operation::AtLeast => ClientCommand::AtLeast(Newtons::from_mn(command.force_mn).0),

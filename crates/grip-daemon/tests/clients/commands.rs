@@ -4,8 +4,10 @@ use crate::rig::{PATIENCE, Rig, tcp, wanted};
 use core::time::Duration;
 use grip_daemon::clients::{Clients, ClientsConfig, ListenError};
 use grip_daemon::{Item, LinkNote};
-use grip_link::message::daemon::{Command, Operation, ToClient, Topics};
-use grip_link::message::{DeviceState, Event, EventKind, FaultCode};
+use grip_link::message::daemon::{Command, LinkState, Operation, ToClient, Topics};
+use grip_link::message::{
+    DeviceState, Event, EventKind, FaultCode, ForceClamp, Status, StatusFlags,
+};
 use slip_core::ClientCommand;
 
 const EVERY: [Operation; 6] = [
@@ -19,6 +21,46 @@ const EVERY: [Operation; 6] = [
 
 fn drain(rig: &mut Rig) -> Vec<ClientCommand> {
     core::iter::from_fn(|| rig.clients.next_command()).collect()
+}
+
+/// Commands are allowed, and samples of the gripper come.
+fn streaming() -> Rig {
+    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    rig.link(&LinkNote::State(LinkState::Stream));
+    rig
+}
+
+/// Fingers would move when the gripper has power again, or the fault is cleared: long after whoever ordered it has gone.
+#[test]
+fn fingers_that_cannot_move_now_are_not_ordered_to_move_later() {
+    let latched = Status {
+        last_cmd_id: 1,
+        state: DeviceState::Fault,
+        clamp: ForceClamp(0),
+        fault: FaultCode(0x0201),
+        applied_mn: 0,
+        target_mn: 0,
+        age_us: 5,
+        flags: StatusFlags(0),
+        rejected: 0,
+    };
+    let notes = [
+        (LinkNote::PortLost, "WrongState"),
+        (LinkNote::State(LinkState::Hello), "WrongState"),
+        (LinkNote::Status(latched), "Latched"),
+    ];
+    for (note, reason) in notes {
+        let mut rig = streaming();
+        let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+        rig.link(&note);
+        let release = Command { token: viewer.seen.token, ..Command::new(Operation::Release) };
+        for command in [release, Command::new(Operation::Grasp), Command::new(Operation::Stop)] {
+            viewer.client.command(&command).unwrap();
+        }
+        rig.until(&mut viewer, |seen| seen.nacks.len() == 2 && seen.acks.len() == 1);
+        assert!(viewer.seen.nacks.iter().all(|(_, why)| why == reason), "{:?}", viewer.seen.nacks);
+        assert_eq!(drain(&mut rig), [ClientCommand::Stop]);
+    }
 }
 
 #[test]
@@ -36,7 +78,7 @@ fn nothing_is_commanded_unless_it_is_allowed() {
 
 #[test]
 fn what_is_allowed_reaches_the_hot_thread_in_order() {
-    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut rig = streaming();
     let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
     let token = viewer.seen.token;
     assert_ne!(token, 0);
@@ -62,7 +104,7 @@ fn what_is_allowed_reaches_the_hot_thread_in_order() {
 
 #[test]
 fn a_release_without_the_token_and_a_negative_force_are_refused() {
-    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut rig = streaming();
     let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
     viewer.client.command(&Command::new(Operation::Release)).unwrap();
     let negative = Command { force_mn: -1, ..Command::new(Operation::AtLeast) };
@@ -110,7 +152,7 @@ fn names_are_refused_where_nothing_is_commanded_and_where_one_waits() {
 
 #[test]
 fn commands_that_nobody_fetches_are_refused_when_too_many_wait() {
-    let mut rig = Rig::new(ClientsConfig { allow_commands: true, ..tcp() });
+    let mut rig = streaming();
     let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
     for _ in 0..100 {
         viewer.client.command(&Command::new(Operation::Grasp)).unwrap();

@@ -92,9 +92,12 @@ impl Rig {
         self.clients.take(&Item::State(&PipelineState { host: Micros(self.now_us), ..state }));
     }
 
+    pub(crate) fn link(&mut self, note: &LinkNote) {
+        self.clients.take(&Item::Link { host_us: self.now_us, note });
+    }
+
     pub(crate) fn updates(&mut self) {
-        let note = LinkNote::State(LinkState::Stream);
-        self.clients.take(&Item::Link { host_us: self.now_us, note: &note });
+        self.link(&LinkNote::State(LinkState::Stream));
     }
 }
 

@@ -22,7 +22,8 @@ fn terms(allow_commands: bool) -> Terms<'static> {
         real_time: RealTime::NotAsked,
         text: b"test",
     };
-    Terms { welcome, allow_commands, allow_models: allow_commands, token: TOKEN, room: 64 }
+    let allow_models = allow_commands;
+    Terms { welcome, allow_commands, allow_models, token: TOKEN, room: 64, immovable: None }
 }
 
 fn wire(kind: u8, seq: u16, session: u16, payload: &[u8]) -> Vec<u8> {

@@ -1,0 +1,155 @@
+//! `gripctl command`: what the gripper of a running gripd is to do in; whether gripd takes it, and what it does, out.
+
+use super::{clock, status::nonce};
+use crate::{
+    cli::command::{CommandArgs, What},
+    output,
+};
+use anyhow::bail;
+use core::time::Duration;
+use grip_daemon::client::Client;
+use grip_link::message::{
+    FaultCode, Kind, NackReason, Versions,
+    daemon::{Command, NoticeKind, Operation, Subscribe, ToClient, Topics},
+};
+use grip_session::exit::{Exit, WrongArgument};
+
+/// A daemon that is there answers within this time.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// What is carried out so soon is printed.
+const CARRIED_OUT: Duration = Duration::from_secs(1);
+
+pub(crate) fn run(args: &CommandArgs) -> anyhow::Result<Exit> {
+    let command = command(args.what)?;
+    let wanted =
+        Subscribe { versions: Versions::OURS, topics: Topics::NEWS, every_nth: 0, state_ms: 0 };
+    let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
+    let mut token = None;
+    until(&mut client, PATIENCE, &mut |message| {
+        if let ToClient::Welcome(welcome) = message {
+            token = Some(welcome.token);
+        }
+        token.is_some()
+    })?;
+    let Some(token) = token else {
+        bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs());
+    };
+    // Of a release, which is for this start of gripd.
+    let token = if command.operation == Operation::Release { token } else { 0 };
+    client.command(&Command { token, ..command })?;
+    // Both may come at once.
+    let (mut answer, mut done) = (None, None);
+    for patience in [PATIENCE, CARRIED_OUT] {
+        let carried_out = answer == Some(Ok(()));
+        until(&mut client, patience, &mut |message| {
+            match message {
+                ToClient::Ack(ack) if ack.kind == Kind::COMMAND => answer = Some(Ok(())),
+                ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
+                    answer = Some(Err(nack.reason));
+                }
+                ToClient::Notice(notice) if notice.kind == NoticeKind::Client => {
+                    done = Some(notice.as_str().to_owned());
+                }
+                _ => {}
+            }
+            answer.is_some() && (!carried_out || done.is_some())
+        })?;
+        match answer {
+            None => bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs()),
+            Some(Err(reason)) => bail!(refusal(reason)),
+            Some(Ok(())) if done.is_some() => break,
+            Some(Ok(())) => {}
+        }
+    }
+    output::line(done.as_deref().unwrap_or("gripd has taken the command"))?;
+    Ok(Exit::Done)
+}
+
+/// Takes messages until `done` says so, or for so long.
+fn until(
+    client: &mut Client,
+    patience: Duration,
+    done: &mut dyn FnMut(&ToClient<'_>) -> bool,
+) -> anyhow::Result<()> {
+    let end = clock::monotonic() + patience;
+    let mut over = false;
+    while !over {
+        let left = end.saturating_sub(clock::monotonic());
+        if left.is_zero() {
+            break;
+        }
+        client.wait(left, &mut |message| over |= done(message))?;
+    }
+    Ok(())
+}
+
+/// A sentence with what to do.
+fn refusal(reason: NackReason) -> String {
+    match reason {
+        NackReason::Forbidden => {
+            "gripd takes no commands of clients: set allow_commands = true in gripd.toml".to_owned()
+        }
+        NackReason::WrongState => {
+            "not in this state: `gripctl status` shows link and gripper".to_owned()
+        }
+        NackReason::Latched => {
+            "a fault or stop is latched: `gripctl status` shows its code, `gripctl command clear-fault CODE` clears it"
+                .to_owned()
+        }
+        NackReason::OtherFault => {
+            "another fault is latched: `gripctl status` shows its code".to_owned()
+        }
+        reason => format!("gripd refuses the command: {}", reason.name()),
+    }
+}
+
+/// What is to be done, as it travels.
+pub(super) fn command(what: What) -> Result<Command, WrongArgument> {
+    Ok(match what {
+        What::AtLeast { force } => {
+            Command { force_mn: millinewtons(force)?, ..Command::new(Operation::AtLeast) }
+        }
+        What::Release => Command::new(Operation::Release),
+        What::Grasp => Command::new(Operation::Grasp),
+        What::Stop => Command::new(Operation::Stop),
+        What::ClearFault { code } => {
+            Command { fault: FaultCode(code), ..Command::new(Operation::ClearFault) }
+        }
+    })
+}
+
+/// A force as it travels.
+fn millinewtons(force: f64) -> Result<i32, WrongArgument> {
+    let force_mn = (force * 1e3).round();
+    if !(0.0..=f64::from(i32::MAX)).contains(&force_mn) {
+        return Err(WrongArgument(format!("{force} is no force; expected newtons, 0 or more")));
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "whole and within the range")]
+    let force_mn = force_mn as i32;
+    Ok(force_mn)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{What, command, millinewtons};
+    use grip_link::message::{FaultCode, daemon::Operation};
+
+    #[test]
+    fn forces_are_whole_millinewtons_and_never_negative() {
+        assert_eq!(millinewtons(0.0).unwrap(), 0);
+        assert_eq!(millinewtons(2.5004).unwrap(), 2500);
+        for wrong in [-0.1, f64::NAN, f64::INFINITY, 3e6] {
+            assert!(millinewtons(wrong).unwrap_err().to_string().contains("no force"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_is_stated_is_what_is_sent() {
+        let at_least = command(What::AtLeast { force: 1.25 }).unwrap();
+        assert_eq!((at_least.operation, at_least.force_mn), (Operation::AtLeast, 1250));
+        let clear = command(What::ClearFault { code: 0x0103 }).unwrap();
+        assert_eq!((clear.operation, clear.fault), (Operation::ClearFault, FaultCode(0x0103)));
+        assert_eq!(command(What::Stop).unwrap().operation, Operation::Stop);
+        assert_eq!(command(What::Grasp).unwrap().operation, Operation::Grasp);
+    }
+}
