@@ -27,10 +27,12 @@ const IDENTITY: u8 = 0xE5;
 const WATERMARK: u8 = 8;
 /// Most readings that wait: 32 in the queue, one at its end.
 const MOST: usize = 33;
-/// In this order: standby, then rate (3200 Hz), range (full resolution, 16 g: a step is 3.9 mg in every range, so a wide
-/// one costs nothing), queue (stream), INT1 (watermark), measure.
-const SETTINGS: [(u8, u8); 7] = [
+/// In this order: standby, an empty queue (what it held is old where the sensor was away), then rate (3200 Hz), range (full
+/// resolution, 16 g: a step is 3.9 mg in every range, so a wide one costs nothing), queue (stream), INT1 (watermark),
+/// measure.
+const SETTINGS: [(u8, u8); 8] = [
     (POWER_CTL, 0x00),
+    (FIFO_CTL, 0x00),
     (BW_RATE, 0x0F),
     (DATA_FORMAT, 0x0B),
     (FIFO_CTL, 0x80 | WATERMARK),

@@ -72,6 +72,8 @@ export class Adxl345 {
     if (this.more) this.at += 1;
     if (this.reads) return this.value(at);
     this.registers[at] = byte;
+    // Bypass empties the queue.
+    if (at === FIFO_CTL && byte >> 6 === 0) { this.queue = []; this.overrun = false; }
     this.lines();
     return 0;
   }

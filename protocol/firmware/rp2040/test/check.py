@@ -25,7 +25,7 @@ sys.path.insert(0, str(HERE.parents[2] / "python" / "src"))
 sys.dont_write_bytecode = True
 
 from grip_link.host import Batch, HostConfig, HostLink, HostState  # noqa: E402
-from grip_link.messages import Config, Event, Log, SampleFormat  # noqa: E402
+from grip_link.messages import Config, Event, EventKind, Log, SampleFormat  # noqa: E402
 from grip_link.stream import FdStream  # noqa: E402
 
 CLOCK_HZ, LEARN_S = 125e6, 0.25
@@ -124,7 +124,7 @@ class Board:
             for event in link.receive(now(), data):
                 if isinstance(event, Log):
                     self.lines.append(event.text.decode())
-                elif isinstance(event, Event):
+                elif isinstance(event, Event) and event.kind is EventKind.FAULT:
                     self.faults.append(event.value)
                 elif isinstance(event, Batch):
                     self.batches += 1
