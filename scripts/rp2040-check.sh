@@ -54,6 +54,7 @@ python3 "$root/scripts/licence-check.py"
 # That file needs no other, and no link-time optimization, which would take a minute.
 rustc --edition 2024 -O --test src/float.rs -o "$work/float"
 "$work/float" --quiet
+env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo test --locked --quiet --test faults
 env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo build --release --locked --quiet --example host
 python3 - "$work/slip.elf" "$work/slip-adxl345.elf" <<'PY'
 import struct, sys

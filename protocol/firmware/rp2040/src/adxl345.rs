@@ -150,7 +150,9 @@ impl<Bus: SpiBus, Select: OutputPin, Int1: InputPin, Delay: DelayNs>
     /// Empties the queue. What it gave counts only where the sensor still answers as itself afterwards.
     fn drain(&mut self, now_us: u64) -> Option<Trouble> {
         let overrun = self.read(INT_SOURCE) & OVERRUN != 0;
-        let count = usize::from(self.read(FIFO_STATUS) & 0x7F).min(MOST);
+        let reported = usize::from(self.read(FIFO_STATUS) & 0x7F);
+        // More than fits is no answer of this sensor.
+        let count = if reported > MOST { 0 } else { reported };
         for k in 0..count {
             let mut bytes = [0xC0 | DATAX0, 0, 0, 0, 0, 0, 0];
             self.transfer(&mut bytes);
@@ -162,6 +164,9 @@ impl<Bus: SpiBus, Select: OutputPin, Int1: InputPin, Delay: DelayNs>
         let identity = self.read(DEVID);
         if identity != IDENTITY {
             return self.die(now_us, Trouble::Absent(identity));
+        }
+        if reported > MOST {
+            return self.die(now_us, Trouble::Silent);
         }
         let passed_us = now_us.saturating_sub(self.drained_us);
         self.drained_us = now_us;

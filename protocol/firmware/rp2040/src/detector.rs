@@ -16,6 +16,8 @@ pub struct Detector {
     sensor: &'static Sensor,
     sum: i16,
     summed: u16,
+    /// Number of the reading that follows the last one.
+    next: u64,
 }
 
 impl Detector {
@@ -24,13 +26,18 @@ impl Detector {
     pub fn new(sensor: &'static Sensor) -> Result<Self, ConfigError> {
         let rate = Hertz((sensor.rate_hz / u32::from(sensor.readings_a_sample)) as f32);
         let config = PipelineConfig::observing(Signal::Vibration, rate);
-        Ok(Self { pipeline: Pipeline::new(config, None)?, sensor, sum: 0, summed: 0 })
+        Ok(Self { pipeline: Pipeline::new(config, None)?, sensor, sum: 0, summed: 0, next: 0 })
     }
 
-    /// Takes reading number `index` (steps, at most 13 bits with the sign); the sample that it completes, if any.
+    /// Takes reading number `index` (steps, at most 13 bits with the sign); the sample that it completes, if any. No sample
+    /// spans lost readings.
     #[inline]
     pub fn reading(&mut self, index: u64, value: i16) -> Option<Sample> {
-        self.sum += value;
+        if index != self.next {
+            (self.sum, self.summed) = (0, 0);
+        }
+        self.next = index + 1;
+        self.sum = self.sum.saturating_add(value);
         self.summed += 1;
         if self.summed < self.sensor.readings_a_sample {
             return None;

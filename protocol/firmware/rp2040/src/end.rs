@@ -100,8 +100,9 @@ impl End {
     pub fn trouble(&mut self, tick_us: u64, trouble: Trouble) {
         if let Trouble::Lost(readings) = trouble {
             self.link.skip_rows(readings / self.readings_a_row.unsigned_abs());
-            (self.sum, self.summed) = (0, 0);
         }
+        // No row spans lost readings.
+        (self.sum, self.summed) = (0, 0);
         if let Some(fault) = trouble.fault() {
             self.link.raise_fault(tick_us, fault);
         }
