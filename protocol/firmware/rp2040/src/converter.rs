@@ -53,15 +53,8 @@ pub fn start(
     let mut adc = Adc::new(adc, resets);
     let mut pin = AdcPin::new(pin.into_floating_input()).ok()?;
     let divider = u16::try_from(CLOCK_HZ / PIEZO.rate_hz - 1).ok()?;
-    let fifo = adc
-        .build_fifo()
-        .clock_divider(divider, 0)
-        .set_channel(&mut pin)
-        .enable_interrupt(1)
-        .start();
-    // It runs until power goes.
-    core::mem::forget(fifo);
-    core::mem::forget(adc);
+    // It runs until power goes: to drop its handles stops nothing.
+    adc.build_fifo().clock_divider(divider, 0).set_channel(&mut pin).enable_interrupt(1).start();
     // SAFETY: the handler below is in place, and shares only atomics with the main loop.
     unsafe { pac::NVIC::unmask(pac::Interrupt::ADC_IRQ_FIFO) };
     Some(Piezo { start_us })
