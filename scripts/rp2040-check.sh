@@ -1,9 +1,9 @@
 #!/bin/sh
-# The detector as firmware of an RP2040: builds it into a UF2, and runs that in an emulator (rp2040js) with slips on its converter. What comes
+# The detector as firmware of an RP2040: builds it into a UF2, and runs that in an emulator (rp2040js) with slips on its sensor. What comes
 # back over the emulated USB port must be what the same detector finds on this computer.
 #
 #   rp2040-check.sh               everything; --recordings N takes N fingertip recordings (2)
-#   rp2040-check.sh --build       only target/rp2040/slip.uf2
+#   rp2040-check.sh --build       only target/rp2040/slip.uf2 (piezo) and slip-adxl345.uf2
 #
 # Needs Rust's core for thumbv6m-none-eabi, which rustup adds; where it cannot, Debian's compiler builds it, and is installed. Needs Python 3 and
 # Node.js with npm. GRIP_ALLOW_MISSING: node, data.
@@ -31,16 +31,22 @@ core=$(rustc --print sysroot)/lib/rustlib/$triple
 [ -d "$core" ] || { command -v rustup >/dev/null && rustup target add "$triple" >&2; } || true
 
 # No flag of the caller may leak in. What was built before counts only where this build succeeds.
-rm -f "$work/slip.uf2"
-set -- build --release --locked --quiet --features board --target "$triple"
-if [ -d "$core" ]; then
-    env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo "$@"
-else
-    second_compiler
-    CARGO_TARGET_DIR="$work" core_from_source "$@"
-fi
-python3 test/uf2.py "$work/$triple/release/slip-rp2040" "$work/slip.uf2"
-echo "$work/slip.uf2"
+rm -f "$work/slip.uf2" "$work/slip-adxl345.uf2"
+firmware() { # FEATURE NAME
+    name=$2
+    set -- build --release --locked --quiet --features "$1" --target "$triple"
+    if [ -d "$core" ]; then
+        env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo "$@"
+    else
+        second_compiler
+        CARGO_TARGET_DIR="$work" core_from_source "$@"
+    fi
+    cp "$work/$triple/release/slip-rp2040" "$work/$name.elf"
+    python3 test/uf2.py "$work/$name.elf" "$work/$name.uf2"
+    echo "$work/$name.uf2"
+}
+firmware board slip
+firmware adxl345 slip-adxl345
 [ -z "$only_build" ] || exit 0
 
 cargo fmt --check
@@ -48,25 +54,31 @@ python3 "$root/scripts/licence-check.py"
 # That file needs no other, and no link-time optimization, which would take a minute.
 rustc --edition 2024 -O --test src/float.rs -o "$work/float"
 "$work/float" --quiet
+env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo test --locked --quiet --test faults
 env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo build --release --locked --quiet --example host
-python3 - "$work/$triple/release/slip-rp2040" <<'PY'
+python3 - "$work/slip.elf" "$work/slip-adxl345.elf" <<'PY'
 import struct, sys
-elf = open(sys.argv[1], "rb").read()
+from pathlib import Path
 # Program headers: what is loaded from the file is flash, what has memory in RAM is static RAM.
-(table,), (size, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
-segments = [struct.unpack_from("<6I", elf, table + k * size) for k in range(count)]
-flash = sum(s[4] for s in segments if s[0] == 1)
-ram = sum(s[5] for s in segments if s[0] == 1 and s[2] >= 0x20000000)
-print(f"flash {flash} bytes, static RAM {ram} bytes")
+for file in map(Path, sys.argv[1:]):
+    elf = file.read_bytes()
+    (table,), (size, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
+    segments = [struct.unpack_from("<6I", elf, table + k * size) for k in range(count)]
+    flash = sum(s[4] for s in segments if s[0] == 1)
+    ram = sum(s[5] for s in segments if s[0] == 1 and s[2] >= 0x20000000)
+    print(f"{file.stem}: flash {flash} bytes, static RAM {ram} bytes")
 PY
 
 command -v node >/dev/null && command -v npm >/dev/null || { missing node "Node.js with npm: the firmware is not run"; exit 0; }
 [ -d "$work/node_modules/rp2040js" ] || npm install --silent --no-save --no-audit --no-fund --prefix "$work" rp2040js@1.4.1 >&2
-set -- --modules "$work/node_modules" --uf2 "$work/slip.uf2" --host "$work/release/examples/host" --work "$work/run"
+set -- --modules "$work/node_modules" --host "$work/release/examples/host"
 recordings=${GRIP_DATA:-$root/../shared/data}/biotac_slide
 if [ -f "$recordings/labels.csv" ]; then
     set -- "$@" --recordings "$recordings" --most "$most"
 else
     missing data "$recordings: simulated signals only"
 fi
-python3 test/check.py "$@"
+echo "piezo"
+python3 test/check.py --uf2 "$work/slip.uf2" --work "$work/run" "$@"
+echo "ADXL345"
+python3 test/check.py --adxl345 --uf2 "$work/slip-adxl345.uf2" --work "$work/run-adxl345" "$@"

@@ -7,7 +7,10 @@ use rp2040_hal::{
     gpio::{FunctionNull, Pin, PullDown, bank0::Gpio26},
     pac::{self, interrupt},
 };
-use slip_rp2040::detector::RATE_HZ;
+use slip_rp2040::{
+    detector::centred,
+    sensor::{PIEZO, Reading, Source, Trouble},
+};
 
 /// Readings that may wait: 0.1 s, as long as a busy USB may keep the main loop.
 const ROOM: usize = 1024;
@@ -19,32 +22,47 @@ static RING: [AtomicU16; ROOM] = [const { AtomicU16::new(0) }; ROOM];
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static READ: AtomicU32 = AtomicU32::new(0);
 
+/// The converter, which runs since this time of the board (us).
+pub struct Piezo {
+    start_us: u64,
+}
+
+impl Source for Piezo {
+    fn look(&mut self, _: u64) -> Option<Trouble> {
+        None
+    }
+
+    fn next(&mut self) -> Option<Reading> {
+        let (index, code) = next()?;
+        let tick_us = self.start_us + PIEZO.time_us(index);
+        Some(Reading { index, tick_us, value: centred(code) })
+    }
+
+    fn is_dead(&self) -> bool {
+        false
+    }
+}
+
 /// Begins to convert; `None` where the pin is none of the converter.
 pub fn start(
     adc: pac::ADC,
     pin: Pin<Gpio26, FunctionNull, PullDown>,
     resets: &mut pac::RESETS,
-) -> Option<()> {
+    start_us: u64,
+) -> Option<Piezo> {
     let mut adc = Adc::new(adc, resets);
     let mut pin = AdcPin::new(pin.into_floating_input()).ok()?;
-    let divider = u16::try_from(CLOCK_HZ / RATE_HZ - 1).ok()?;
-    let fifo = adc
-        .build_fifo()
-        .clock_divider(divider, 0)
-        .set_channel(&mut pin)
-        .enable_interrupt(1)
-        .start();
-    // It runs until power goes.
-    core::mem::forget(fifo);
-    core::mem::forget(adc);
+    let divider = u16::try_from(CLOCK_HZ / PIEZO.rate_hz - 1).ok()?;
+    // It runs until power goes: to drop its handles stops nothing.
+    adc.build_fifo().clock_divider(divider, 0).set_channel(&mut pin).enable_interrupt(1).start();
     // SAFETY: the handler below is in place, and shares only atomics with the main loop.
     unsafe { pac::NVIC::unmask(pac::Interrupt::ADC_IRQ_FIFO) };
-    Some(())
+    Some(Piezo { start_us })
 }
 
 /// The oldest reading that waits, with its number since the start. Where the main loop was late by more than the ring, those
 /// that were overwritten are left out.
-pub fn next() -> Option<(u64, u16)> {
+fn next() -> Option<(u64, u16)> {
     let written = WRITTEN.load(Ordering::Acquire);
     let mut read = READ.load(Ordering::Relaxed);
     let room = ROOM as u32;

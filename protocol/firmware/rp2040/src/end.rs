@@ -1,13 +1,13 @@
 //! The board's end of the link: what it offers, readings and slips in, frames out.
 
-use crate::detector::{RATE_HZ, centred};
-use crate::notice::Line;
+use crate::notice::{self, Line};
+use crate::sensor::{Sensor, Trouble};
 use grip_link::{
     device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink},
     frame::MAX_WIRE,
     message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, LogLevel,
-        MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Unit, Versions,
+        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS,
+        Reaction, ResetReason, SampleFormat, Versions,
     },
 };
 
@@ -17,6 +17,7 @@ const WAITING: usize = 8;
 /// One link with the frame that is being sent.
 #[derive(Debug)]
 pub struct End {
+    sensor: &'static Sensor,
     link: DeviceLink,
     lines: [Option<Line>; WAITING],
     frame: [u8; MAX_WIRE],
@@ -32,11 +33,14 @@ impl End {
     ///
     /// # Errors
     /// None with this IDENT; the link checks each.
-    pub fn new(boot_id: u32) -> Result<Self, DeviceConfigError> {
-        let mut link =
-            DeviceLink::new(DeviceConfig { ident: ident(boot_id), estop: Reaction::Passive })?;
+    pub fn new(boot_id: u32, sensor: &'static Sensor) -> Result<Self, DeviceConfigError> {
+        let mut link = DeviceLink::new(DeviceConfig {
+            ident: ident(boot_id, sensor),
+            estop: Reaction::Passive,
+        })?;
         link.ready(0);
         Ok(Self {
+            sensor,
             link,
             lines: [None; WAITING],
             frame: [0; MAX_WIRE],
@@ -51,7 +55,7 @@ impl End {
     pub fn receive(&mut self, tick_us: u64, mut bytes: &[u8]) {
         while let Some(event) = self.link.receive(tick_us, &mut bytes) {
             if let DeviceEvent::Configured(config) = event {
-                let readings = RATE_HZ / config.sample_rate_hz.max(1);
+                let readings = self.sensor.rate_hz / config.sample_rate_hz.max(1);
                 self.readings_a_row = i32::try_from(readings).unwrap_or(1).max(1);
                 (self.sum, self.summed) = (0, 0);
             }
@@ -60,9 +64,9 @@ impl End {
         let _ = self.link.drive(tick_us);
     }
 
-    /// Takes a reading of the converter.
-    pub fn reading(&mut self, tick_us: u64, code: u16) {
-        self.sum += i32::from(centred(code));
+    /// Takes a reading (steps).
+    pub fn reading(&mut self, tick_us: u64, value: i16) {
+        self.sum += i32::from(value);
         self.summed += 1;
         if self.summed < self.readings_a_row {
             return;
@@ -72,13 +76,15 @@ impl End {
         let format = self.link.in_force().map(|config| config.format);
         // A row that nobody wants now is none.
         let _ = match format {
-            Some(SampleFormat::F32) => self.link.push_f32(tick_us, &[mean as f32]),
+            Some(SampleFormat::F32) => {
+                self.link.push_f32(tick_us, &[mean as f32 * self.sensor.scale])
+            }
             _ => self.link.push_i16(tick_us, &[mean as i16]),
         };
     }
 
-    /// Takes the line of a slip; it goes out before the next samples. While nobody listens the newest ones are kept.
-    pub fn slip(&mut self, line: Line) {
+    /// Takes a line of text; it goes out before the next samples. While nobody listens the newest ones are kept.
+    pub fn line(&mut self, line: Line) {
         match self.lines.iter_mut().find(|line| line.is_none()) {
             Some(free) => *free = Some(line),
             None => {
@@ -88,6 +94,19 @@ impl End {
                 }
             }
         }
+    }
+
+    /// Takes what went wrong at the sensor: rows that are missing are counted, a fault is latched until the host clears it.
+    pub fn trouble(&mut self, tick_us: u64, trouble: Trouble) {
+        if let Trouble::Lost(readings) = trouble {
+            self.link.skip_rows(readings / self.readings_a_row.unsigned_abs());
+        }
+        // No row spans lost readings.
+        (self.sum, self.summed) = (0, 0);
+        if let Some(fault) = trouble.fault() {
+            self.link.raise_fault(tick_us, fault);
+        }
+        self.line(notice::trouble(trouble));
     }
 
     /// Bytes that wait for the port; nothing where there is nothing to send.
@@ -107,7 +126,7 @@ impl End {
     fn next_frame(&mut self, tick_us: u64) -> Option<usize> {
         if let Some(Some(line)) = self.lines.first() {
             let line = *line;
-            let length = self.link.log(tick_us, LogLevel::Info, line.text(), &mut self.frame);
+            let length = self.link.log(tick_us, line.level(), line.text(), &mut self.frame);
             // None without a host: the line waits for one.
             if length.is_some() {
                 self.lines.rotate_left(1);
@@ -121,19 +140,20 @@ impl End {
     }
 }
 
-/// A vibration without a unit at up to 10 kHz.
-fn ident(boot_id: u32) -> Ident {
+/// A vibration on one channel.
+fn ident(boot_id: u32, sensor: &Sensor) -> Ident {
     let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] = Channel { unit: Unit::None, ..Channel::single(ChannelKind::Stylus, 1.0) };
+    channels[0] =
+        Channel { unit: sensor.unit, ..Channel::single(ChannelKind::Stylus, sensor.scale) };
     Ident {
         versions: Versions::OURS,
         max_rx: 480,
         caps: 0,
-        uid: *b"slip-rp2040-0001",
+        uid: sensor.uid,
         boot_id,
         tick_hz: 1_000_000,
         limits: Limits {
-            rate_max_hz: RATE_HZ,
+            rate_max_hz: sensor.rate_hz,
             // No actuator.
             force_max_mn: 0,
             slew_max_mn_s: 100_000,

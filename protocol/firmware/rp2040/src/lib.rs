@@ -1,7 +1,9 @@
-//! What the board and the host have in common: readings of a converter in, slips and frames of the link out.
+//! What the board and the host have in common: readings of a sensor in, slips and frames of the link out.
 #![cfg_attr(not(test), no_std)]
 
+pub mod adxl345;
 pub mod detector;
 pub mod end;
 pub mod float;
 pub mod notice;
+pub mod sensor;

@@ -1,7 +1,8 @@
-//! Piezo on GP26 at 10 kHz, LED on a slip, the link over USB: the firmware of an RP2040.
+//! Piezo on GP26 at 10 kHz, or an ADXL345 on SPI0 at 3.2 kHz (feature `adxl345`), LED on a slip, the link over USB: the firmware of an RP2040.
 #![no_std]
 #![no_main]
 
+#[cfg(not(feature = "adxl345"))]
 mod converter;
 mod soft;
 
@@ -12,23 +13,43 @@ use rp2040_hal::{
     usb::UsbBus,
 };
 use slip_rp2040::{
-    detector::{Detector, PERIOD_US, READINGS_A_SAMPLE},
+    detector::Detector,
     end::End,
     notice,
+    sensor::{Sensor, Source},
 };
 use usb_device::{
     bus::UsbBusAllocator,
     device::{StringDescriptors, UsbDeviceBuilder, UsbVidPid},
 };
 use usbd_serial::{SerialPort, USB_CLASS_CDC};
+#[cfg(feature = "adxl345")]
+use {
+    embedded_hal::spi::MODE_3,
+    rp2040_hal::{
+        Clock,
+        fugit::RateExtU32,
+        gpio::{FunctionSpi, PinState},
+        spi::Spi,
+    },
+    slip_rp2040::adxl345::Adxl345,
+};
 
 /// Sets the flash chip of a Raspberry Pi Pico up.
 #[unsafe(link_section = ".boot2")]
 #[used]
 static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 
+#[cfg(feature = "adxl345")]
+const SENSOR: &Sensor = &slip_rp2040::sensor::ADXL345;
+#[cfg(not(feature = "adxl345"))]
+const SENSOR: &Sensor = &slip_rp2040::sensor::PIEZO;
+
 /// Crystal of the board (Hz).
 const CRYSTAL_HZ: u32 = 12_000_000;
+/// Clock of the ADXL345, at most 5 MHz (Hz).
+#[cfg(feature = "adxl345")]
+const BUS_HZ: u32 = 5_000_000;
 /// The LED stays on at least so long (us).
 const LED_US: u64 = 200_000;
 
@@ -44,7 +65,7 @@ fn main() -> ! {
 
 #[inline(never)]
 fn make(place: &mut MaybeUninit<Detector>) -> Option<&mut Detector> {
-    Some(place.write(Detector::new().ok()?))
+    Some(place.write(Detector::new(SENSOR).ok()?))
 }
 
 #[inline(never)]
@@ -89,10 +110,27 @@ fn run(detector: &mut Detector) -> Option<()> {
         .device_class(USB_CLASS_CDC)
         .build();
 
-    let mut end = End::new(boot_id).ok()?;
+    let mut end = End::new(boot_id, SENSOR).ok()?;
     let mut dark_at = 0;
-    let start = timer.get_counter().ticks();
-    converter::start(pac.ADC, pins.gpio26, &mut pac.RESETS)?;
+    #[cfg(not(feature = "adxl345"))]
+    let mut source =
+        converter::start(pac.ADC, pins.gpio26, &mut pac.RESETS, timer.get_counter().ticks())?;
+    #[cfg(feature = "adxl345")]
+    let mut source = {
+        let wires = (
+            pins.gpio19.into_function::<FunctionSpi>(),
+            pins.gpio16.into_function::<FunctionSpi>(),
+            pins.gpio18.into_function::<FunctionSpi>(),
+        );
+        let bus = Spi::<_, _, _, 8>::new(pac.SPI0, wires).init(
+            &mut pac.RESETS,
+            clocks.peripheral_clock.freq(),
+            BUS_HZ.Hz(),
+            MODE_3,
+        );
+        let select = pins.gpio17.into_push_pull_output_in_state(PinState::High);
+        Adxl345::new(bus, select, pins.gpio20.into_pull_down_input(), timer)
+    };
     loop {
         let now = timer.get_counter().ticks();
         let mut bytes = [0; 64];
@@ -100,21 +138,26 @@ fn run(detector: &mut Detector) -> Option<()> {
             if device.poll(&mut [&mut serial]) { serial.read(&mut bytes).unwrap_or(0) } else { 0 };
         end.receive(now, bytes.get(..count).unwrap_or(&[]));
 
+        if let Some(trouble) = source.look(now) {
+            end.trouble(now, trouble);
+        }
         // At most one sample of the detector between two looks at the port.
-        for _ in 0..READINGS_A_SAMPLE {
-            let Some((index, code)) = converter::next() else { break };
-            end.reading(start + index * PERIOD_US, code);
-            let Some(sample) = detector.reading(index, code) else { continue };
+        for _ in 0..SENSOR.readings_a_sample {
+            let Some(reading) = source.next() else { break };
+            end.reading(reading.tick_us, reading.value);
+            let Some(sample) = detector.reading(reading.index, reading.value) else { continue };
             set(&mut computing, true);
             let slip = detector.sample(&sample);
             set(&mut computing, false);
             if let Some(slip) = slip {
                 dark_at = now + LED_US;
-                end.slip(notice::line(&slip));
+                end.line(notice::line(&slip));
             }
             break;
         }
-        set(&mut led, now < dark_at);
+        // It blinks, 131 ms on and as long off, while the sensor delivers nothing.
+        let blink = source.is_dead() && now & (1 << 17) != 0;
+        set(&mut led, blink || now < dark_at);
 
         let waiting = end.waiting(now);
         if !waiting.is_empty() {
