@@ -61,6 +61,14 @@ pub enum AddressError {
     /// No port.
     #[error("`{0}` names no port: expected tsf85:PORT or robotiq:MODEL:PORT")]
     Port(String),
+    /// A force with which this gripper cannot hold.
+    #[error("`{word}`: a {model} holds with {} to {} N", model.force_min_n(), model.force_max_n())]
+    Holds {
+        /// The word.
+        word: String,
+        /// The gripper.
+        model: Model,
+    },
     /// A word that is no setting.
     #[error("`{word}` is no setting of {of}: expected {expected}")]
     Setting {
@@ -76,8 +84,7 @@ pub enum AddressError {
 /// Settings of a TSF-85.
 const TSF85: &str = "finger=0 to finger=3, or reference";
 /// Settings of a Robotiq gripper.
-const ROBOTIQ: &str =
-    "activate, holds=N (1 to 1000), speed=0 to speed=255, unit=1 to unit=247, or baud=BITS";
+const ROBOTIQ: &str = "activate, holds=N (newtons, within its range), speed=0 to speed=255, unit=1 to unit=247, or baud=BITS";
 
 impl SensorAddress {
     /// The sensor that `name` means.
@@ -131,9 +138,13 @@ impl GripperAddress {
             match word.split_once('=') {
                 None if word == "activate" => config.activate = true,
                 Some(("holds", text)) => {
-                    let force_n =
-                        text.parse().ok().filter(|force_n| (1.0..=1000.0).contains(force_n));
-                    config.holds_n = Some(force_n.ok_or_else(wrong)?);
+                    let model = config.model;
+                    let force_n = text.parse::<f32>().ok().filter(|force_n| force_n.is_finite());
+                    let force_n = force_n.ok_or_else(wrong)?;
+                    if !(model.force_min_n()..=model.force_max_n()).contains(&force_n) {
+                        return Err(AddressError::Holds { word: word.to_owned(), model });
+                    }
+                    config.holds_n = Some(force_n);
                 }
                 Some(("speed", text)) => config.speed = text.parse().map_err(|_| wrong())?,
                 Some(("unit", text)) => {
@@ -250,6 +261,8 @@ mod tests {
             ("robotiq:2f-85:", "names no port"),
             ("robotiq:2f-85:x,holds=nan", "holds=N"),
             ("robotiq:2f-85:x,open", "activate"),
+            ("robotiq:2f-85:x,holds=15", "`holds=15`: a 2F-85 holds with 20 to 235 N"),
+            ("robotiq:2f-140:x,holds=126", "`holds=126`: a 2F-140 holds with 10 to 125 N"),
         ] {
             let text = GripperAddress::parse(name).unwrap_err().to_string();
             assert!(text.contains(words), "{name}: {text}");
