@@ -69,6 +69,14 @@ pub enum AddressError {
         /// The gripper.
         model: Model,
     },
+    /// A force that this gripper cannot stay under.
+    #[error("grip.f_max_n is {f_max_n} N, and a {model} presses with {} N at least", model.force_min_n())]
+    Most {
+        /// Largest force that is allowed (N).
+        f_max_n: f32,
+        /// The gripper.
+        model: Model,
+    },
     /// A word that is no setting.
     #[error("`{word}` is no setting of {of}: expected {expected}")]
     Setting {
@@ -161,6 +169,21 @@ impl GripperAddress {
         Ok(Self::Robotiq { port, baud, config })
     }
 
+    /// Checks that it can press with no more than `f_max_n` (N).
+    ///
+    /// # Errors
+    /// Where its least force is more.
+    pub fn check(&self, f_max_n: f32) -> Result<(), AddressError> {
+        match *self {
+            Self::Robotiq { config: GripperConfig { model, .. }, .. }
+                if f_max_n < model.force_min_n() =>
+            {
+                Err(AddressError::Most { f_max_n, model })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// What it can do, as far as that is known before it answers.
     #[must_use]
     pub fn spec(&self) -> Option<GripperSpec> {
@@ -243,6 +266,15 @@ mod tests {
         );
         let spec = GripperAddress::parse("robotiq:hand-e:x").unwrap().spec().unwrap();
         assert!((spec.force_min_n, spec.force_max_n) == (20.0, 185.0) && spec.lag_s.is_some());
+    }
+
+    #[test]
+    fn a_gripper_that_cannot_stay_under_the_most_is_refused() {
+        let gripper = GripperAddress::parse("robotiq:2f-85:x").unwrap();
+        let text = gripper.check(15.0).unwrap_err().to_string();
+        assert!(text.contains("15 N") && text.contains("20 N"), "{text}");
+        assert_eq!(gripper.check(20.0), Ok(()));
+        assert_eq!(GripperAddress::parse("/dev/ttyACM0").unwrap().check(1.0), Ok(()));
     }
 
     #[test]
