@@ -166,6 +166,9 @@ impl Settings {
             WantedGripper::Other(name) => Some(GripperAddress::parse(name).map_err(wrong)?),
             WantedGripper::None | WantedGripper::Same => None,
         };
+        if let Some(gripper) = &gripper {
+            gripper.check(config.grip.f_max_n).map_err(wrong)?;
+        }
         if let SensorAddress::Rows(address) = &sensor {
             check_rows(address, &config, cli.json || observe || gripper.is_some())?;
         }

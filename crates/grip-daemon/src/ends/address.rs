@@ -61,6 +61,22 @@ pub enum AddressError {
     /// No port.
     #[error("`{0}` names no port: expected tsf85:PORT or robotiq:MODEL:PORT")]
     Port(String),
+    /// A force with which this gripper cannot hold.
+    #[error("`{word}`: a {model} holds with {} to {} N", model.force_min_n(), model.force_max_n())]
+    Holds {
+        /// The word.
+        word: String,
+        /// The gripper.
+        model: Model,
+    },
+    /// A force that this gripper cannot stay under.
+    #[error("grip.f_max_n is {f_max_n} N, and a {model} presses with {} N at least", model.force_min_n())]
+    Most {
+        /// Largest force that is allowed (N).
+        f_max_n: f32,
+        /// The gripper.
+        model: Model,
+    },
     /// A word that is no setting.
     #[error("`{word}` is no setting of {of}: expected {expected}")]
     Setting {
@@ -76,8 +92,7 @@ pub enum AddressError {
 /// Settings of a TSF-85.
 const TSF85: &str = "finger=0 to finger=3, or reference";
 /// Settings of a Robotiq gripper.
-const ROBOTIQ: &str =
-    "activate, holds=N (1 to 1000), speed=0 to speed=255, unit=1 to unit=247, or baud=BITS";
+const ROBOTIQ: &str = "activate, holds=N (newtons, within its range), speed=0 to speed=255, unit=1 to unit=247, or baud=BITS";
 
 impl SensorAddress {
     /// The sensor that `name` means.
@@ -131,9 +146,13 @@ impl GripperAddress {
             match word.split_once('=') {
                 None if word == "activate" => config.activate = true,
                 Some(("holds", text)) => {
-                    let force_n =
-                        text.parse().ok().filter(|force_n| (1.0..=1000.0).contains(force_n));
-                    config.holds_n = Some(force_n.ok_or_else(wrong)?);
+                    let model = config.model;
+                    let force_n = text.parse::<f32>().ok().filter(|force_n| force_n.is_finite());
+                    let force_n = force_n.ok_or_else(wrong)?;
+                    if !(model.force_min_n()..=model.force_max_n()).contains(&force_n) {
+                        return Err(AddressError::Holds { word: word.to_owned(), model });
+                    }
+                    config.holds_n = Some(force_n);
                 }
                 Some(("speed", text)) => config.speed = text.parse().map_err(|_| wrong())?,
                 Some(("unit", text)) => {
@@ -148,6 +167,21 @@ impl GripperAddress {
             }
         }
         Ok(Self::Robotiq { port, baud, config })
+    }
+
+    /// Checks that it can press with no more than `f_max_n` (N).
+    ///
+    /// # Errors
+    /// Where its least force is more.
+    pub fn check(&self, f_max_n: f32) -> Result<(), AddressError> {
+        match *self {
+            Self::Robotiq { config: GripperConfig { model, .. }, .. }
+                if f_max_n < model.force_min_n() =>
+            {
+                Err(AddressError::Most { f_max_n, model })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// What it can do, as far as that is known before it answers.
@@ -235,6 +269,15 @@ mod tests {
     }
 
     #[test]
+    fn a_gripper_that_cannot_stay_under_the_most_is_refused() {
+        let gripper = GripperAddress::parse("robotiq:2f-85:x").unwrap();
+        let text = gripper.check(15.0).unwrap_err().to_string();
+        assert!(text.contains("15 N") && text.contains("20 N"), "{text}");
+        assert_eq!(gripper.check(20.0), Ok(()));
+        assert_eq!(GripperAddress::parse("/dev/ttyACM0").unwrap().check(1.0), Ok(()));
+    }
+
+    #[test]
     fn what_is_wrong_is_named() {
         for (name, words) in [
             ("tsf85:", "names no port"),
@@ -250,6 +293,8 @@ mod tests {
             ("robotiq:2f-85:", "names no port"),
             ("robotiq:2f-85:x,holds=nan", "holds=N"),
             ("robotiq:2f-85:x,open", "activate"),
+            ("robotiq:2f-85:x,holds=15", "`holds=15`: a 2F-85 holds with 20 to 235 N"),
+            ("robotiq:2f-140:x,holds=126", "`holds=126`: a 2F-140 holds with 10 to 125 N"),
         ] {
             let text = GripperAddress::parse(name).unwrap_err().to_string();
             assert!(text.contains(words), "{name}: {text}");
