@@ -3,6 +3,7 @@
 # quick.sh [REV]
 set -eu
 cd "$(dirname "$0")/.."
+git rev-parse --quiet --verify "${1:-HEAD}^{commit}" >/dev/null || { echo "usage: quick.sh [REV]; no revision ${1:-HEAD}" >&2; exit 2; }
 heart="slip-msg mlp-core slip-core grip-link grip-session"
 
 changed=$({ git diff --name-only "${1:-HEAD}"; git ls-files --others --exclude-standard; } | while read -r file; do
