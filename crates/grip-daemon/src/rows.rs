@@ -156,6 +156,7 @@ struct Thread<C> {
     ours: Option<UnixStream>,
     theirs: Option<UnixStream>,
     driven: Option<Drive>,
+    ordered: Option<Order>,
     /// No more rows come.
     ended: bool,
 }
@@ -213,6 +214,7 @@ impl Rows {
             ours: Some(ours),
             theirs: Some(theirs),
             driven: None,
+            ordered: None,
             ended: false,
         };
         let run = move || {
@@ -330,7 +332,8 @@ impl<C: Fn() -> u64> Thread<C> {
         }
         if lost {
             // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.
-            (self.ours, self.theirs, self.driven) = (None, None, None);
+            (self.ours, self.theirs) = (None, None);
+            (self.driven, self.ordered) = (None, None);
         }
         if gripper.present && self.ours.is_none() {
             let ends = line_ends();
@@ -415,8 +418,9 @@ impl<C: Fn() -> u64> Thread<C> {
                 Drive::Open if !self.board.opens() => Drive::Passive,
                 drive => drive,
             };
-            if self.driven.replace(drive) != Some(drive) {
-                let _sent = gripper.ends.orders.send(order(drive));
+            let order = if self.board.is_stopped() { Order::Stop } else { order(drive) };
+            if self.ordered.replace(order) != Some(order) {
+                let _sent = gripper.ends.orders.send(order);
             }
         } else if self.gripper.is_none() && self.driven.replace(drive) != Some(drive) {
             self.peer.command(&command_line(t_us, drive));

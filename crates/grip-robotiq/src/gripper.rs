@@ -22,9 +22,10 @@ const LOOK_BETWEEN_US: u64 = 25_000;
 const LOOK_SILENT_US: u64 = 100_000;
 /// An activation takes no longer than this (us).
 const ACTIVATION_US: u64 = 20_000_000;
-/// Action requests: nothing, activated, and activated on the way to the requested position.
+/// Action requests: nothing, activated (fingers that are on their way stop), and activated on the way to the requested position.
 const RESET: [u16; 3] = [0, 0, 0];
 const ACTIVATE: [u16; 3] = [0x0100, 0, 0];
+const STAND: u16 = 0x0100;
 const FOLLOW: u16 = 0x0900;
 
 /// What is known before the first byte.
@@ -59,6 +60,8 @@ pub enum Order {
     Force(f32),
     /// Open.
     Open,
+    /// Keep what they hold; fingers that hold nothing stand still, now or once it is gone.
+    Stop,
 }
 
 /// How the gripper is.
@@ -118,6 +121,7 @@ pub struct Gripper {
     activation: Option<(Activation, u64)>,
     /// What the registers are to hold; what they hold, since when (us).
     wanted: Option<[u16; 3]>,
+    stopped: bool,
     held: Option<([u16; 3], u64)>,
     answered_us: u64,
     look_us: u64,
@@ -134,6 +138,7 @@ impl Gripper {
             was_ready: false,
             activation: None,
             wanted: None,
+            stopped: false,
             held: None,
             answered_us: 0,
             look_us: 0,
@@ -173,9 +178,14 @@ impl Gripper {
         let strength = |force: u8| u16::from_be_bytes([speed, force]);
         match order {
             Order::Force(force_n) if force_n > 0.0 => {
+                self.stopped = false;
                 self.wanted = Some([FOLLOW, 0x00FF, strength(model.register(force_n))]);
             }
-            Order::Open => self.wanted = Some([FOLLOW, 0, strength(0)]),
+            Order::Open => {
+                self.stopped = false;
+                self.wanted = Some([FOLLOW, 0, strength(0)]);
+            }
+            Order::Stop => self.stopped = true,
             // Not a number, or nothing to press with: no reason to let go.
             Order::Keep | Order::Force(_) => {}
         }
@@ -228,8 +238,18 @@ impl Gripper {
             Some((Activation::Moving, _)) => return None,
             None => {}
         }
+        let State::Ready(ready) = self.state else { return None };
         let held = self.held.map(|(registers, _)| registers);
-        self.wanted.filter(|wanted| matches!(self.state, State::Ready(_)) && Some(*wanted) != held)
+        let wanted = match self.stopped {
+            // Whether a gripper that is ordered to stand still presses on is not known.
+            true if ready.holds => None,
+            true => {
+                let [_, position, strength] = held.unwrap_or(ACTIVATE);
+                Some([STAND, position, strength])
+            }
+            false => self.wanted,
+        };
+        wanted.filter(|wanted| Some(*wanted) != held)
     }
 
     fn answer(&mut self, now_us: u64, answer: Answer) {

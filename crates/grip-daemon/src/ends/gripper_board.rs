@@ -162,7 +162,8 @@ impl End for GripperBoard {
             Order::Open => {
                 GripCommand::newtons(0.0).map(|open| GripCommand { mode: GripMode::Open, ..open })
             }
-            Order::Keep => None,
+            // Without commands the board holds what it has, by itself.
+            Order::Keep | Order::Stop => None,
         };
         let due = command.filter(|_| now_us >= self.due_us && self.is_ready());
         let sent = due.and_then(|command| {

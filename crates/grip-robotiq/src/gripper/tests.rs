@@ -118,6 +118,30 @@ fn forces_become_registers_and_only_a_change_is_written() {
 }
 
 #[test]
+fn a_stop_keeps_what_is_held_and_lets_fingers_stand_that_hold_nothing() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    bench.device.object = true;
+    bench.run(50);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(100);
+    let [_, position, strength] = bench.device.registers;
+    let (follows, stands) = ([0x0900, position, strength], [0x0100, position, strength]);
+    bench.gripper.order(Order::Stop);
+    bench.run(100);
+    assert_eq!(bench.device.registers, follows, "the force stays");
+    bench.device.object = false;
+    bench.run(100);
+    assert_eq!(bench.device.registers, stands, "what has gone is not followed");
+    bench.gripper.order(Order::Keep);
+    bench.run(100);
+    assert_eq!(bench.device.registers, stands);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(100);
+    assert_eq!(bench.device.registers, follows);
+    assert!(!opens(&bench.device.writes), "{:?}", bench.device.writes);
+}
+
+#[test]
 fn nothing_but_the_order_opens_the_fingers() {
     let mut bench = Bench::new(F85, Device::new(true));
     bench.device.object = true;

@@ -2,11 +2,13 @@
 
 use crate::rig::{Watch, pause};
 use core::time::Duration;
-use grip_daemon::Item;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
+use grip_daemon::{Item, LinkNote};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_PAYLOAD, MAX_WIRE, encode};
-use grip_link::message::daemon::{Appended, ClockOffset, Health, RealTime, Welcome, WelcomeFlags};
+use grip_link::message::daemon::{
+    Appended, ClockOffset, Health, LinkState, RealTime, Welcome, WelcomeFlags,
+};
 use grip_link::message::{Kind, Versions};
 use grip_scope::{Channel, EventKind, SourceSpec, SourceStatus};
 use slip_core::ClientCommand;
@@ -229,6 +231,8 @@ fn commands_reach_a_daemon_that_allows_them() {
     let mut watch = watch(&path);
     watch.until(|| daemon.samples(), |model| model.info().daemon.is_some());
     assert!(watch.model.info().daemon.as_ref().unwrap().may_command);
+    let note = LinkNote::State(LinkState::Stream);
+    daemon.clients.take(&Item::Link { host_us: daemon.now_us, note: &note });
     watch.handle.command(ClientCommand::AtLeast(4.5)).unwrap();
     watch.handle.command(ClientCommand::Release).unwrap();
     let mut asked = Vec::new();

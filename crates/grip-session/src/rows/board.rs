@@ -534,6 +534,12 @@ impl RowBoard {
         self.options.actuator.map(|_| (tick.saturating_sub(board.jumped_us), drive))
     }
 
+    /// Whether the host has stopped it, and has not cleared that.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.board.as_ref().is_some_and(|board| board.link.state() == DeviceState::Estop)
+    }
+
     /// Bytes for the host.
     #[must_use]
     pub fn unsent(&self) -> &[u8] {

@@ -100,8 +100,9 @@ fn sentence(error: &CsvError) -> String {
             file.display()
         ),
         CsvError::NoStylus { file, found } if found.iter().any(|name| !is_text(name)) => {
-            format!("{}: is no table: its first line is no text", file.display())
+            no_text(file)
         }
+        CsvError::NoText { file } => no_text(file),
         CsvError::NoStylus { file, found } => format!(
             "{}: no column stylus, vibration, travel_m or pressure_0; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
             file.display(),
@@ -115,9 +116,13 @@ fn sentence(error: &CsvError) -> String {
     }
 }
 
-/// Whether a name may be one: what is no text has control characters, or none that could be read.
+fn no_text(file: &Path) -> String {
+    format!("{}: is no table: its first line is no text", file.display())
+}
+
+/// Whether a name may be one: what is no text could not be read.
 fn is_text(name: &str) -> bool {
-    !name.chars().any(|c| c.is_control() || c == char::REPLACEMENT_CHARACTER)
+    !name.contains(char::REPLACEMENT_CHARACTER)
 }
 
 /// The lines of the piece before the one that cannot be used; `None` where it is not a line that is wrong.
