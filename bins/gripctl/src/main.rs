@@ -23,7 +23,7 @@ fn main() -> ExitCode {
         Command::Ports(args) => commands::ports::run(&args),
         Command::Doctor(args) => commands::doctor::run(&args),
         Command::Status(args) => commands::status::run(&args),
-        Command::Command(args) => commands::command::run(&args),
+        Command::Control(args) => commands::command::run(&args),
         Command::Object(args) => commands::objects::name(&args),
         Command::Objects(args) => commands::objects::list(&args),
         #[cfg(feature = "fleet")]

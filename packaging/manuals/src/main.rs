@@ -20,8 +20,8 @@ use clap_complete::{
     generate_to,
     shells::{Bash, Fish, Zsh},
 };
+use core::fmt::Write as _;
 use std::{
-    fmt::Write as _,
     fs,
     path::{Path, PathBuf},
 };

@@ -44,7 +44,8 @@ pub(crate) enum Command {
     ///
     /// gripd needs `allow_commands = true`. Exit code 0: gripd has taken the command; what it carries out within a second is printed. A stop is
     /// not a safety function.
-    Command(command::CommandArgs),
+    #[command(name = "command")]
+    Control(command::CommandArgs),
     /// Name the object that is grasped next: gripd begins with what it has learned of that name.
     ///
     /// The name stands until another one is given. gripd needs `allow_commands = true`, and `file` in its table `memory`. Prints what is known of the
