@@ -47,7 +47,9 @@ check() {
     for name in GripLink.zip slip-rp2040.uf2 slip-core-"$version".crate; do
         [ -s "$name" ] || fail "no $name"
     done
-    [ "$(head -c 3 slip-rp2040.uf2)" = UF2 ] || fail "slip-rp2040.uf2 is no UF2"
+    for name in slip-rp2040.uf2 slip-rp2040-adxl345.uf2; do
+        [ "$(head -c 3 "$name")" = UF2 ] || fail "$name is no UF2"
+    done
     python3 - "$version" <<'PY'
 import json, pathlib, sys
 for program in ["gripd", "gripctl", "gripfleet", "gripmon", "slip-ffi", "slipgrip-python"]:
@@ -121,6 +123,7 @@ fi
 step "firmware of an RP2040"
 scripts/rp2040-check.sh --build
 cp "$target/rp2040/slip.uf2" "$folder/slip-rp2040.uf2"
+cp "$target/rp2040/slip-adxl345.uf2" "$folder/slip-rp2040-adxl345.uf2"
 
 step "lists of parts"
 command -v cargo-cyclonedx >/dev/null || cargo install cargo-cyclonedx --version 0.5.7 --locked --debug --root "$target/tools"
@@ -132,8 +135,8 @@ git ls-files -z -co --exclude-standard | tar -c --null -T - | tar -x -C "$copy"
 parts() { cargo cyclonedx --quiet --manifest-path "$copy/$1/Cargo.toml" --format json --spec-version 1.5 --target "$host"; }
 parts bins/gripd
 parts bindings/python
-for file in bins/{gripd,gripctl,gripfleet,gripmon}/*.cdx.json crates/slip-ffi/slip-ffi.cdx.json bindings/python/*.cdx.json; do
-    sed "s|file://$copy/||g" "$copy/$file" >"$folder/${file##*/}"
+for file in "$copy"/bins/{gripd,gripctl,gripfleet,gripmon}/*.cdx.json "$copy/crates/slip-ffi/slip-ffi.cdx.json" "$copy"/bindings/python/*.cdx.json; do
+    sed "s|file://$copy/||g" "$file" >"$folder/${file##*/}"
 done
 
 (cd "$folder" && find . -type f ! -name SHA256SUMS -printf '%P\n' | LC_ALL=C sort | xargs -d '\n' sha256sum >SHA256SUMS)
