@@ -7,7 +7,7 @@
 #   scripts/release.sh --check FOLDER    looks into a finished folder
 #
 # Nothing is uploaded. Needs what scripts/deb.sh, scripts/rp2040-check.sh and scripts/python.sh need, and installs musl-tools and cargo-cyclonedx
-# where they are missing. GRIP_ALLOW_MISSING: pip, dpkg. Some 30 minutes on two cores.
+# where they are missing. GRIP_ALLOW_MISSING: pip, dpkg.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . scripts/missing.sh

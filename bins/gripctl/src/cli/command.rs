@@ -20,7 +20,7 @@ pub(crate) enum What {
         #[arg(allow_negative_numbers = true)]
         force: f64,
     },
-    /// Let go, until it is told to grasp.
+    /// Let go, until the command to grasp.
     Release,
     /// Close again after a release.
     Grasp,

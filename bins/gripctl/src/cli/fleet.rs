@@ -16,7 +16,7 @@ pub(crate) struct FleetArgs {
 pub(crate) enum FleetCommand {
     /// Say who is there and how each does.
     List(ListArgs),
-    /// Show slips and news of all grippers as they come, each once.
+    /// Show slips and notices of all grippers as they come, each once.
     ///
     /// Without --all, what happens from the first message of each gripper on; what was kept from before, also from an outage, needs --all.
     ///
@@ -51,8 +51,8 @@ pub(crate) enum FleetCommand {
     History(SelectArgs),
     /// Tell one gripper what to do, where its gripd takes commands from the network.
     ///
-    /// Its own limits hold, and it goes on to answer slips by itself. Events tell when it was carried out; while a stop is latched it is
-    /// not, and nothing says so. "stop" is no emergency stop.
+    /// Its own limits hold, and it goes on to answer slips by itself. Events show when it was carried out; while a stop is latched it is
+    /// not, and no event shows that. "stop" is no emergency stop.
     Command(CommandArgs),
     /// List the recordings that grippers have and give away (fleet.recordings of their gripd).
     Recordings(RecordingsArgs),
@@ -222,7 +222,7 @@ pub(crate) struct CommandArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct RouterArgs {
-    /// Where grippers and gripctl reach it [default: tcp/127.0.0.1:7447, or what the file says].
+    /// Where grippers and gripctl reach it [default: tcp/127.0.0.1:7447, or that of the file].
     ///
     /// Without access control in the file, whoever can reach it may listen in and publish.
     #[arg(long, value_name = "ENDPOINT")]

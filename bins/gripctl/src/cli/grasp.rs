@@ -27,7 +27,7 @@ pub(crate) struct GraspArgs {
     /// Length of a grasp (s).
     #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) duration: f64,
-    /// Sensors of the gripper, a row each: scene (what the scene says), stylus, travel, two-styli, tangential; the last three beside a
+    /// Sensors of the gripper, a row each: scene (those of the scene), stylus, travel, two-styli, tangential; the last three beside a
     /// stylus. `all` is stylus to tangential.
     #[arg(long, value_name = "SET", value_delimiter = ',', value_parser = sensors, conflicts_with = "compare")]
     pub(crate) sensors: Vec<Chosen<SensorSet>>,

@@ -28,7 +28,7 @@ pub(crate) struct GenerateArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct CollectArgs {
-    /// Recordings (.mcap, or .csv and .npz as for replay) and folders of them; SITE/UID/NAME.mcap tells the gripper, a folder object=NAME
+    /// Recordings (.mcap, or .csv and .npz as for replay) and folders of them; SITE/UID/NAME.mcap names the gripper, a folder object=NAME
     /// what was held.
     #[arg(required = true, value_name = "PLACE")]
     pub(crate) places: Vec<PathBuf>,

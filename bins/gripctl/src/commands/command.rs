@@ -7,7 +7,7 @@ use crate::{
 };
 use anyhow::bail;
 use core::time::Duration;
-use grip_daemon::client::Client;
+use grip_daemon::{client::Client, clients::Listen};
 use grip_link::message::{
     FaultCode, Kind, NackReason, Versions,
     daemon::{Command, NoticeKind, Operation, Subscribe, ToClient, Topics},
@@ -15,7 +15,10 @@ use grip_link::message::{
 use grip_session::exit::{Exit, WrongArgument};
 
 /// A daemon that is there answers within this time.
-const PATIENCE: Duration = Duration::from_secs(3);
+pub(super) const PATIENCE: Duration = Duration::from_secs(3);
+/// The sentence where the configuration is missing.
+pub(super) const FORBIDDEN: &str =
+    "gripd takes no commands of clients: set allow_commands = true in gripd.toml";
 /// What is carried out so soon is printed.
 const CARRIED_OUT: Duration = Duration::from_secs(1);
 
@@ -24,71 +27,70 @@ pub(crate) fn run(args: &CommandArgs) -> anyhow::Result<Exit> {
     let wanted =
         Subscribe { versions: Versions::OURS, topics: Topics::NEWS, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
-    let mut token = None;
-    until(&mut client, PATIENCE, &mut |message| {
-        if let ToClient::Welcome(welcome) = message {
-            token = Some(welcome.token);
-        }
-        token.is_some()
+    let token = first(&mut client, PATIENCE, |message| match message {
+        ToClient::Welcome(welcome) => Some(welcome.token),
+        _ => None,
     })?;
-    let Some(token) = token else {
-        bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs());
-    };
+    let Some(token) = token else { bail!(silent(&args.address)) };
     // Of a release, which is for this start of gripd.
     let token = if command.operation == Operation::Release { token } else { 0 };
     client.command(&Command { token, ..command })?;
-    // Both may come at once.
-    let (mut answer, mut done) = (None, None);
-    for patience in [PATIENCE, CARRIED_OUT] {
-        let carried_out = answer == Some(Ok(()));
-        until(&mut client, patience, &mut |message| {
-            match message {
-                ToClient::Ack(ack) if ack.kind == Kind::COMMAND => answer = Some(Ok(())),
-                ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
-                    answer = Some(Err(nack.reason));
-                }
-                ToClient::Notice(notice) if notice.kind == NoticeKind::Client => {
-                    done = Some(notice.as_str().to_owned());
-                }
-                _ => {}
-            }
-            answer.is_some() && (!carried_out || done.is_some())
-        })?;
-        match answer {
-            None => bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs()),
-            Some(Err(reason)) => bail!(refusal(reason)),
-            Some(Ok(())) if done.is_some() => break,
-            Some(Ok(())) => {}
+    let carried_out = |message: &ToClient<'_>| match message {
+        ToClient::Notice(notice) if notice.kind == NoticeKind::Client => {
+            (notice.code == command.operation.code()).then(|| notice.as_str().to_owned())
         }
+        _ => None,
+    };
+    let mut done = None;
+    let answer = first(&mut client, PATIENCE, |message| match message {
+        ToClient::Ack(ack) if ack.kind == Kind::COMMAND => Some(Ok(())),
+        ToClient::Nack(nack) if nack.kind == Kind::COMMAND => Some(Err(nack.reason)),
+        // It may come with the answer.
+        message => {
+            done = done.take().or_else(|| carried_out(message));
+            None
+        }
+    })?;
+    match answer {
+        None => bail!(silent(&args.address)),
+        Some(Err(reason)) => bail!(refusal(reason)),
+        Some(Ok(())) if done.is_none() => done = first(&mut client, CARRIED_OUT, carried_out)?,
+        Some(Ok(())) => {}
     }
     output::line(done.as_deref().unwrap_or("gripd has taken the command"))?;
     Ok(Exit::Done)
 }
 
-/// Takes messages until `done` says so, or for so long.
-fn until(
+/// What `take` makes of the first message that it makes something of; `None` where none comes in time.
+pub(super) fn first<T>(
     client: &mut Client,
     patience: Duration,
-    done: &mut dyn FnMut(&ToClient<'_>) -> bool,
-) -> anyhow::Result<()> {
+    mut take: impl FnMut(&ToClient<'_>) -> Option<T>,
+) -> anyhow::Result<Option<T>> {
     let end = clock::monotonic() + patience;
-    let mut over = false;
-    while !over {
+    let mut found = None;
+    while found.is_none() {
         let left = end.saturating_sub(clock::monotonic());
         if left.is_zero() {
             break;
         }
-        client.wait(left, &mut |message| over |= done(message))?;
+        client.wait(left, &mut |message| {
+            let made = take(message);
+            found = found.take().or(made);
+        })?;
     }
-    Ok(())
+    Ok(found)
+}
+
+/// The sentence about a gripd that does not answer in time.
+pub(super) fn silent(address: &Listen) -> String {
+    format!("{address}: no answer within {} s", PATIENCE.as_secs())
 }
 
 /// A sentence with what to do.
 fn refusal(reason: NackReason) -> String {
     match reason {
-        NackReason::Forbidden => {
-            "gripd takes no commands of clients: set allow_commands = true in gripd.toml".to_owned()
-        }
+        NackReason::Forbidden => FORBIDDEN.to_owned(),
         NackReason::WrongState => {
             "not in this state: `gripctl status` shows link and gripper".to_owned()
         }

@@ -1,12 +1,14 @@
 //! `gripctl objects`: a memory of objects in, a table out. `gripctl object`: a name for the next object in, the answer of gripd out.
 
-use super::{clock, status::nonce};
+use super::{
+    command::{FORBIDDEN, PATIENCE, first, silent},
+    status::nonce,
+};
 use crate::{
     cli::{ObjectArgs, ObjectsArgs},
     output,
 };
 use anyhow::bail;
-use core::time::Duration;
 use grip_daemon::client::Client;
 use grip_link::message::{
     Kind, NackReason, Versions,
@@ -17,9 +19,6 @@ use grip_session::{
     memory::{Figure, Memory, Object},
 };
 use serde::Serialize;
-
-/// A daemon that is there answers within this time.
-const PATIENCE: Duration = Duration::from_secs(3);
 
 #[derive(Serialize)]
 struct Line<'a> {
@@ -82,34 +81,29 @@ pub(crate) fn name(args: &ObjectArgs) -> anyhow::Result<Exit> {
         Subscribe { versions: Versions::OURS, topics: Topics::NEWS, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
     client.object(&args.name)?;
-    let (mut refused, mut accepted, mut known) = (None, false, None);
-    let end = clock::monotonic() + PATIENCE;
-    while refused.is_none() && !(accepted && known.is_some()) {
-        let left = end.saturating_sub(clock::monotonic());
-        if left.is_zero() {
-            bail!("{}: no answer within {} s", args.address, PATIENCE.as_secs());
+    let mut accepted = false;
+    let answer = first(&mut client, PATIENCE, |message| match message {
+        ToClient::Ack(ack) => {
+            accepted |= ack.kind == Kind::OBJECT;
+            None
         }
-        client.wait(left, &mut |message| match message {
-            ToClient::Ack(ack) => accepted |= ack.kind == Kind::OBJECT,
-            ToClient::Nack(nack) if nack.kind == Kind::OBJECT => refused = Some(nack.reason),
-            ToClient::Notice(notice) if accepted && notice.kind == NoticeKind::Object => {
-                known = Some(notice.as_str().to_owned());
-            }
-            _ => {}
-        })?;
-    }
-    match refused {
-        None => output::line(known.as_deref().unwrap_or_default())?,
-        Some(NackReason::Forbidden) => {
-            bail!("gripd takes no commands of clients: set allow_commands = true in gripd.toml")
+        ToClient::Nack(nack) if nack.kind == Kind::OBJECT => Some(Err(nack.reason)),
+        ToClient::Notice(notice) if accepted && notice.kind == NoticeKind::Object => {
+            Some(Ok(notice.as_str().to_owned()))
         }
-        Some(NackReason::WrongState) => {
+        _ => None,
+    })?;
+    match answer {
+        None => bail!(silent(&args.address)),
+        Some(Ok(known)) => output::line(&known)?,
+        Some(Err(NackReason::Forbidden)) => bail!(FORBIDDEN),
+        Some(Err(NackReason::WrongState)) => {
             bail!("gripd has no memory: set file in the table [memory] of gripd.toml")
         }
-        Some(NackReason::Malformed) => bail!(WrongArgument(
+        Some(Err(NackReason::Malformed)) => bail!(WrongArgument(
             "the name of an object has at most 64 bytes and no control characters".to_owned()
         )),
-        Some(reason) => bail!("gripd refused the name: {}", reason.name()),
+        Some(Err(reason)) => bail!("gripd refused the name: {}", reason.name()),
     }
     Ok(Exit::Done)
 }
