@@ -287,7 +287,9 @@ class Scene:
         folder = Path(self.folder.name)
         self.cell = Cell(folder, **cell)
         command = [gripd, "--sensor", f"tsf85:{folder}/tsf85", "--gripper", f"robotiq:2f-85:{folder}/gripper{options}"]
-        command += ["--listen", "off", "--json", *args]
+        self.socket = f"unix:{folder}/gripd.sock"
+        (folder / "gripd.toml").write_text(f'listen = "{self.socket}"\nallow_commands = true\n')
+        command += ["--config", "gripd.toml", "--json", *args]
         env = {key: value for key, value in os.environ.items() if not key.startswith("GRIPD_")}
         self.err = open(folder / "err", "w+")
         self.out = open(folder / "out", "w+")
@@ -375,6 +377,39 @@ def faults(gripd):
     return f"faults: {before:.1f} N before, at least {min(min(a, b) for _, a, b in lines):.1f} N in and after {len(lines)} of them"
 
 
+def reset(gripd):
+    """A gripper that was reset and activated by hand has let go: nothing closes it before a client clears the fault and asks for a grasp."""
+    scene = Scene(gripd)
+    scene.wait(4)
+    cell, gripper = scene.cell, scene.cell.gripper
+
+    def power(on):
+        gripper.activated, gripper.registers = on, [0x0100 if on else 0, 0, 0]
+
+    def client(*words):
+        command = [os.path.join(os.path.dirname(gripd), "gripctl"), "command", *words, "--address", scene.socket]
+        return subprocess.run(command, capture_output=True, text=True, timeout=20)
+
+    held_n = gripper.asked_n()
+    cell.do(lambda: power(False))
+    scene.wait(1.5)
+    cell.do(lambda: power(True))
+    written = len(gripper.writes)
+    scene.wait(2.5)
+    answers = [client("grasp")]
+    scene.wait(1)
+    stands = gripper.writes[written:]
+    answers += [client("clear-fault", "0201"), client("grasp")]
+    scene.wait(1)
+    closes = gripper.writes[written:]
+    scene.end()
+    codes = [answer.returncode for answer in answers]
+    expect(held_n and not stands and "not activated" in scene.text, scene, held_n, stands)
+    expect(codes[0] != 0 and codes[1:] == [0, 0], scene, answers)
+    expect(closes and closes[-1][1][1] == 0xFF and not opens(gripper), scene, closes)
+    return "reset: nothing moves before clear-fault and grasp of a client"
+
+
 def killed(gripd):
     """gripd is killed: the registers stay."""
     scene = Scene(gripd)
@@ -411,7 +446,7 @@ def main():
         cell.stopped = True
         cell.join()
         return
-    for scene in (held, faults, killed, starts):
+    for scene in (held, faults, reset, killed, starts):
         print(scene(os.path.abspath(sys.argv[1])), flush=True)
 
 

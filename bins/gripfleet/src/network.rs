@@ -290,6 +290,10 @@ const fn refusal(reason: NackReason) -> &'static str {
         NackReason::Forbidden => "commands are not allowed: allow_commands is not set",
         NackReason::Token => "letting go needs the token of this start of gripd; ask again",
         NackReason::Busy => "too many commands wait",
+        NackReason::WrongState => "the gripper cannot be commanded now: no samples come from it",
+        NackReason::Latched => {
+            "the gripper has latched a fault and moves nothing until that is cleared"
+        }
         _ => "the daemon refuses this command",
     }
 }

@@ -329,6 +329,9 @@ impl<C: Fn() -> u64> Thread<C> {
             lost |= gripper.present && update.reading.is_none();
             gripper.present = update.reading.is_some();
             self.board.set_gripper(now_us, update.reading);
+            if update.let_go {
+                self.board.lose_object(now_us);
+            }
         }
         if lost {
             // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.

@@ -7,7 +7,8 @@
 //!
 //! **Only [`Order::Open`] opens the fingers.** What is not understood, not answered or at fault leaves the registers as they are. An
 //! activation opens the fingers too, so it happens only where [`GripperConfig::activate`] allows it, and never once the gripper was
-//! ready. The force is not measured: what is known is what the registers ask for.
+//! ready. The force is not measured: what is known is what the registers ask for. A gripper that was reset, or that others moved while
+//! it was away, has let go what it held ([`Gripper::take_let_go`]); what it holds then is not ours.
 
 use crate::{
     BusCounters, Fault, Model, ObjectDetection, Severity, Status,
@@ -123,6 +124,9 @@ pub struct Gripper {
     wanted: Option<[u16; 3]>,
     stopped: bool,
     held: Option<([u16; 3], u64)>,
+    /// What was sent last, acknowledged or not.
+    sent: Option<[u16; 3]>,
+    let_go: bool,
     answered_us: u64,
     look_us: u64,
 }
@@ -140,6 +144,8 @@ impl Gripper {
             wanted: None,
             stopped: false,
             held: None,
+            sent: None,
+            let_go: false,
             answered_us: 0,
             look_us: 0,
         }
@@ -155,6 +161,11 @@ impl Gripper {
     #[must_use]
     pub fn counters(&self) -> BusCounters {
         self.bus.counters()
+    }
+
+    /// Whether others have opened the fingers since the last call, once the gripper was ready: by an activation, or by orders of their own.
+    pub fn take_let_go(&mut self) -> bool {
+        core::mem::take(&mut self.let_go)
     }
 
     /// The line was opened (anew).
@@ -212,6 +223,7 @@ impl Gripper {
         let (to_write, look_us) = (self.to_write(), self.look_us);
         match to_write {
             Some(registers) if now_us < look_us + LOOK_BETWEEN_US => {
+                self.sent = Some(registers);
                 self.bus.send(now_us, Request::Write(registers), out)
             }
             _ if now_us >= look_us => {
@@ -292,10 +304,17 @@ impl Gripper {
                 return;
             }
         }
+        let active = status.activated && status.complete;
+        if !matches!(self.state, State::Ready(_)) {
+            self.come_back(now_us, status);
+        }
         let grave = |fault: &Fault| fault.severity() != Severity::Passing;
+        if self.was_ready && !active {
+            self.forget();
+        }
         self.state = if let Some(fault) = status.fault.filter(grave) {
             State::Faulty(fault)
-        } else if !(status.activated && status.complete) {
+        } else if !active {
             if self.config.activate && !self.was_ready {
                 self.activation = Some((Activation::Reset, now_us + ACTIVATION_US));
                 State::Activating
@@ -312,6 +331,29 @@ impl Gripper {
             // What was ordered before is not done when the fault has gone.
             _ => self.wanted = None,
         }
+    }
+
+    /// Looks whether it still has our orders.
+    fn come_back(&mut self, now_us: u64, status: &Status) {
+        let has = |[action, position, _]: &[u16; 3]| {
+            let follows = action & FOLLOW == FOLLOW;
+            follows == status.follows && u16::from(status.requested) == *position
+        };
+        if self.held.is_some_and(|(registers, _)| !has(&registers)) {
+            // The acknowledgement alone may be lost.
+            match self.sent.filter(has) {
+                Some(registers) => self.held = Some((registers, now_us)),
+                None => self.forget(),
+            }
+        }
+    }
+
+    /// As at the start, but never activated: whoever reset it may have put something else between its fingers.
+    fn forget(&mut self) {
+        (self.was_ready, self.let_go) = (false, true);
+        (self.held, self.sent, self.wanted) = (None, None, None);
+        self.stopped = false;
+        (self.config.holds_n, self.config.activate) = (None, false);
     }
 
     fn ready(&self, status: &Status) -> Ready {

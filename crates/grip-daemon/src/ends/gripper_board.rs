@@ -114,6 +114,7 @@ impl GripperBoard {
             reading: status.map(|_| GripperReading { force, moving }),
             holds_n: self.holds_n.unwrap_or(0.0),
             most,
+            let_go: false,
         };
         // Each reading of the force is sent; without one only a change is.
         let same = |shown: GripperUpdate| {

@@ -72,6 +72,8 @@ pub struct GripperUpdate {
     pub holds_n: f32,
     /// The most that it allows, where that is known: force (N) and change of force (N/s).
     pub most: Option<[f32; 2]>,
+    /// Others have opened the fingers since the last update.
+    pub let_go: bool,
 }
 
 /// What every end works with.

@@ -39,7 +39,8 @@ impl RobotiqEnd {
             State::Ready(ready) => Some(self.reading(&ready)),
             _ => None,
         };
-        let update = GripperUpdate { reading, holds_n: self.holds_n, most: None };
+        let let_go = self.gripper.take_let_go();
+        let update = GripperUpdate { reading, holds_n: self.holds_n, most: None, let_go };
         if self.shown.replace(update) != Some(update) {
             let _sent = self.updates.send(update);
         }

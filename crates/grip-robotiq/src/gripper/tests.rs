@@ -34,7 +34,7 @@ impl Device {
                 assert_eq!((word(2), word(4)), (0x07D0, 3));
                 let [action, position, _] = self.registers;
                 let follows = u8::from(action & 0x0800 != 0) << 3;
-                let closes = follows != 0 && position == 255;
+                let closes = follows != 0 && position >= 200;
                 let object = if closes && self.object { 2 << 6 } else { 3 << 6 };
                 let state = if self.activated { 0x31 | follows | object } else { 0 };
                 vec![9, 4, 6, state, 0, self.fault, position.to_be_bytes()[1], 100, 10]
@@ -186,6 +186,73 @@ fn an_activation_is_asked_for_and_comes_once() {
     bench.device.activated = false;
     assert_eq!(bench.run(300), State::NotActivated);
     assert_eq!(bench.device.writes.len(), 2);
+}
+
+#[test]
+fn a_reset_gripper_has_let_go_what_it_held() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    bench.device.object = true;
+    bench.run(50);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(100);
+    assert!(!bench.gripper.take_let_go());
+    // Without power, then activated by hand, which opens the fingers.
+    (bench.device.activated, bench.device.registers) = (false, [0; 3]);
+    assert_eq!(bench.run(300), State::NotActivated);
+    assert!(bench.gripper.take_let_go() && !bench.gripper.take_let_go());
+    (bench.device.activated, bench.device.registers) = (true, [0x0100, 0, 0]);
+    let before = bench.device.writes.len();
+    let State::Ready(ready) = bench.run(300) else { panic!() };
+    assert!(ready.asked_n.is_none() && !ready.holds);
+    assert_eq!(bench.device.writes.len(), before);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(100);
+    assert_eq!(bench.device.registers[1], 255, "a new order closes them again");
+    let State::Ready(ready) = bench.gripper.state() else { panic!() };
+    assert!(ready.asked_n.is_some() && !bench.gripper.take_let_go());
+}
+
+#[test]
+fn what_others_did_while_the_line_was_away_is_no_grip_of_ours() {
+    for (registers, object, after) in [
+        // As it was left; opened; opened and closed on something by another program; made to stand.
+        ([0x0900, 255, 0x2012], true, "ours"),
+        ([0x0900, 0, 0x2012], true, "free"),
+        ([0x0900, 200, 0x2012], true, "theirs"),
+        ([0x0100, 255, 0x2012], true, "free"),
+    ] {
+        let mut bench = Bench::new(F85, Device::new(true));
+        bench.device.object = object;
+        bench.run(50);
+        bench.gripper.order(Order::Force(35.0));
+        bench.run(100);
+        bench.gripper.closed();
+        bench.device.registers = registers;
+        bench.gripper.opened(bench.now_us);
+        let state = match bench.run(300) {
+            State::Ready(ready) if ready.asked_n.is_some() => "ours",
+            State::Ready(_) => "free",
+            State::Occupied => "theirs",
+            state => panic!("{state:?}"),
+        };
+        assert_eq!((state, bench.gripper.take_let_go()), (after, after != "ours"), "{registers:?}");
+    }
+}
+
+#[test]
+fn a_grip_whose_acknowledgement_was_lost_is_ours() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    bench.device.object = true;
+    bench.run(50);
+    bench.gripper.order(Order::Open);
+    bench.run(50);
+    bench.gripper.order(Order::Force(35.0));
+    bench.device.answers = false;
+    assert_eq!(bench.run(400), State::Silent);
+    bench.device.answers = true;
+    let State::Ready(ready) = bench.run(200) else { panic!() };
+    assert!(ready.holds && (ready.asked_n.unwrap() - 35.0).abs() < 0.5);
+    assert!(!bench.gripper.take_let_go());
 }
 
 #[test]

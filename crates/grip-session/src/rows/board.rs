@@ -178,6 +178,14 @@ impl RowBoard {
         }
     }
 
+    /// Others have opened the fingers: the fault OBJECT_LOST is latched, so that nothing closes them before a client clears it.
+    pub fn lose_object(&mut self, now_us: u64) {
+        if let Some(board) = &mut self.board {
+            let tick = board.clock.tick(now_us);
+            board.link.raise_fault(tick, FaultCode::OBJECT_LOST);
+        }
+    }
+
     /// Whether the last command of the host is to open the fingers. [`RowBoard::drive`] alone does not show it: the loss of a host can
     /// be a reason to open, too.
     #[must_use]

@@ -367,6 +367,22 @@ fn a_force_that_the_gripper_has_already_is_not_let_go() {
 }
 
 #[test]
+fn what_others_have_opened_is_not_closed_without_a_client() {
+    let actuator = OWN.actuator.map(|actuator| Actuator { holds_n: 9.0, ..actuator });
+    let mut bench = Bench::new(BoardOptions { actuator, ..OWN });
+    bench.board.push(b"vibration,rate=1600\n").unwrap();
+    hold(&mut bench, 0, 400, Some(9.0));
+    assert!(bench.drives.last().unwrap().1.force_mn() >= 8990);
+    bench.drives.clear();
+    let now_us = bench.now_us;
+    bench.board.lose_object(now_us);
+    hold(&mut bench, 0, 800, Some(0.0));
+    assert!(bench.drives.len() > 1000);
+    assert!(bench.drives.iter().all(|(_, drive)| *drive == Drive::Passive));
+    assert!(!bench.board.opens());
+}
+
+#[test]
 fn a_pause_is_at_most_as_long_as_a_row_waits() {
     let mut bench = Bench::new(STREAM);
     let longest = Duration::from_millis(2);
