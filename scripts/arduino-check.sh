@@ -1,6 +1,7 @@
 #!/bin/sh
 # The Arduino library: packed, its sketches compiled for an ATmega2560 with the core of Arduino and for a Cortex-M0+ without one, and both run
-# in simavr, where the Python peer reads their samples over the link. Installs the compilers and simavr (Debian) where they are missing.
+# in simavr, where the Python peer reads their samples over the link. The detector in QEMU, on a Cortex-M4 and on a Cortex-M3, which has no
+# floating point: the same bytes as on this machine. Installs the compilers and emulators (Debian) where they are missing.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/scripts/missing.sh"
@@ -15,6 +16,8 @@ command -v avr-g++ >/dev/null || packages="gcc-avr avr-libc"
 [ -f "$core/cores/arduino/Arduino.h" ] || packages="$packages arduino-core-avr"
 [ -f /usr/include/simavr/sim_avr.h ] || packages="$packages libsimavr-dev libelf-dev"
 command -v arm-none-eabi-g++ >/dev/null || packages="$packages gcc-arm-none-eabi"
+[ -d /usr/lib/arm-none-eabi/newlib ] || packages="$packages libnewlib-arm-none-eabi"
+command -v qemu-system-arm >/dev/null || packages="$packages qemu-system-arm"
 # shellcheck disable=SC2086 # a list of packages
 [ -z "$packages" ] || install_packages $packages
 
@@ -67,3 +70,31 @@ cc -std=c99 -D_POSIX_C_SOURCE=200809L -O2 "$root/protocol/arduino/test/board.c" 
 for sketch in piezo loadcell; do
     python3 "$root/protocol/arduino/test/check.py" "$sketch" "$build/board" "$build/$sketch.elf"
 done
+
+# The detector alone: its sketch for a Cortex-M0+, its source for an AVR too, since an IDE compiles every source of a library.
+warnings="$warnings -Wconversion"
+# shellcheck disable=SC2086
+avr-gcc $chip $search $warnings -std=c99 -Os -c "$library/src/slip_detector.c" -o "$build/slip_detector.o"
+# shellcheck disable=SC2086
+arm-none-eabi-g++ -mcpu=cortex-m0plus -mthumb -std=c++11 -fno-exceptions $warnings -Os "-I$root/protocol/arduino/test/core" "-I$library/src" \
+    -x c++ -include Arduino.h -c "$library/examples/detector/detector.ino" -o "$build/detector-m0.o"
+source="$library/src/slip_detector.c $root/protocol/arduino/test/detector.c"
+# shellcheck disable=SC2086
+cc -std=c99 -O2 -ffp-contract=off $warnings "-I$library/src" $source -o "$build/detector" -lm
+python3 "$root/protocol/arduino/test/readings.py" >"$build/readings"
+"$build/detector" 1600 0 <"$build/readings" >"$build/expected"
+detector() { # NAME MACHINE FLAGS..: on this processor of QEMU
+    name=$1 machine=$2
+    shift 2
+    arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off -c "$library/src/slip_detector.c" -o "$build/slip_detector-m.o"
+    arm-none-eabi-size "$build/slip_detector-m.o" | awk -v name="$name" 'NR == 2 { print "slip_detector.c, " name ": flash " $1 + $2 " bytes" }'
+    # shellcheck disable=SC2086
+    arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off $warnings "-I$library/src" $source "$root/protocol/arduino/test/cortex_m.c" \
+        --specs=rdimon.specs -Wl,--wrap=sd_step -Wl,--section-start=.vectors=0 -lm -o "$build/detector-m.elf"
+    timeout 120 qemu-system-arm -M "$machine" -display none -monitor none -serial none -icount shift=0 \
+        -semihosting-config enable=on,target=native,arg=detector,arg=1600,arg=0 -kernel "$build/detector-m.elf" <"$build/readings" >"$build/got"
+    cmp "$build/got" "$build/expected"
+}
+detector Cortex-M4 mps2-an386 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+detector Cortex-M3 mps2-an385 -mcpu=cortex-m3
+echo "slip_detector.c: the same states and statistics on both as on this machine"

@@ -10,7 +10,7 @@ rm -rf "$folder/GripLink" "$folder/GripLink.zip"
 mkdir -p "$folder/GripLink/src"
 cd "$root/protocol/arduino"
 cp -R library.properties keywords.txt README.md examples "$folder/GripLink/"
-cp src/GripLink.h ../c/grip_link.h ../c/grip_link.c "$folder/GripLink/src/"
+cp src/GripLink.h src/slip_detector.h src/slip_detector.c ../c/grip_link.h ../c/grip_link.c "$folder/GripLink/src/"
 cp "$root/LICENSE-MIT" "$root/LICENSE-APACHE" "$folder/GripLink/"
 cd "$folder"
 python3 -m zipfile -c GripLink.zip GripLink

@@ -39,7 +39,7 @@ use std::{
 };
 
 /// Stack of a thread (bytes): locked memory holds all of it.
-const STACK: usize = 1024 * 1024;
+const STACK: usize = if cfg!(debug_assertions) { 4 } else { 1 } * 1024 * 1024;
 /// Lines on their way; there is one at a time.
 const LINES: usize = 4;
 /// Settings on their way.

@@ -598,8 +598,7 @@ impl SlipDetector {
             }
         };
         let over_floor = self.energy.over_floor();
-        let [.., c, d] = over_floor;
-        self.decision.step(statistic, over_floor[VIBRATION].max(c.max(d)));
+        self.decision.step(statistic, self.energy.sliding());
         let alarmed = self.decision.state != SlipState::Quiet;
         self.knocks.step(alarmed, self.moving && self.gate.rings());
         if self.evidence.is_some() {

@@ -1,7 +1,7 @@
 //! Blocks of band energies in, a statistic over its threshold out: the one trait of all sequential tests, and the tests.
 
 use super::{
-    config::{BANDS, FIRST_OCTAVE, STILL_BANDS},
+    config::{BANDS, FIRST_OCTAVE, STILL_BANDS, VIBRATION},
     lanes::samples,
 };
 
@@ -51,6 +51,15 @@ impl EnergyTest {
     /// Which bands are not left out.
     pub(super) fn has_bands(&self) -> [bool; BANDS] {
         self.per_threshold.map(|reciprocal| reciprocal > 0.0)
+    }
+
+    /// The same of vibration and the two highest octaves, the most of those that are not left out.
+    #[inline]
+    pub(super) fn sliding(&self) -> f32 {
+        let over = |b: usize| {
+            if self.per_threshold[b] > 0.0 { self.energy[b] / self.floor[b] } else { 0.0 }
+        };
+        over(VIBRATION).max(over(BANDS - 2).max(over(BANDS - 1)))
     }
 
     /// Mean energy of each band over its floor.
@@ -452,5 +461,27 @@ mod level_tests {
         }
         assert!((300..500).contains(&alarmed), "10 s, then it is what goes on: {alarmed}");
         assert!(level.smallest() > 1e4 && level.smallest() < 1e5, "{}", level.smallest());
+    }
+}
+
+#[cfg(test)]
+mod energy_tests {
+    use super::{BANDS, Block, EnergyTest, SequentialTest};
+
+    #[test]
+    fn a_band_that_the_rate_does_not_carry_makes_nothing_gross() {
+        let all = EnergyTest::new([0.005; BANDS], 5e-4, [10.0; BANDS]);
+        let low = EnergyTest::new(
+            [0.005; BANDS],
+            5e-4,
+            core::array::from_fn(|b| if b < BANDS - 2 { 10.0 } else { f32::INFINITY }),
+        );
+        let mut energy = [1.0; BANDS];
+        energy[BANDS - 1] = 1e6;
+        let block = Block { energy, floor: [1.0; BANDS], moving: false };
+        for (mut test, gross) in [(all, true), (low, false)] {
+            test.step(&block);
+            assert_eq!(test.sliding() > 25.0, gross);
+        }
     }
 }

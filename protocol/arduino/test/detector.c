@@ -1,0 +1,18 @@
+/* Readings (f32, as this machine stores them) from stdin; the state (a byte) and the statistic (f32) after each to stdout.
+ *   detector RATE_HZ MIN_RMS     ends with 2 where sd_init refuses them */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "slip_detector.h"
+
+int main(int argc, char **argv) {
+    static sd_detector d;
+    if (argc != 3 || !sd_init(&d, strtof(argv[1], NULL), strtof(argv[2], NULL))) return 2;
+    float reading;
+    while (fread(&reading, sizeof reading, 1, stdin) == 1) {
+        const unsigned char state = (unsigned char)sd_step(&d, reading);
+        const float statistic = sd_statistic(&d);
+        if (fwrite(&state, 1, 1, stdout) != 1 || fwrite(&statistic, sizeof statistic, 1, stdout) != 1) return 1;
+    }
+    return 0;
+}
