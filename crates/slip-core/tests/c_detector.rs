@@ -1,4 +1,12 @@
 //! The small detector of the Arduino library (C99) beside [`SlipDetector`] in a still scene: the same states at the same readings.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "test code"
+)]
 
 use slip_core::{
     detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
