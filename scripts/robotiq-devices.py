@@ -3,6 +3,8 @@
 
     scripts/robotiq-devices.py GRIPD              every scene, checked
     scripts/robotiq-devices.py --serve FOLDER     only the devices, FOLDER/gripper and FOLDER/tsf85, until Ctrl-C
+    scripts/robotiq-devices.py --latency GRIPD S  time from a slip to its event, for S seconds
+    scripts/robotiq-devices.py --objects GRIPD N [SEED]  N objects of random weight, friction and lift
 
 Frames and messages of Modbus are those of pymodbus, so that nothing of gripd's own protocol code is used. The world is a weight
 under Coulomb friction, stepped each millisecond; the force follows its register with a dead time of 5 ms and a lag of 15 ms. All of
@@ -439,7 +441,65 @@ def starts(gripd):
     return "starts: nothing is activated or taken over unasked"
 
 
+def latency(gripd, seconds):
+    """Time from the first packet of a slip of 50 ms to the event it led to, with the fingertips alone."""
+    folder = tempfile.TemporaryDirectory()
+    cell = Cell(Path(folder.name))
+    command = [gripd, "--sensor", f"tsf85:{folder.name}/tsf85", "--listen", "off", "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    began, taken = [], []
+
+    def listen():
+        for line in process.stdout:
+            if json.loads(line)["type"] == "slip" and began:
+                taken.append(time.monotonic() - began[-1])
+
+    threading.Thread(target=listen, daemon=True).start()
+    time.sleep(3)
+    for _ in range(int(seconds / 0.4)):
+        # Between two packets: what is set now is in the next one.
+        cell.do(lambda: (began.append(time.monotonic()), setattr(cell.world, "speed_m_s", 0.05)))
+        time.sleep(0.05)
+        cell.world.speed_m_s = 0.0
+        time.sleep(0.35)
+    process.send_signal(signal.SIGINT)
+    code = process.wait(20)
+    cell.stopped = True
+    taken.sort()
+    at = lambda share: 1e3 * taken[min(len(taken) - 1, int(share * len(taken)))]
+    return f"| TSF-85 | {len(taken)} of {len(began)} | {at(0.5):.2f} | {at(0.99):.2f} | {at(1):.2f} | {code} |"
+
+
+def objects(gripd, count, seed):
+    """Objects that need 10 to 45 N: what least force and f_max_n (20 and 60 N) leave room for. Crushed is 2.5 times the need."""
+    chance = random.Random(seed)
+    dropped = crushed = 0
+    ratios, slips_mm = [], []
+    for _ in range(count):
+        needed_n, friction = chance.uniform(10, 45), chance.uniform(0.2, 0.8)
+        world = World(mass_kg=2 * friction * needed_n / 9.81, friction=friction, lift_s=chance.uniform(0.8, 1.6))
+        scene = Scene(gripd, world=world)
+        scene.wait(5)
+        scene.end()
+        dropped += world.dropped
+        crushed += not world.dropped and world.peak_n > max(2.5 * needed_n, 20.9)
+        ratios.append(world.force_n / needed_n)
+        slips_mm.append(1e3 * world.travel_m)
+        expect(not opens(scene.cell.gripper), scene)
+    middle = lambda values, share: sorted(values)[min(count - 1, int(share * count))]
+    return (
+        f"{count} objects, seed {seed}: {dropped} dropped, {crushed} crushed; force over needed {middle(ratios, 0.5):.2f} / {middle(ratios, 0.95):.2f}, "
+        f"slip {middle(slips_mm, 0.5):.2f} / {middle(slips_mm, 0.95):.2f} mm (median / 95 %)"
+    )
+
+
 def main():
+    if sys.argv[1] == "--objects":
+        print(objects(os.path.abspath(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]) if len(sys.argv) > 4 else 1))
+        return
+    if sys.argv[1] == "--latency":
+        print(latency(os.path.abspath(sys.argv[2]), float(sys.argv[3])))
+        return
     if sys.argv[1] == "--serve":
         cell = Cell(Path(sys.argv[2]))
         signal.sigwait({signal.SIGINT, signal.SIGTERM})
