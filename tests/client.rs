@@ -1,6 +1,6 @@
-//! A client. Two people beside gripd want to know how it does: one watches its figures, one hears of each slip.
+//! A client. Two people beside gripd want to know how it does: one watches its figures, one is informed of each slip.
 //!
-//! gripd waits for its gripper, and both clients are there already. The gripper is plugged in, grips and lifts; the object slips. One client hears of the
+//! gripd waits for its gripper, and both clients are there already. The gripper is plugged in, grips and lifts; the object slips. One client is informed of the
 //! gripper and of every slip that gripd prints, once and in order; the other one sees the figures grow. Neither disturbs the grasp.
 #![expect(clippy::unwrap_used, reason = "test code")]
 

@@ -1,6 +1,6 @@
 //! A fault. gripd holds an object in the air when the stylus dies: its cable breaks, or it sticks.
 //!
-//! Without its sense of touch gripd must not guess. The fault is told, by the sensor's name. The force does not fall, the object stays in the fingers,
+//! Without its sense of touch gripd must not guess. The fault is reported, by the sensor's name. The force does not fall, the object stays in the fingers,
 //! and gripd goes on watching.
 #![expect(clippy::unwrap_used, reason = "test code")]
 

@@ -1,6 +1,6 @@
 //! A fleet. Two grippers of a hall are on one network, and somebody looks after both from one place.
 //!
-//! A router runs; two gripfleets announce their gripds. gripctl lists both, shows the slips of both, each event once, and tells one of them to hold firmer:
+//! A router runs; two gripfleets announce their gripds. gripctl lists both, shows the slips of both, each event once, and asks one of them to hold firmer:
 //! only that one does. One computer fails: everybody who watches learns that its gripper is gone, and the other one holds on.
 //!
 //! It needs a gripctl with the feature `fleet`: `scripts/fleet-check.sh` runs it.
@@ -57,7 +57,7 @@ fn has(watch: &Program, gripper: &str, is: impl Fn(&Value) -> bool) -> bool {
     watch.lines().iter().any(|line| name(line) == gripper && is(line))
 }
 
-/// Whether a notice says that the gripper was told to hold with 14 N.
+/// Whether a notice states that the gripper was commanded to hold with 14 N.
 fn is_the_command(line: &Value) -> bool {
     line["text"].as_str().is_some_and(|text| text.contains("14.00 N"))
 }

@@ -1,7 +1,7 @@
-//! A grasp. Somebody starts gripd on the built-in gripper, as the README says first.
+//! A grasp. Somebody starts gripd on the built-in gripper, as the README states first.
 //!
-//! The gripper closes with too little force and lifts. The object slips; gripd tells it with what it knows, and presses harder. At the end the object
-//! is held with a little more than it needs, and the last line says so.
+//! The gripper closes with too little force and lifts. The object slips; gripd reports it with what it knows, and presses harder. At the end the object
+//! is held with a little more than it needs, and the last line reports it.
 
 use serde_json::Value;
 use stories::{Ended, Program, folder, in_one_of_some_runs};
@@ -31,7 +31,7 @@ fn a_slip_is_reported_and_the_object_is_held() {
     assert!(summary["dropped"] == false && summary["crushed"] == false, "{summary}");
     assert!(number("force_final_n") > number("force_needed_n"), "{summary}");
     assert!(number("force_final_n") < 60.0 && number("slip_mm") < 30.0, "{summary}");
-    // 3 says that a busy machine lost samples; otherwise none is missing.
+    // 3 states that a busy machine lost samples; otherwise none is missing.
     let lossy = ["lost", "untold_notes"].iter().any(|name| summary[*name] != 0);
     assert_eq!(ended.code, if lossy { 3 } else { 0 }, "{summary}");
 }

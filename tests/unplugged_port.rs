@@ -1,7 +1,7 @@
 //! An unplugged port. Somebody pulls the gripper's plug while gripd holds an object, and puts it in again.
 //!
-//! The gripper holds by itself meanwhile. gripd says that the port is gone and waits; it finds the same gripper again and goes on holding, without
-//! letting go for a moment. Where the gripper lost its power as well it has forgotten everything: gripd says so and grips anew.
+//! The gripper holds by itself meanwhile. gripd reports that the port is gone and waits; it finds the same gripper again and goes on holding, without
+//! letting go for a moment. Where the gripper lost its power as well it has forgotten everything: gripd reports it and grips anew.
 #![expect(clippy::unwrap_used, reason = "test code")]
 
 use std::{fs, path::Path};

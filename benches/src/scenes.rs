@@ -75,7 +75,7 @@ impl SceneRun {
         Self::with(pipeline, scene, |sample| sample)
     }
 
-    /// A slip in which the stylus is the only sensor that tells of movement.
+    /// A slip in which the stylus is the only sensor that reports movement.
     ///
     /// # Errors
     /// As [`SceneRun::new`].

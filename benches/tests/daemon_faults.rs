@@ -19,7 +19,7 @@ const SLACK_MS: u64 = 500;
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 fn check(name: &str, least_commands: u64) {
-    // One that failed says nothing of the others.
+    // One that failed shows nothing of the others.
     let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
     let setup = Setup { gripd: &GRIPD, seed: 2, slack_ms: SLACK_MS };
     let outcome = run(name, &setup, Counts::QUICK).unwrap();

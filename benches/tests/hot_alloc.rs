@@ -36,7 +36,7 @@ fn heap_calls(work: impl FnOnce()) -> u64 {
     seen.count_total + seen.count_current.unsigned_abs()
 }
 
-/// What the other threads have been told.
+/// What the other threads were informed of.
 #[derive(Debug, Default)]
 struct Reported {
     samples: u64,

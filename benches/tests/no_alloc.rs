@@ -231,7 +231,7 @@ fn forward_passes_allocate_nothing() {
     assert_eq!(heap, 0);
 }
 
-/// A simulated grasp: heap calls and calls of `Session::receive` once force commands flow, and what was told.
+/// A simulated grasp: heap calls and calls of `Session::receive` once force commands flow, and what was reported.
 fn grasp(seed: u64) -> (u64, u32, [bool; 4]) {
     let scene = scene::load("default").unwrap().reseeded(seed).unwrap();
     let mut mcu = VirtualMcu::new(&scene, 1).unwrap();

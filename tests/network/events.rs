@@ -74,7 +74,7 @@ fn every_slip_is_reported_once_though_router_daemon_and_gripfleet_end() {
         "{}",
         reported()
     );
-    // Another gripfleet goes on with the same spool, and says nothing twice.
+    // Another gripfleet goes on with the same spool, and shows nothing twice.
     let Pair { gripd, fleet } = second;
     fleet.kill();
     let fleet = Program::gripfleet(folder.path(), &[]);

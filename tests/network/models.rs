@@ -37,7 +37,7 @@ fn session(endpoint: &str) -> Session {
     network(endpoint).open().unwrap()
 }
 
-/// The gripper that a running gripfleet has told of.
+/// The gripper that a running gripfleet has announced.
 fn member(pair: &Pair) -> Member {
     pair.name().parse().unwrap()
 }
@@ -81,7 +81,7 @@ fn offer(text: &str) -> Offer {
     }
 }
 
-/// What a gripper says to an order.
+/// What a gripper answers to an order.
 fn ask(session: &Session, member: &Member, order: &Order) -> Result<Standing, String> {
     standing(session, member, order, PATIENCE).map_err(|error| match error {
         NetError::Declined { reason, .. } => reason,

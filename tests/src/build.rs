@@ -1,8 +1,8 @@
 //! The name of a program in, where cargo has built it out.
 //!
-//! Cargo tells only a package's own tests where its program stands. What lies beside this test may be older than its sources: `cargo test -p stories`
+//! Cargo shows only a package's own tests where its program stands. What lies beside this test may be older than its sources: `cargo test -p stories`
 //! does not build it, and a build that failed leaves the last one there. So cargo is asked, once for each story file: it looks at every source,
-//! builds what is not of today, and says where the programs are. Under `cargo test --workspace` nothing is left to build.
+//! builds what is not of today, and states where the programs are. Under `cargo test --workspace` nothing is left to build.
 
 use serde_json::Value;
 use std::{
@@ -22,7 +22,7 @@ const SELECTION: &str = "STORIES_BUILD";
 pub struct Build {
     /// Where cargo runs.
     pub folder: PathBuf,
-    /// What it is told.
+    /// What it is given.
     pub arguments: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ impl Build {
         Self { folder: env!("CARGO_MANIFEST_DIR").into(), arguments }
     }
 
-    /// Builds, and says where each program is.
+    /// Builds, and states where each program is.
     ///
     /// # Errors
     /// What cargo said against it. A program of an earlier build may still be there, and nobody runs it.
@@ -69,7 +69,7 @@ impl Build {
     }
 }
 
-/// Takes away what cargo has told this test about its own package: build scripts that look at such variables would run again, and with them
+/// Takes away what cargo has set for this test about its own package: build scripts that look at such variables would run again, and with them
 /// all that depends on them.
 fn forget_this_package(command: &mut Command) {
     let reported = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_CRATE_", "CARGO_BIN_", "OUT_DIR"];
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    /// What the program says that cargo gives.
+    /// What the program prints that cargo gives.
     fn stated(build: &Build) -> Result<String, String> {
         let programs = build.programs()?;
         let output = Command::new(&programs["told"]).output().unwrap();

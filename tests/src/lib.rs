@@ -15,7 +15,7 @@ use std::thread;
 
 /// Looks of 20 ms after which something that should happen has not, however busy the machine.
 const LOOKS: u32 = 4500;
-/// Runs of which one must go as the story tells.
+/// Runs of which one must go as the story demands.
 const TRIES: u32 = 5;
 
 /// Looks until it is so; `false` where it does not become so.

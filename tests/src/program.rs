@@ -14,7 +14,7 @@ use tempfile::TempDir;
 #[derive(Debug)]
 pub struct Program {
     child: Child,
-    /// What it prints and says goes there.
+    /// What it prints goes there.
     output: TempDir,
 }
 

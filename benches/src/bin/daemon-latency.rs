@@ -149,7 +149,7 @@ fn drain(far: &mut Far, over: &AtomicBool) {
     }
 }
 
-/// Asks for them, and tells what was refused.
+/// Asks for them, and reports what was refused.
 fn privileges(wanted: bool, priority: u8) {
     let mode = if wanted { RealtimeMode::Warn } else { RealtimeMode::Off };
     let granted = enter(&RealtimeConfig { mode, priority, cpu: None });

@@ -76,7 +76,7 @@ fn ride(seed: u64) -> Option<Ride> {
     let trial = Trial::new(force, speed);
     let mut values = [0.0; 5];
     for (value, reading) in values.iter_mut().zip(Reading::ALL) {
-        // The sign of a tangent says nothing of an energy.
+        // The sign of a tangent shows nothing of an energy.
         *value = sums.value(reading, &trial)?.value.abs();
     }
     let dissipated_j = stylus.dissipated_j() - start;

@@ -26,7 +26,7 @@ fn main() -> ExitCode {
     if results.contains(&false) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-fn say(what: &str, figure: f64, limit: f64) -> bool {
+fn row(what: &str, figure: f64, limit: f64) -> bool {
     let kept = figure <= limit;
     println!("{what}: {figure:.2e}, limit {limit:.0e}: {}", if kept { "kept" } else { "BROKEN" });
     kept
@@ -52,7 +52,7 @@ fn filters(steps: u64) -> bool {
             }
         }
     }
-    say("band energy, relative change since step 1e5", f64::from(worst), 1e-3)
+    row("band energy, relative change since step 1e5", f64::from(worst), 1e-3)
 }
 
 /// The same seven irregularities over and over: the exact sum is the count times that of seven.
@@ -74,7 +74,7 @@ fn literal_f64(steps: u64) -> bool {
         sum.bound(),
         relative_error(esc.value, &wanted)
     );
-    say("E_sc f64, enclosure without the exact value", f64::from(u8::from(!inside)), 0.0)
+    row("E_sc f64, enclosure without the exact value", f64::from(u8::from(!inside)), 0.0)
 }
 
 fn literal_f32(steps: u64) -> bool {
@@ -87,7 +87,7 @@ fn literal_f32(steps: u64) -> bool {
     let inside = (esc.lo == f32::NEG_INFINITY || exact(f64::from(esc.lo)) <= wanted)
         && (esc.hi == f32::INFINITY || wanted <= exact(f64::from(esc.hi)));
     println!("E_sc f32: S within {:.1e} rad (a full turn is 3.1)", sum.bound());
-    say("E_sc f32, enclosure without the exact value", f64::from(u8::from(!inside)), 0.0)
+    row("E_sc f32, enclosure without the exact value", f64::from(u8::from(!inside)), 0.0)
 }
 
 /// A pipeline whose clock passes 2^32 us and then comes to its end: no slip from a resting stylus, no sample refused
@@ -111,6 +111,6 @@ fn timestamps(steps: u64) -> bool {
     }
     #[expect(clippy::cast_precision_loss, reason = "a count")]
     let refused = pipeline.health_counters().unusable() as f64;
-    say("slips of a resting stylus while the clock wraps 32 bits and jumps", slips, 0.0)
-        & say("readings refused meanwhile", refused, 0.0)
+    row("slips of a resting stylus while the clock wraps 32 bits and jumps", slips, 0.0)
+        & row("readings refused meanwhile", refused, 0.0)
 }

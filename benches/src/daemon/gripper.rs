@@ -65,7 +65,7 @@ impl Gripper {
     /// names as its cause to the end of the read that brought it. What this thread itself is late is part of it.
     ///
     /// # Errors
-    /// What the system says of the line, but for its end.
+    /// What the system states of the line, but for its end.
     pub fn live(
         &mut self,
         line: BorrowedFd<'_>,

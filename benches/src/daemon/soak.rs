@@ -187,7 +187,7 @@ pub fn run(
         let device = device.map_err(|_| anyhow!("the thread of the gripper failed"))?;
         anyhow::Ok((device.context("the line")?, looks))
     })?;
-    // Also where the process is gone already: its output says why.
+    // Also where the process is gone already: its output states why.
     let summary = end(&mut daemon)?;
     report(soak, &device, looks?, (&summary, &shared))
 }

@@ -1,4 +1,4 @@
-//! A process in; the processor time of each of its threads and its resident memory, as Linux tells them, out.
+//! A process in; the processor time of each of its threads and its resident memory, as Linux reports them, out.
 
 use std::{
     collections::BTreeMap,

@@ -162,7 +162,7 @@ impl Bench {
         self.sent = Sent::new();
     }
 
-    /// Closes the port: the name is gone, and whoever had it open is told.
+    /// Closes the port: the name is gone, and whoever had it open is informed.
     pub fn unplug(&mut self) {
         self.pty = None;
         self.unsent.clear();

@@ -21,7 +21,7 @@ const KEPT: usize = 4;
 pub struct Present {
     /// Its settings, once it has some.
     pub config: Option<Config>,
-    /// The force its drive is told (mN).
+    /// The force its drive is given (mN).
     pub drive_mn: i32,
     /// Number of the row after the newest that was sent.
     pub rows: u32,
@@ -94,7 +94,7 @@ impl Judge {
         (self.closes, self.opened) = (true, false);
     }
 
-    /// Whether the fingers were told to open since [`Judge::allow_open`].
+    /// Whether the fingers were commanded to open since [`Judge::allow_open`].
     #[must_use]
     pub fn has_opened(&self) -> bool {
         self.opened
@@ -261,7 +261,7 @@ mod tests {
         wire(Kind::GRIP, seq, &payload)
     }
 
-    /// What a judge says of commands (mode, mN, cause).
+    /// What a judge finds of commands (mode, mN, cause).
     fn judged(judge: &mut Judge, commands: &[(u8, i32, u32)]) -> String {
         judge.receive(&wire(Kind::HELLO, 0, &[1, 1]), &PRESENT);
         for (seq, &(mode, force_mn, cause)) in (1..).zip(commands) {

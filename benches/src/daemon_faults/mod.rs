@@ -5,7 +5,7 @@
 //! and judged generously; what must never happen is judged strictly:
 //! - no command above the largest force, none faster than the slew, none raised without a new sample, none after a release;
 //! - what is held stays held, whatever happens to the daemon;
-//! - the daemon does not end by itself, and says no word of a panic;
+//! - the daemon does not end by itself, and states no word of a panic;
 //! - every recording can be read or recovered, and lacks at most [`kills::LOST_MS`] at its end.
 
 pub mod gripper;

@@ -21,7 +21,7 @@ use std::{
 
 /// Clients that ask for everything and read nothing.
 const STALLED: usize = 4;
-/// Clients that connect and say nothing.
+/// Clients that connect and send nothing.
 const SILENT: usize = 8;
 /// Clients that send rubbish, and how much each of them (bytes).
 const BABBLERS: usize = 8;
@@ -81,7 +81,7 @@ fn babble(address: SocketAddr, random: &mut ChaCha8Rng) -> io::Result<()> {
     Ok(())
 }
 
-/// Connects again and again; some say half a word first. Gives how many states the good client heard meanwhile.
+/// Connects again and again; some send half a word first. Gives how many states the good client received meanwhile.
 fn hurry(rig: &Rig<'_>, connects: u64, good: &mut Client, random: &mut ChaCha8Rng) -> Result<u64> {
     let mut states = 0;
     for _ in 0..connects {
@@ -106,7 +106,7 @@ fn asks(client: &mut Client) -> Result<bool> {
     listen(client, |message| matches!(message, ToClient::Ack(ack) if ack.seq == request))
 }
 
-/// Listens until `done` says so of a message.
+/// Listens until `done` holds of a message.
 fn listen(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) -> Result<bool> {
     let end = time::now() + PATIENCE;
     let mut received = false;

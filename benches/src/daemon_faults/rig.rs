@@ -160,7 +160,7 @@ impl<'a> Rig<'a> {
     }
 }
 
-/// Done, or done with a loss of data that was told.
+/// Done, or done with a loss of data that was reported.
 fn is_orderly(status: ExitStatus) -> bool {
     matches!(status.code(), Some(0 | 3))
 }

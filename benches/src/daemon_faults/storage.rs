@@ -1,4 +1,4 @@
-//! Disks that are full: the recording stops, is told once and counted, and the grip goes on.
+//! Disks that are full: the recording stops, is reported once and counted, and the grip goes on.
 
 use super::{
     outcome::Outcome,
@@ -10,7 +10,7 @@ use std::process::Command;
 
 /// Room for a recording (bytes): about a second of it.
 const ROOM: u64 = 1 << 20;
-/// What the daemon says when a recording stops.
+/// What the daemon reports when a recording stops.
 const REPORTED: &str = "the object is held without a recording";
 
 /// A disk that is full where one may be mounted, and files that may not grow.

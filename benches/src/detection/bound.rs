@@ -1,14 +1,14 @@
 //! Signal over noise in the bands in; the least delay that any detector of their energies can have at a false-alarm interval out.
 //!
 //! A band of width B gives 2 B independent readings a second, Gaussian with variance 1 before the slip and 1 + s in it. One reading
-//! tells (s - ln(1 + s)) / 2 nats (the Kullback-Leibler divergence), so over bands that do not overlap
+//! reports (s - ln(1 + s)) / 2 nats (the Kullback-Leibler divergence), so over bands that do not overlap
 //!
 //! ```text
 //! delay >= ln(ARL) / KL      KL = sum of B (s - ln(1 + s)) a second      ARL = interval * sum of 2 B readings
 //! ```
 //!
 //! G. Lorden, Ann. Math. Statist. 42 (1971): the expected delay of the best test at the least favourable moment, for long intervals. For a slip
-//! that grows, [`simulated`] gives the moment at which the sum of KL over time reaches ln(ARL): a slip has told no more by then.
+//! that grows, [`simulated`] gives the moment at which the sum of KL over time reaches ln(ARL): a slip has shown no more by then.
 //! A single slip may be noticed before, by luck; the median of many should not be.
 
 use super::{
@@ -24,7 +24,7 @@ use slip_core::{
 /// Bands that do not overlap.
 pub const BANDS: usize = 4;
 
-/// What a band of `width_hz` (Hz) tells in a second at a signal of `snr` times the energy of the noise (nats).
+/// What a band of `width_hz` (Hz) shows in a second at a signal of `snr` times the energy of the noise (nats).
 #[must_use]
 pub fn information(width_hz: f64, snr: f64) -> f64 {
     width_hz * (snr - snr.ln_1p())
@@ -46,7 +46,7 @@ pub fn delay_s(bands: &[(f64, f64)], interval_s: f64) -> f64 {
 /// The bound for one simulated slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Least {
-    /// By each band alone (ms from gross slip, negative: while incipient); infinite where 200 ms do not tell enough.
+    /// By each band alone (ms from gross slip, negative: while incipient); infinite where 200 ms do not show enough.
     pub alone_ms: [f64; BANDS],
     /// By all bands together (ms).
     pub together_ms: f64,
@@ -96,7 +96,7 @@ impl Bank {
 }
 
 /// The bound for each of `slips` by the stylus at one false alarm in `interval_s`, with the noise known: in motion that is the mean energy
-/// of noise and motion together, as for a detector that does not hear the motion reference. Empty where the rate carries no band.
+/// of noise and motion together, as for a detector that does not receive the motion reference. Empty where the rate carries no band.
 #[must_use]
 pub fn simulated(robot: RobotConfig, slips: Slips, interval_s: f64) -> Vec<Least> {
     let robot = slips.robot(robot);

@@ -1,4 +1,4 @@
-//! Detectors at thresholds for stated false-alarm rates: what a long run without slip says of the thresholds, and how late each is then.
+//! Detectors at thresholds for stated false-alarm rates: what a long run without slip shows of the thresholds, and how late each is then.
 
 use super::{
     latency::Latency,

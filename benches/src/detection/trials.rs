@@ -4,7 +4,7 @@ use super::robot::{Hand, INCIPIENT_S, RobotConfig};
 use rayon::prelude::*;
 use slip_core::Sample;
 
-/// Anything that says with each sample whether it sees a slip.
+/// Anything that states with each sample whether it sees a slip.
 pub trait Alarm {
     /// Takes the next sample; true while it sees a slip.
     fn step(&mut self, sample: &Sample) -> bool;

@@ -2,7 +2,7 @@
 //!
 //! Streams of real frames go through one fault each. Which frames came through whole is known from the place of the fault
 //! ([`grip_sim::line_fault::Faulty::place_of`]) and what they must read from the list of frames sent: the
-//! decoder under test has no say in either. The promises are:
+//! decoder under test has no state in either. The promises are:
 //! - *undetected* = 0: a frame handed out is one that was sent, word for word, and handed out once, in order;
 //! - *clean frames lost* = 0: a frame none of whose wire bytes (delimiters included) was hit is handed out;
 //! - *delay* = 0: and with its own last byte, wherever the fault has moved it.

@@ -38,7 +38,7 @@ pub(crate) fn progress(length: usize, what: &str) -> ProgressBar {
     }
 }
 
-/// A number in a unit that is not known: three decimals, or powers of ten where they say too little.
+/// A number in a unit that is not known: three decimals, or powers of ten where they report too little.
 pub(crate) fn any_unit(value: f32) -> String {
     if (0.1..1e5).contains(&value) { format!("{value:.3}") } else { format!("{value:.2e}") }
 }
@@ -48,7 +48,7 @@ pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
 }
 
-/// The errors of a network on some rows, after what `of` says of them.
+/// The errors of a network on some rows, after what `of` states of them.
 pub(crate) fn evaluation(of: &str, found: &Evaluation) -> io::Result<()> {
     match found.classes {
         None => errors(of, found.mse, found.scaled_mse, found.within_fraction(0.1)),
@@ -60,7 +60,7 @@ pub(crate) fn evaluation(of: &str, found: &Evaluation) -> io::Result<()> {
     }
 }
 
-/// The errors of a learner on some rows, after what `of` says of them.
+/// The errors of a learner on some rows, after what `of` states of them.
 pub(crate) fn errors(of: &str, mse: f64, scaled: f64, within_10pct: f64) -> io::Result<()> {
     line(&format!(
         "{of} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",

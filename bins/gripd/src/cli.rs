@@ -47,7 +47,7 @@ pub(crate) struct Cli {
     /// Ask for real-time privileges: off, warn (go on without what is not granted) or strict.
     #[arg(long, env = "GRIPD_REALTIME", value_name = "MODE")]
     pub(crate) realtime: Option<String>,
-    /// How much to say on standard error: error, warn, info or debug.
+    /// How much to report on standard error: error, warn, info or debug.
     #[arg(long, env = "GRIPD_LOG", value_name = "LEVEL")]
     pub(crate) log_level: Option<String>,
     /// Record everything (.mcap) or the samples (.csv); `gripctl replay` gives the same events from it.

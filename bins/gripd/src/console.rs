@@ -40,7 +40,7 @@ pub(crate) struct Console {
     degraded: u64,
     /// Whether a gripper was attached before.
     attached: bool,
-    /// The last event of the gripper, so that a thousand equal ones a second are told once.
+    /// The last event of the gripper, so that a thousand equal ones a second are reported once.
     device_event: Option<(EventKind, FaultCode)>,
     /// The last reason why the link closed, for the same end.
     closed: Option<CloseReason>,
@@ -78,7 +78,7 @@ impl Console {
     /// Nothing is commanded: the sentences speak of no force.
     pub(crate) fn set_observing(&mut self) {
         self.degraded_words = DEGRADED_OBSERVING;
-        self.say(LogLevel::Info, "only observing: no force is commanded");
+        self.log(LogLevel::Info, "only observing: no force is commanded");
     }
 
     /// Prints what is worth it.
@@ -87,23 +87,23 @@ impl Console {
             Item::Event { event, .. } => {
                 self.event(event);
                 if let Event::Health { condition: Condition::Clock(health), .. } = event {
-                    self.say(clock_level(*health), clock_words(*health));
+                    self.log(clock_level(*health), clock_words(*health));
                 }
             }
             Item::State(state) => self.show(state),
             Item::Link { note, .. } => {
                 if let Some((level, text)) = self.sentence(note) {
-                    self.say(level, &text);
+                    self.log(level, &text);
                 }
             }
             Item::Client { command, .. } => {
-                self.say(LogLevel::Info, &format!("a client asked: {}", command));
+                self.log(LogLevel::Info, &format!("a client asked: {}", command));
             }
             _ => {}
         }
     }
 
-    /// How much is told from now on.
+    /// How much is reported from now on.
     pub(crate) fn set_level(&mut self, level: LogLevel) {
         self.log.set_level(level);
     }
@@ -117,21 +117,21 @@ impl Console {
         match write_event(line, self.json) {
             // Nobody reads any more: the object is held and recorded all the same.
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-                self.say(LogLevel::Error, &format!("events cannot be printed: {error}"));
+                self.log(LogLevel::Error, &format!("events cannot be printed: {error}"));
             }
             _ => {}
         }
     }
 
     /// A sentence on standard error.
-    pub(crate) fn say(&mut self, level: LogLevel, text: &str) {
+    pub(crate) fn log(&mut self, level: LogLevel, text: &str) {
         self.clear_status();
         let now = self.now();
         let entry = Entry { level, text, fields: &[] };
         ignored(self.log.report(now, &entry, &mut io::stderr().lock()));
     }
 
-    /// Tells how often sentences came that were not repeated.
+    /// Reports how often sentences came that were not repeated.
     pub(crate) fn tick(&mut self) {
         let now = self.now();
         ignored(self.log.tick(now, &mut io::stderr().lock()));
@@ -141,24 +141,24 @@ impl Console {
         Clocks { host_us: self.clock.now_us(), wall_us: self.clock.wall_ns() / 1000 }
     }
 
-    /// What the search for the port told.
+    /// What the search for the port reported.
     pub(crate) fn port(&mut self, updates: &PortUpdate) {
         match updates {
             PortUpdate::Waiting(reason) => {
-                self.say(LogLevel::Warn, &format!("{reason}; waiting for it"));
+                self.log(LogLevel::Warn, &format!("{reason}; waiting for it"));
             }
             PortUpdate::Opened { device, latency_timer_ms } => {
                 if let Some(ms @ 2..) = latency_timer_ms {
                     let text = format!(
                         "the USB adapter gathers bytes for {ms} ms before it hands them over; `gripctl doctor` says how to change that"
                     );
-                    self.say(LogLevel::Warn, &text);
+                    self.log(LogLevel::Warn, &text);
                 }
                 if let Some(device) = device {
-                    self.say(LogLevel::Info, &format!("port open: {device}"));
+                    self.log(LogLevel::Info, &format!("port open: {device}"));
                 }
             }
-            PortUpdate::Other => self.say(
+            PortUpdate::Other => self.log(
                 LogLevel::Warn,
                 "another gripper answered and was left alone; looking for the one that was attached before",
             ),
@@ -263,7 +263,7 @@ impl Console {
     }
 }
 
-/// A standard error that is closed or full is no reason to let go of the object, and there is nobody left to tell.
+/// A standard error that is closed or full is no reason to let go of the object, and there is nobody left to inform.
 fn ignored(_: io::Result<()>) {}
 
 fn write_event(line: &Event, json: bool) -> io::Result<()> {
@@ -298,7 +298,7 @@ fn clock_words(health: ClockHealth) -> &'static str {
     }
 }
 
-/// What the gripper says of itself, as a sentence.
+/// What the gripper reports of itself, as a sentence.
 fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
     let why = fault_words(fault).map_or_else(String::new, |words| format!(", {words}"));
     let what = match kind {
@@ -310,7 +310,7 @@ fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
     format!("{what} {:04X}{why}", fault.0)
 }
 
-/// What a fault means, as far as the specification says it.
+/// What a fault means, as far as the specification states it.
 fn fault_words(fault: FaultCode) -> Option<&'static str> {
     Some(match fault {
         FaultCode::ESTOP => "a stop was commanded",

@@ -58,7 +58,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let session = session(cli, &settings)?;
     let weakness = settings.weakness();
     let source = source(cli, &settings, clock, &shared)?;
-    // Opened before anything moves: an address or a file that cannot be had is told at once.
+    // Opened before anything moves: an address or a file that cannot be had is reported at once.
     let (servers, complaint) = servers(&settings, clock)?;
     let started = Recording::start(&settings, clock)?;
     let (recorder, recording, recorded) = started
@@ -93,10 +93,10 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         servers,
     )?;
     for complaint in complaint.into_iter().chain(weakness) {
-        service.say(LogLevel::Warn, &complaint);
+        service.log(LogLevel::Warn, &complaint);
     }
     if fleet {
-        service.say(LogLevel::Info, "fleet.site is set: gripfleet publishes it, where that runs");
+        service.log(LogLevel::Info, "fleet.site is set: gripfleet publishes it, where that runs");
     }
     let ends = Ends {
         lines: line_out,
@@ -259,7 +259,7 @@ fn start_port(supply: Supply, shared: Arc<Shared>) -> io::Result<PortThread> {
     })
 }
 
-/// The hot thread, and where it tells what it was granted. With its end everything ends.
+/// The hot thread, and where it reports what it was granted. With its end everything ends.
 fn start_hot<C: Fn() -> u64 + Send + 'static>(
     hot: Hot<C>,
     wanted: RealtimeConfig,
@@ -274,7 +274,7 @@ fn start_hot<C: Fn() -> u64 + Send + 'static>(
     Ok((thread, granted))
 }
 
-/// Tells the other threads to end when the hot thread or the port thread does, even by a panic.
+/// Asks the other threads to end when the hot thread or the port thread does, even by a panic.
 struct Ending(Arc<Shared>);
 
 impl Drop for Ending {
@@ -283,7 +283,7 @@ impl Drop for Ending {
     }
 }
 
-/// The hot thread: asks for real time, tells what was granted, and runs.
+/// The hot thread: asks for real time, reports what was granted, and runs.
 fn run_hot<C: Fn() -> u64>(
     mut hot: Hot<C>,
     wanted: &RealtimeConfig,
@@ -304,7 +304,7 @@ struct Others {
     recording: Option<Recording>,
 }
 
-/// Gathers the threads and prints what they did. What went wrong first is what is told.
+/// Gathers the threads and prints what they did. What went wrong first is what is reported.
 fn finish(
     cli: &Cli,
     (hot, port): (HotThread, PortThread),

@@ -1,4 +1,4 @@
-//! What is known of the daemon in; what clients are told when they come, and what their sockets tell the board, out.
+//! What is known of the daemon in; what clients are sent when they come, and what their sockets report to the board, out.
 
 use crate::settings::Settings;
 use grip_daemon::{
@@ -8,7 +8,7 @@ use grip_daemon::{
 };
 use grip_link::message::daemon::RealTime;
 
-/// What a client is told when it comes.
+/// What a client is sent when it comes.
 pub(crate) fn about(settings: &Settings, run_id: u32, granted: &Granted) -> About {
     let real_time = if granted.refused().next().is_some() {
         RealTime::Partly
@@ -20,7 +20,7 @@ pub(crate) fn about(settings: &Settings, run_id: u32, granted: &Granted) -> Abou
     About { real_time, ..settings.client_about(run_id) }
 }
 
-/// What the sockets tell the board.
+/// What the sockets report to the board.
 pub(crate) fn clients(clients: &Clients, commands_lost: u64) -> ClientCounts {
     let counters = clients.counters();
     ClientCounts {

@@ -27,7 +27,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse()) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            // A standard error that takes nothing must not turn the reason into a panic; the exit code tells it too.
+            // A standard error that takes nothing must not turn the reason into a panic; the exit code reports it too.
             let _reported = writeln!(io::stderr(), "gripd: {}", exit::message(error.as_ref()));
             Exit::of_any(error.as_ref(), is_argument).into()
         }

@@ -23,7 +23,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// Stack of the thread (bytes).
 const STACK: usize = 512 * 1024;
 
-/// What the recorder tells the service thread.
+/// What the recorder reports to the service thread.
 #[derive(Debug)]
 pub(crate) enum Reported {
     /// A file was begun.
@@ -47,7 +47,7 @@ pub(crate) struct Recording {
 /// How the service thread talks with it.
 #[derive(Debug)]
 pub(crate) struct Recorded {
-    /// What it tells.
+    /// What it reports.
     pub(crate) reported: Receiver<Reported>,
     /// Another configuration, model or calibration.
     pub(crate) attach: Sender<Attached>,

@@ -61,7 +61,7 @@ pub(crate) struct ServiceEnds {
     pub(crate) inbox: Inbox,
     /// Counters of the hot thread.
     pub(crate) pulses: Consumer<HotCounters>,
-    /// News of the port.
+    /// Updates of the port.
     pub(crate) ports: Receiver<PortUpdate>,
     /// Settings to be put in force.
     pub(crate) settings: Producer<Box<hot::Settings>>,
@@ -69,9 +69,9 @@ pub(crate) struct ServiceEnds {
     pub(crate) replaced: Consumer<Box<hot::Settings>>,
     /// Commands of clients.
     pub(crate) commands: Producer<ClientCommand>,
-    /// What the recorder tells, where there is one.
+    /// What the recorder reports, where there is one.
     pub(crate) recorded: Option<Recorded>,
-    /// What the thread of the rows has to say, where rows are the sensor.
+    /// What the thread of the rows has to report, where rows are the sensor.
     pub(crate) rows: Option<Receiver<String>>,
     /// The way back to their program.
     pub(crate) back: Option<Back>,
@@ -111,7 +111,7 @@ pub(crate) struct Service {
     notify: Notify,
     reload: Arc<AtomicBool>,
     figures_us: u64,
-    /// It was told that dumps have no folder.
+    /// It was reported that dumps have no folder.
     no_folder: bool,
     /// What a reload asked for that is on its way to the hot thread.
     pending: VecDeque<Pending>,
@@ -145,7 +145,7 @@ impl Service {
         let flight = FlightRecorder::new(settings.dump_folder());
         let accepted = Accepted::open(settings.dump_folder()).unwrap_or_else(|error| {
             let text = format!("models that were in force here are not known: {error}");
-            console.say(LogLevel::Warn, &text);
+            console.log(LogLevel::Warn, &text);
             Accepted::default()
         });
         let reload = Arc::new(AtomicBool::new(false));
@@ -171,14 +171,14 @@ impl Service {
         })
     }
 
-    /// Says a sentence before anything runs.
-    pub(crate) fn say(&mut self, level: LogLevel, text: &str) {
-        self.console.say(level, text);
+    /// Reports a sentence before anything runs.
+    pub(crate) fn log(&mut self, level: LogLevel, text: &str) {
+        self.console.log(level, text);
     }
 
     /// What the hot thread was granted, as soon as it has asked.
     pub(crate) fn granted(&mut self, granted: &Receiver<Granted>) {
-        // The thread ended before it could ask: what it says at its end is told instead.
+        // The thread ended before it could ask: what it reports at its end is reported instead.
         let Ok(granted) = granted.recv() else { return };
         for attempt in granted.attempts() {
             let refused = match attempt.outcome {
@@ -187,7 +187,7 @@ impl Service {
                 Outcome::Refused(error) => Some(error.to_string()),
             };
             let level = if refused.is_some() { LogLevel::Warn } else { LogLevel::Info };
-            self.console.say(level, &format!("real time: {attempt}"));
+            self.console.log(level, &format!("real time: {attempt}"));
             let what = attempt.measure.name().to_owned();
             self.board.about.grants.push(Grant { what, refused });
         }
@@ -210,7 +210,7 @@ impl Service {
         self.console.clear_status();
     }
 
-    /// Says goodbye to clients; what the hot thread told and did not fit.
+    /// Takes leave of clients; what the hot thread reported and did not fit.
     pub(crate) fn close(mut self) -> Dropped {
         if let Some(clients) = &mut self.servers.clients {
             clients.close(self.clock.now_us());
@@ -235,7 +235,7 @@ impl Service {
             self.console.port(&updates);
         }
         for text in self.ends.rows.iter().flat_map(Receiver::try_iter) {
-            self.console.say(LogLevel::Warn, &text);
+            self.console.log(LogLevel::Warn, &text);
         }
         self.receive_recorder();
         self.serve_objects();
@@ -263,7 +263,7 @@ impl Service {
             Some(clients) => {
                 if let Err(error) = clients.poll(now_us, pause) {
                     self.console
-                        .say(LogLevel::Error, &format!("clients cannot be served: {error}"));
+                        .log(LogLevel::Error, &format!("clients cannot be served: {error}"));
                     sleep(pause);
                 }
             }
@@ -313,7 +313,7 @@ impl Service {
             Ok(Dumped::NoFolder | Dumped::TooMany) => return,
             Err(error) => (LogLevel::Warn, message(&error)),
         };
-        self.console.say(level, &text);
+        self.console.log(level, &text);
     }
 
     fn receive_recorder(&mut self) {
@@ -325,22 +325,22 @@ impl Service {
                     let text = format!("recording to {}", file.display());
                     state.file = Some(file);
                     state.failure = None;
-                    self.console.say(LogLevel::Info, &text);
+                    self.console.log(LogLevel::Info, &text);
                 }
                 Reported::Stopped(reason) => {
                     state.file = None;
                     state.failure = Some(reason.clone());
                     let text = format!("{reason}; the object is held without a recording");
-                    self.console.say(LogLevel::Error, &text);
+                    self.console.log(LogLevel::Error, &text);
                 }
                 Reported::Deleted(file) => {
                     let text =
                         format!("deleted {}: newer recordings need the room", file.display());
-                    self.console.say(LogLevel::Info, &text);
+                    self.console.log(LogLevel::Info, &text);
                 }
                 Reported::Kept(file, reason) => {
                     let text = format!("cannot delete {}: {reason}", file.display());
-                    self.console.say(LogLevel::Warn, &text);
+                    self.console.log(LogLevel::Warn, &text);
                 }
                 Reported::Counters(counters) => {
                     state.files = u64::from(counters.files);
@@ -360,10 +360,10 @@ impl Service {
         self.board.clients.bad_commands = self.commands_lost;
     }
 
-    /// Reads the settings again where that was asked for, and hears what became of those that were sent.
+    /// Reads the settings again where that was asked for, and receives what became of those that were sent.
     fn receive_settings(&mut self) {
         while let Ok(replaced) = self.ends.replaced.pop() {
-            // What happened before is told before.
+            // What happened before is reported before.
             self.drain();
             match self.pending.pop_front() {
                 None => {}
@@ -384,7 +384,7 @@ impl Service {
             if let Err(error) = self.reload() {
                 self.board.about.reloads.1 += 1;
                 let text = format!("the settings in force stay: {}", message(error.as_ref()));
-                self.console.say(LogLevel::Error, &text);
+                self.console.log(LogLevel::Error, &text);
             }
             self.notify.ready();
         }
@@ -408,7 +408,7 @@ impl Service {
             self.settings = settings;
             (LogLevel::Info, format!("the new settings are in force: {}", changes.join(", ")))
         };
-        self.console.say(level, &text);
+        self.console.log(level, &text);
         if refused.is_none() {
             self.settings_changed(changes.iter().any(|change| change.starts_with("model: ")));
         }
@@ -418,7 +418,7 @@ impl Service {
     fn reload(&mut self) -> anyhow::Result<()> {
         let reload = self.settings.reload()?;
         if reload.changes.is_empty() {
-            self.console.say(LogLevel::Info, "nothing has changed in the settings");
+            self.console.log(LogLevel::Info, "nothing has changed in the settings");
             return Ok(());
         }
         let files = reload.settings.attachments()?;
@@ -426,7 +426,7 @@ impl Service {
         let changes: Vec<String> = live.map(ToString::to_string).collect();
         for key in &reload.restart {
             let text = format!("{key} has changed; it is taken over at the next start");
-            self.console.say(LogLevel::Warn, &text);
+            self.console.log(LogLevel::Warn, &text);
         }
         let config = reload.settings.live();
         let settings = hot::Settings { config, estimator: reload.estimator, refused: None };
@@ -441,7 +441,7 @@ impl Service {
         Ok(())
     }
 
-    /// Configuration, model and calibration for the recording. A recorder that has ended is told of elsewhere, and what cannot be read
+    /// Configuration, model and calibration for the recording. A recorder that has ended is reported elsewhere, and what cannot be read
     /// any more was read before.
     fn attach(&self, files: &anyhow::Result<Vec<Attached>>) {
         if let (Some(recorded), Ok(files)) = (&self.ends.recorded, files) {

@@ -245,7 +245,7 @@ impl Settings {
         self.config.keys().map_err(|error| error.to_string())
     }
 
-    /// What clients are told of models and settings; `reloads` is the number of reloads so far.
+    /// What clients are sent of models and settings; `reloads` is the number of reloads so far.
     pub(crate) fn setup(&self, reloads: u64) -> Setup {
         let name = self.config.model.as_deref().and_then(Path::file_name);
         Setup {
@@ -301,7 +301,7 @@ impl Settings {
         }
     }
 
-    /// What clients are told when they come; `run_id` differs from start to start.
+    /// What clients are sent when they come; `run_id` differs from start to start.
     pub(crate) fn client_about(&self, run_id: u32) -> clients::About {
         clients::About {
             name: PROGRAM.to_owned(),

@@ -22,7 +22,7 @@ pub(crate) struct Cli {
     /// Where gripd records; with fleet.recordings these are given away.
     #[arg(long, env = "GRIPD_RECORD", value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
-    /// How much to say on standard error: error, warn, info or debug.
+    /// How much to report on standard error: error, warn, info or debug.
     #[arg(long, env = "GRIPD_LOG", value_name = "LEVEL")]
     pub(crate) log_level: Option<String>,
     /// Check the configuration and stop.

@@ -50,8 +50,8 @@ impl Connection {
         // A connection that breaks now is one that is over.
         let _broken = stream.write_all(&bridge.subscribe(fleet.samples_every));
         let shown = toml::to_string(config).context("the configuration cannot be written")?;
-        let (say, messages) = mpsc::channel();
-        let common = Common::new(say);
+        let (sender, messages) = mpsc::channel();
+        let common = Common::new(sender);
         let (sender, outgoing) = mpsc::sync_channel(ON_THE_WAY);
         let (order, orders) = mpsc::channel();
         let (answer, answers) = mpsc::channel();

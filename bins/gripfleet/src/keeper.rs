@@ -205,7 +205,7 @@ impl Keeper {
         self.common.kept().received = self.bridge.last_received();
     }
 
-    /// Nothing arrives before it was sent at `host_us` (us): the start of gripd is no later than that says. A greeting may have been read late.
+    /// Nothing arrives before it was sent at `host_us` (us): the start of gripd is no later than that states. A greeting may have been read late.
     fn began_by(&self, host_us: u64) {
         let start_ns = self.clock.wall_ns().saturating_sub(host_us.saturating_mul(1000));
         let mut kept = self.common.kept();

@@ -30,7 +30,7 @@ const PARTS: [Part; 4] = [Part::About, Part::Command, Part::Model, Part::Recordi
 /// Commands that wait for the daemon; it answers within milliseconds.
 const MOST_ORDERS: usize = 32;
 
-/// What a gripper says of itself, and what it takes.
+/// What a gripper reports of itself, and what it takes.
 pub(super) struct Place {
     pub(super) site: Site,
     /// The configuration at the start, as text.
@@ -262,7 +262,7 @@ impl Speaker {
         });
     }
 
-    /// Tells of an answer that the session did not take.
+    /// Reports an answer that the session did not take.
     fn report(&self, sent: Result<(), NetError>) {
         if let Err(error) = sent {
             self.common.report(LogLevel::Warn, &message(&error));

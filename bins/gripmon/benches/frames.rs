@@ -72,7 +72,7 @@ fn curves() {
     bench.run("the same, 20 ms seen", few);
 }
 
-/// The table of many grippers, each of which has told something new before each frame.
+/// The table of many grippers, each of which has shown something new before each frame.
 #[cfg(feature = "fleet")]
 fn fleet() {
     use fleet_fixture::{many, member, of, reported, state};
@@ -121,7 +121,7 @@ const TWELVE: [Channel; 12] = [
     Channel::OwnEstimate,
 ];
 
-/// Twelve channels that grow at 20 kHz while every plot is seen, with everything else that a daemon tells and the scope derives: 33 ms of it
+/// Twelve channels that grow at 20 kHz while every plot is seen, with everything else that a daemon reports and the scope derives: 33 ms of it
 /// come before each frame.
 fn live() {
     let mut model = fixture::grasp();

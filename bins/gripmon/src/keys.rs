@@ -13,7 +13,7 @@ pub struct Binding {
     pub modifiers: Modifiers,
     /// How the overlay writes it.
     pub shown: &'static str,
-    /// What it does, as the overlay says it.
+    /// What it does, as the overlay states it.
     pub does: &'static str,
     /// Title of its part of the overlay.
     pub part: &'static str,

@@ -131,7 +131,7 @@ pub enum LayoutError {
         /// Why, with the place.
         source: Box<toml::de::Error>,
     },
-    /// It cannot be told as text.
+    /// It cannot be reported as text.
     #[error("the layout cannot be written: {0}")]
     Write(#[from] toml::ser::Error),
 }
@@ -153,7 +153,7 @@ impl Layout {
     /// A layout from its text. Plots that it does not name follow unseen, numbers out of range take the nearest that is not.
     ///
     /// # Errors
-    /// What TOML says.
+    /// What TOML states.
     pub fn parse(text: &str) -> Result<Self, Box<toml::de::Error>> {
         Ok(toml::from_str::<Self>(text).map_err(Box::new)?.mended())
     }

@@ -1,6 +1,6 @@
 //! Everything about looks: the colours of both themes, sizes of text and spacing.
 //!
-//! Series take the colours of Okabe and Ito, which the colour-blind can tell apart, darkened on white and lightened on black until
+//! Series take the colours of Okabe and Ito, which the colour-blind can distinguish, darkened on white and lightened on black until
 //! each has a contrast of at least 3 to its background (a test measures it). A colour never stands alone: every series has its name beside
 //! it, every event its word.
 

@@ -29,7 +29,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// How long the window is let in.
 const YIELD: Duration = Duration::from_micros(500);
 
-/// What the window tells the pump.
+/// What the window reports to the pump.
 #[derive(Debug, Default)]
 pub struct Watch {
     /// The view stands still.
@@ -60,7 +60,7 @@ impl Pump {
         Ok(Self { watch, thread: Some(thread) })
     }
 
-    /// What the window tells it.
+    /// What the window reports to it.
     #[must_use]
     pub fn watch(&self) -> &Watch {
         &self.watch
@@ -78,13 +78,13 @@ impl Drop for Pump {
         self.watch.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // A thread that has panicked has nothing left to say.
+            // A thread that has panicked has nothing left to report.
             let _ended = thread.join();
         }
     }
 }
 
-/// A panic here is a fault of this program: told as a state, so that nobody takes a view that stands still for one that is live.
+/// A panic here is a fault of this program: reported as a state, so that nobody takes a view that stands still for one that is live.
 fn guarded(shared: &Shared, ctx: &Context, run: impl FnOnce()) {
     // What the model holds was put there item by item; a lock that was held is taken over.
     if panic::catch_unwind(AssertUnwindSafe(run)).is_err() {

@@ -90,7 +90,7 @@ impl Scope {
         self.frames
     }
 
-    /// Draws a frame, fulfils what the user asks for in it, and tells what is left to be done.
+    /// Draws a frame, fulfils what the user asks for in it, and reports what is left to be done.
     pub fn ui(&mut self, ui: &mut Ui) -> Vec<Effect> {
         self.frames += 1;
         let theme = if self.state.layout.theme == Look::Dark { Theme::Dark } else { Theme::Light };

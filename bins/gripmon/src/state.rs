@@ -91,7 +91,7 @@ pub struct ViewState {
     pub no_pointer: bool,
     /// What was done or failed last.
     pub message: Option<Message>,
-    /// What was told of a command, until gripper or source are otherwise.
+    /// What was reported of a command, until gripper or source are otherwise.
     pub sent: Option<(Message, Standing)>,
 }
 
@@ -173,18 +173,18 @@ impl ViewState {
         self.values.iter().find(|(id, _)| *id == strip).map(|(_, scale)| *scale)
     }
 
-    /// Says what was done.
+    /// Reports what was done.
     pub fn report(&mut self, text: impl Into<String>) {
         self.message = Some(Message { text: text.into(), is_error: false });
     }
 
-    /// Says what was sent, until gripper or source are otherwise.
+    /// Reports what was sent, until gripper or source are otherwise.
     pub fn report_sent(&mut self, text: impl Into<String>, model: &Model) {
         self.report(text);
         self.sent = self.message.clone().map(|message| (message, Standing::now(model)));
     }
 
-    /// Takes away what was told of a command where gripper or source are otherwise since.
+    /// Takes away what was reported of a command where gripper or source are otherwise since.
     pub fn forget_sent(&mut self, model: &Model) {
         let now = Standing::now(model);
         if let Some((message, _)) = self.sent.take_if(|(_, then)| *then != now)
@@ -194,7 +194,7 @@ impl ViewState {
         }
     }
 
-    /// Says what failed.
+    /// Reports what failed.
     pub fn complain(&mut self, text: impl Into<String>) {
         self.message = Some(Message { text: text.into(), is_error: true });
     }

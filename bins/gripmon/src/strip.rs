@@ -138,7 +138,7 @@ fn bands() -> Vec<Curve> {
     threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
 }
 
-/// The two curves between which the value of a plot's curve lies. Sources tell no bounds: those that there are belong to the values of the
+/// The two curves between which the value of a plot's curve lies. Sources report no bounds: those that there are belong to the values of the
 /// scope's own observer, which may have other settings than the source.
 #[must_use]
 pub const fn enclosure(channel: Channel) -> Option<(Channel, Channel)> {
@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// A source that says other values than the scope's own observer.
+    /// A source that states other values than the scope's own observer.
     fn disagreeing() -> Model {
         let kind = Reading::Literal;
         let esc = |value: f32| EscPoint { kind, value, low: 0.4, high: 0.6, flags: 0 };

@@ -1,4 +1,4 @@
-//! A file that says how the window shall look and where it shall look: arrangements to share, and pictures that can be made again.
+//! A file that states how the window shall look and where it shall look: arrangements to share, and pictures that can be made again.
 
 use crate::layout::{Layout, LayoutError};
 use crate::state::ViewState;

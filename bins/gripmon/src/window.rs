@@ -74,7 +74,7 @@ pub(crate) fn show(
 /// The sentence with which a window ends, where it has failed.
 pub(crate) type Outcome = Arc<Mutex<Option<String>>>;
 
-/// What the command line and the files that it names say of the window.
+/// What the command line and the files that it names state of the window.
 pub(crate) struct Start {
     pub(crate) layout: Layout,
     pub(crate) remember: Remember,
@@ -123,7 +123,7 @@ fn last_part(message: &str) -> &str {
     message.rsplit(": ").next().unwrap_or(message)
 }
 
-/// The program is told to end: it ends as it would without us, once the arrangement is written.
+/// The program is asked to end: it ends as it would without us, once the arrangement is written.
 fn reported_to_end(signal: i32, written: Result<(), LayoutError>) {
     if let Err(error) = written {
         reported_last(&error);

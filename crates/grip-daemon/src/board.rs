@@ -43,7 +43,7 @@ pub struct Grant {
     pub refused: Option<String>,
 }
 
-/// What the sockets tell.
+/// What the sockets report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct ClientCounts {
     /// Clients connected now.
@@ -58,7 +58,7 @@ pub struct ClientCounts {
     pub bad_commands: u64,
 }
 
-/// What the recorder tells.
+/// What the recorder reports.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecordingState {
     /// The file that is written; `None` where nothing is recorded.
@@ -86,7 +86,7 @@ pub struct EventCounts {
     pub health: u64,
 }
 
-/// What the link has told.
+/// What the link has shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkBoard {
     /// State of the host's side.

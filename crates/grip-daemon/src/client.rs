@@ -195,7 +195,7 @@ impl Client {
         self.send(&bytes)
     }
 
-    /// Asks the gripper to do something; ACK says that it was passed on, NOTICE that it was carried out.
+    /// Asks the gripper to do something; ACK states that it was passed on, NOTICE that it was carried out.
     ///
     /// # Errors
     /// [`ClientError`].
@@ -204,7 +204,7 @@ impl Client {
         self.send(&bytes)
     }
 
-    /// Brings a piece of a model; ACK of the last one says that the model is in force.
+    /// Brings a piece of a model; ACK of the last one states that the model is in force.
     ///
     /// # Errors
     /// [`ClientError`].
@@ -222,7 +222,7 @@ impl Client {
         self.send(&bytes)
     }
 
-    /// Names the object that is grasped next; ACK says that the name stands.
+    /// Names the object that is grasped next; ACK states that the name stands.
     ///
     /// # Errors
     /// [`ClientError`].

@@ -63,7 +63,7 @@ impl Exposition {
         }
     }
 
-    /// A metric of value 1 whose labels say something.
+    /// A metric of value 1 whose labels state something.
     pub fn info(&mut self, (name, help): (&str, &str), labels: &[(&str, &str)]) {
         self.header("gauge", name, help);
         self.write(format_args!("{name}{{"));

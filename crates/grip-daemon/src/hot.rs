@@ -1,6 +1,6 @@
 //! The hot thread: read -> decode -> pipeline -> write, paced by the data.
 //!
-//! Once a gripper is attached nothing here allocates, locks, logs or waits for anything but bytes; what there is to tell goes into rings.
+//! Once a gripper is attached nothing here allocates, locks, logs or waits for anything but bytes; what there is to report goes into rings.
 //! Lines come from another thread, which finds and opens them, and go back to it when they are lost.
 
 use crate::{
@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 /// Counters are copied this often (us).
 const PULSE_EVERY_US: u64 = 250_000;
-/// Without clients and recording, states are told this often (us).
+/// Without clients and recording, states are reported this often (us).
 const STATE_EVERY_US: u64 = 20_000;
 /// Late commands closer together than this (us) are one episode.
 const LATE_EPISODE_US: u64 = 1_000_000;
@@ -38,7 +38,7 @@ const INPUT: usize = 4096;
 /// Why the loop cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum HotError {
-    /// The link closed before a gripper was ever attached, and the loop was not told to be patient.
+    /// The link closed before a gripper was ever attached, and the loop was not asked to be patient.
     #[error("{}", explain(.0))]
     Closed(CloseReason),
     /// The settings do not fit the gripper.
@@ -56,7 +56,7 @@ enum Break {
 }
 
 impl From<PortError> for Break {
-    /// What the system says of a line that is gone helps nobody: it is looked for again, and the search says why it is not found.
+    /// What the system states of a line that is gone helps nobody: it is looked for again, and the search states why it is not found.
     fn from(_: PortError) -> Self {
         Self::Line
     }
@@ -68,7 +68,7 @@ impl From<SessionError> for Break {
     }
 }
 
-/// What other threads see and say; none of it is waited for.
+/// What other threads see and state; none of it is waited for.
 #[derive(Debug, Default)]
 pub struct Shared {
     /// Set to end the loop.
@@ -192,7 +192,7 @@ impl<C: Fn() -> u64> Hot<C> {
         (self.clock)() / 1000
     }
 
-    /// Runs until it is told to stop or its time is over. A lost line is given back and the next one waited for.
+    /// Runs until it is asked to stop or its time is over. A lost line is given back and the next one waited for.
     ///
     /// # Errors
     /// Where a gripper cannot be worked with, or never answered and the loop is not patient.
@@ -338,7 +338,7 @@ impl<C: Fn() -> u64> Hot<C> {
         put(&mut self.ends, &Item::Wire { host_us, to_device: true, bytes });
     }
 
-    /// Writes what the link itself has to say, one frame a write.
+    /// Writes what the link itself has to report, one frame a write.
     fn transmit(&mut self, line: &mut Line) -> Result<(), PortError> {
         let mut out = [0; MAX_WIRE];
         let host_us = self.now_us();

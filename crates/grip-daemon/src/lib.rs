@@ -1,6 +1,6 @@
 //! Bytes of a gripper and the time in; force commands, recordings, news for clients and figures out: what runs inside gripd.
 //!
-//! One hot thread is paced by the data; what it has to tell goes as [`Item`]s through bounded rings to threads that may wait.
+//! One hot thread is paced by the data; what it has to report goes as [`Item`]s through bounded rings to threads that may wait.
 
 pub mod board;
 pub mod client;

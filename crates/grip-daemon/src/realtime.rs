@@ -236,7 +236,7 @@ mod tests {
                 let text = attempt.to_string();
                 assert!(text.contains("refused") && text.contains("Limit"), "{text}");
             }
-            // Machines may raise the limits of everyone; then nothing is refused, and that is told.
+            // Machines may raise the limits of everyone; then nothing is refused, and that is reported.
             assert_eq!(granted.check(RealtimeMode::Strict).is_ok(), refused.is_empty());
             assert!(granted.check(RealtimeMode::Warn).is_ok());
             if outcome(&granted, Measure::Priority) == Outcome::Refused(Errno::PERM) {

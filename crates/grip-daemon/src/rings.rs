@@ -165,7 +165,7 @@ pub fn rings(sizes: Sizes) -> (Outbox, Inbox) {
     let evidence = RingBuffer::new(EVIDENCE);
     let commands = RingBuffer::new(sizes.frames);
     let clients = RingBuffer::new(RARE);
-    // The gripper tells its state with every frame.
+    // The gripper reports its state with every frame.
     let links = RingBuffer::new(RARE + sizes.frames);
     let chunks = RingBuffer::new(2 * sizes.frames);
     let bytes = RingBuffer::new(sizes.wire);
@@ -221,7 +221,7 @@ impl Outbox {
     pub fn put(&mut self, item: &Item<'_>) {
         let (token, fits) =
             if self.tokens.is_full() { (Self::token(item), false) } else { self.put_value(item) };
-        // The token last: it tells the other end that the rest is there.
+        // The token last: it shows the other end that the rest is there.
         if fits && self.tokens.push(token).is_ok() {
             return;
         }

@@ -154,7 +154,7 @@ json_object! {
     }
 }
 
-/// An event and when it was heard.
+/// An event and when it was received.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct At {
     /// Host time since the start (s).

@@ -14,7 +14,7 @@ use std::sync::{
 /// The thread looks this often whether it is to end, or a line was lost.
 const LOOK_EVERY: Duration = Duration::from_millis(25);
 
-/// What the configuration says of `auto`, for the search.
+/// What the configuration states of `auto`, for the search.
 #[must_use]
 pub fn usb_filter(config: &grip_session::config::UsbFilter) -> UsbFilter {
     let grip_session::config::UsbFilter { vid, pid, serial, product } = config.clone();
@@ -24,7 +24,7 @@ pub fn usb_filter(config: &grip_session::config::UsbFilter) -> UsbFilter {
 /// What a person may want to know of the search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PortUpdate {
-    /// There is no line, and why; told once for each reason.
+    /// There is no line, and why; reported once for each reason.
     Waiting(String),
     /// A line is open. FTDI adapters gather bytes for so long (ms) before they hand them over; `None` for others.
     Opened {
@@ -68,7 +68,7 @@ pub struct Supply {
     ends: SupplyEnds,
     backoff: Backoff,
     attached: bool,
-    /// The last reason that was told.
+    /// The last reason that was reported.
     reported: Option<String>,
 }
 
@@ -79,10 +79,10 @@ impl Supply {
         Self { lines, patient, ends, backoff: Backoff::default(), attached: false, reported: None }
     }
 
-    /// Runs until it is told to stop.
+    /// Runs until it is asked to stop.
     ///
     /// # Errors
-    /// Where the first line cannot be had and nobody wants to wait, or the choice of the port is a mistake; the loop is then told to stop.
+    /// Where the first line cannot be had and nobody wants to wait, or the choice of the port is a mistake; the loop is then asked to stop.
     pub fn run(mut self) -> Result<(), PortError> {
         while !self.stops() {
             let line = match &mut self.lines {

@@ -202,7 +202,7 @@ fn rotated_files_stand_for_themselves_and_follow_each_other() {
     let (_, received, outcome) = replay(&files);
     outcome.unwrap();
     assert_eq!((&received.replayed, &received.notes), (&live(&items), &Vec::new()));
-    // One alone is readable, and says what it is.
+    // One alone is readable, and states what it is.
     let (tape, received, outcome) = replay(files.get(1..2).unwrap());
     outcome.unwrap();
     assert!(tape.summary().mid_run && tape.summary().samples > 1000);
@@ -254,7 +254,7 @@ fn a_recording_is_never_overwritten() {
     let file = folder.path().join("run.mcap");
     for _ in 0..3 {
         let recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
-        // Another daemon that is told the same name takes another one, also while this one is written.
+        // Another daemon that is given the same name takes another one, also while this one is written.
         recorder.finish().unwrap();
     }
     assert_eq!(files(folder.path()).len(), 3);

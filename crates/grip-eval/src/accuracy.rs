@@ -1,4 +1,4 @@
-//! An estimator and generated objects that its training never saw in; how often it says the adequate force out.
+//! An estimator and generated objects that its training never saw in; how often it reports the adequate force out.
 //!
 //! Each row is a slip of an object of its own: mass, friction, surface and force are drawn for it. Another seed than
 //! [`TRAINING_SEED`] therefore holds out by object.
@@ -117,7 +117,7 @@ fn share(part: usize, of: usize) -> f64 {
     share
 }
 
-/// An object and what the estimator says of it.
+/// An object and what the estimator shows of it.
 struct Answer {
     row: Row,
     estimate: Option<ForceEstimate>,

@@ -3,7 +3,7 @@
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
 //!    Where that is not stationary, the edges of motions and what is loud are left out (`quiet`); what is loud counts
 //!    as unexplained, for the thresholds too, and may be a tenth of the rest at most; none of it that is longer than a
-//!    knock may go on in motion, where it cannot be told from motion.
+//!    knock may go on in motion, where it cannot be distinguished from motion.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
 //!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
@@ -50,7 +50,7 @@ const AFTER_S: f64 = 1.0;
 const MOST_UNEXPLAINED: f64 = 0.1;
 /// Share of unusable readings above which a stylus is not healthy.
 const UNUSABLE: f64 = 1e-3;
-/// Start in which the floor is learned to tell rest from motion (s).
+/// Start in which the floor is learned to distinguish rest from motion (s).
 const START_S: f64 = 1.5;
 /// Tests that have a threshold: the energy of each band and the cumulative sum.
 const TESTS: usize = BANDS + 1;
@@ -362,7 +362,7 @@ fn steady_floor(
     let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
     for part in rest.chunks(rest.len().div_ceil(PARTS).max(1)) {
         let part = measure(config, part.iter().copied())?;
-        // An eighth that is nearly all motion says nothing about rest.
+        // An eighth that is nearly all motion shows nothing about rest.
         if seconds_of(part.samples(), config) < 0.1 * REST_S {
             continue;
         }
@@ -551,7 +551,7 @@ fn set_thresholds(
     evidence.extrapolation = tests * interval_s / judged_s.max(1.0);
 }
 
-/// Peaks of a test in rising order, from the seconds in which it was heard.
+/// Peaks of a test in rising order, from the seconds in which it was received.
 fn peaks(seconds: &[[f32; TESTS]], test: usize) -> Vec<f32> {
     let mut peaks: Vec<f32> =
         seconds.iter().filter_map(|s| s.get(test).copied()).filter(|x| *x > 0.0).collect();

@@ -29,7 +29,7 @@ const NEAR: usize = 4;
 const CLUSTER_S: f64 = 1.0;
 /// Shares of the blocks above the levels that pairs are counted at: 1 of so many.
 const LEVELS: [usize; 8] = [10, 30, 100, 300, 1000, 3000, 10_000, 30_000];
-/// Expected pairs from which an upper bound says something; with fewer only what is sure counts: knocks and the like,
+/// Expected pairs from which an upper bound states something; with fewer only what is sure counts: knocks and the like,
 /// whose rare high blocks follow each other.
 const PAIRS: f64 = 10.0;
 const SURE: f64 = 0.999;

@@ -1,8 +1,8 @@
-//! What a gripper and its daemon are made of, as they tell it to those who ask: JSON in and out.
+//! What a gripper and its daemon are made of, as they report it to those who ask: JSON in and out.
 
 use serde::{Deserialize, Serialize};
 
-/// The answer of one gripper's daemon. A later one may tell more; what is not known is not read.
+/// The answer of one gripper's daemon. A later one may show more; what is not known is not read.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name and version of the daemon.

@@ -53,7 +53,7 @@ pub enum Incoming {
     Goodbye(String),
 }
 
-/// What a daemon says of itself.
+/// What a daemon reports of itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Greeting {
     /// Name and version.
@@ -86,7 +86,7 @@ pub struct LastReceived {
     slip: u32,
 }
 
-/// One connection to a daemon, as a client that hears everything but samples.
+/// One connection to a daemon, as a client that receives everything but samples.
 #[derive(Debug)]
 pub struct Bridge {
     decoder: Decoder,
@@ -106,7 +106,7 @@ struct Slips {
     /// Where the daemon was when it was last received from, before this connection and now.
     before: Option<LastReceived>,
     now: Option<LastReceived>,
-    /// The slips that come were before this connection: QUERY tells the last ones again.
+    /// The slips that come were before this connection: QUERY reports the last ones again.
     old: bool,
 }
 
@@ -191,7 +191,7 @@ impl Bridge {
         (self.seq, wire.get(..len).unwrap_or_default().to_vec())
     }
 
-    /// Takes bytes and hands out what they complete; what the daemon says of this connection is for nobody else. News of a gripper that has not said who it is have no name and are counted.
+    /// Takes bytes and hands out what they complete; what the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name and are counted.
     pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Incoming)) {
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
@@ -320,7 +320,7 @@ fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
     })
 }
 
-/// How many events were dropped, of what the daemon says of this connection alone; `None` for everything else.
+/// How many events were dropped, of what the daemon reports of this connection alone; `None` for everything else.
 fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
     let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
     match notice.kind {
@@ -385,7 +385,7 @@ mod tests {
     }
 
     impl Daemon {
-        fn say(&mut self, kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) {
+        fn send(&mut self, kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) {
             let (mut payload, mut out) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
             let len = write(&mut payload);
             let header = Header::new(Direction::ToHost, kind, self.seq, self.session);
@@ -397,17 +397,17 @@ mod tests {
         fn notice(&mut self, text: &str) {
             let (kind, text) = (NoticeKind::Link, text.as_bytes());
             let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
-            self.say(Kind::NOTICE, |out| notice.write(out).unwrap());
+            self.send(Kind::NOTICE, |out| notice.write(out).unwrap());
         }
 
         fn gripper(&mut self, uid: u8) {
             let gripper = Gripper { uid: [uid; 16], ..Gripper::NONE };
-            self.say(Kind::GRIPPER, |out| gripper.write(out).unwrap());
+            self.send(Kind::GRIPPER, |out| gripper.write(out).unwrap());
         }
 
         fn health(&mut self, samples: u64) {
             let health = Health { samples, ..Health::default() };
-            self.say(Kind::HEALTH, |out| health.write(out).unwrap());
+            self.send(Kind::HEALTH, |out| health.write(out).unwrap());
         }
     }
 
@@ -471,10 +471,10 @@ mod tests {
             host_us: 0,
             text: b"you read too slowly",
         };
-        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
-        daemon.say(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
+        daemon.send(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
+        daemon.send(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
-        daemon.say(Kind::NOTICE, |out| goodbye.write(out).unwrap());
+        daemon.send(Kind::NOTICE, |out| goodbye.write(out).unwrap());
         let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());
         bridge.receive(&daemon.wire, &mut |one| received.push(one));
         assert_eq!(received.len(), 3, "{received:?}");
@@ -499,14 +499,14 @@ mod tests {
             assert_eq!(got, command);
             let kind = Kind::COMMAND;
             match reason {
-                None => daemon.say(Kind::ACK, |out| Ack { kind, seq }.write(out).unwrap()),
+                None => daemon.send(Kind::ACK, |out| Ack { kind, seq }.write(out).unwrap()),
                 Some(reason) => {
-                    daemon.say(Kind::NACK, |out| Nack { kind, reason, seq }.write(out).unwrap());
+                    daemon.send(Kind::NACK, |out| Nack { kind, reason, seq }.write(out).unwrap());
                 }
             }
         }
         // Answers to something else are for nobody.
-        daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
+        daemon.send(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
         let mut received = Vec::new();
         bridge.receive(&daemon.wire, &mut |one| received.push(one));
         let refused = Incoming::Answer(4, Err(NackReason::Forbidden));
@@ -526,14 +526,14 @@ mod tests {
             real_time: RealTime::NotAsked,
             text: b"gripd x",
         };
-        daemon.say(Kind::WELCOME, |out| welcome.write(out).unwrap());
+        daemon.send(Kind::WELCOME, |out| welcome.write(out).unwrap());
         daemon.gripper(5);
         for number in [3, 4, 5, 6] {
             if number == 6 {
-                daemon.say(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 2 }.write(out).unwrap());
+                daemon.send(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 2 }.write(out).unwrap());
             }
             let slip = SlipReport { number, ..SlipReport::UNKNOWN };
-            daemon.say(Kind::SLIP, |out| slip.write(out).unwrap());
+            daemon.send(Kind::SLIP, |out| slip.write(out).unwrap());
         }
         let mut numbers = Vec::new();
         bridge.receive(&daemon.wire, &mut |incoming| match incoming {

@@ -8,7 +8,7 @@ const RUNS: usize = 64;
 /// Runs that a log is asked by: the gripper's computer may have lost the latest ones.
 const NAMED: usize = 8;
 
-/// What a receiver wants that has heard nothing yet.
+/// What a receiver wants that has received nothing yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Since {
     /// Everything that the gripper still has.
@@ -25,17 +25,17 @@ pub enum Verdict {
         /// Events before it that nobody has any more.
         missing: u64,
     },
-    /// It was told before.
+    /// It was reported before.
     Known,
     /// Others come before it: ask. It comes again with the answer.
     Early,
 }
 
-/// What one receiver has heard of one gripper.
+/// What one receiver has received of one gripper.
 #[derive(Clone, Debug)]
 pub struct Follower {
     since: Since,
-    /// The last event of each run, the run heard last at the end.
+    /// The last event of each run, the run received last at the end.
     received: VecDeque<EventId>,
     asking: bool,
     /// Something came while it was asking that the answer may not hold.
@@ -43,7 +43,7 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// A receiver that has heard nothing.
+    /// A receiver that has received nothing.
     #[must_use]
     pub const fn new(since: Since) -> Self {
         Self { since, received: VecDeque::new(), asking: false, again: false }
@@ -113,7 +113,7 @@ impl Follower {
         let before = self.received.iter().find(|last| last.run == id.run).map(|last| last.seq);
         let expected = match before {
             Some(seq) => seq + 1,
-            // What a gripper no longer had when it was first heard is not missed.
+            // What a gripper no longer had when it was first received is not missed.
             None if self.received.is_empty() => id.seq,
             None => 1,
         };
@@ -133,7 +133,7 @@ impl Follower {
         self.again = false;
     }
 
-    /// The last event that was told.
+    /// The last event that was reported.
     #[must_use]
     pub fn last(&self) -> Option<EventId> {
         self.received.back().copied()
@@ -274,7 +274,7 @@ mod tests {
         Restart,
         /// The computer too, and has lost the run that had just begun.
         Crash,
-        /// The number of the last event is told.
+        /// The number of the last event is reported.
         Reported,
     }
 
@@ -346,7 +346,7 @@ mod tests {
                     self.send(Fate::Arrives);
                     let lost = self.log.head().run;
                     self.restart(|run| run != lost);
-                    // What nobody has heard by then is gone.
+                    // What nobody has received by then is gone.
                     let Self { sent, got, .. } = self;
                     sent.retain(|id| id.run != lost || got.contains(id));
                 }

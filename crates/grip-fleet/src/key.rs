@@ -59,7 +59,7 @@ pub enum Part {
     About,
     /// Takes a command for the fingers.
     Command,
-    /// Takes a model, gives it back, and says how it does.
+    /// Takes a model, gives it back, and states how it does.
     Model,
     /// Answers with the recordings there are, and with what stands in them.
     Recordings,

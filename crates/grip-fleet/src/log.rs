@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(behind(0), [1, 2, 3, 4, 5, 6]);
         assert_eq!(behind(4), [5, 6]);
         assert!(behind(6).is_empty());
-        // A number that was lost with the end of the log: what is there was told before.
+        // A number that was lost with the end of the log: what is there was reported before.
         assert!(behind(9).is_empty());
     }
 
@@ -193,9 +193,9 @@ mod tests {
         assert_eq!(after(&both, &[EventId { run: 9, seq: 7 }]), [1, 2]);
         let unknown = EventId { run: 4, seq: 7 };
         assert_eq!(after(&both, &[unknown]), [1, 2, 3, 1, 2]);
-        // A run that only the receiver knows of: the one that it heard before counts.
+        // A run that only the receiver knows of: the one that it received before counts.
         assert_eq!(after(&both, &[unknown, EventId { run: 9, seq: 2 }]), [3, 1, 2]);
-        // Who wants what is new is told nothing of runs that were over before.
+        // Who wants what is new is sent nothing of runs that were over before.
         assert_eq!(seqs(both.from(both.place(&[unknown], Since::Now))), [1, 2]);
         let empty = log(4, 0, 1000);
         assert!(after(&empty, &[EventId { run: 4, seq: 0 }]).is_empty());

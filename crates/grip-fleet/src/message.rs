@@ -46,7 +46,7 @@ impl Message {
         Ok(Self { body: body.to_vec() })
     }
 
-    /// What the daemon says.
+    /// What the daemon reports.
     ///
     /// # Errors
     /// [`MessageError::Payload`], also for a type that is not known yet.

@@ -77,7 +77,7 @@ impl Spool {
         self.append_at(wire, WallTime::default())
     }
 
-    /// Numbers an event and keeps it. Where the disk refuses, it is kept in memory, and [`Spool::trouble`] says why.
+    /// Numbers an event and keeps it. Where the disk refuses, it is kept in memory, and [`Spool::trouble`] states why.
     pub fn append_at(&mut self, wire: Vec<u8>, at: WallTime) -> EventId {
         if let Some(disk) = &mut self.disk
             && let Err(source) = disk.write(&record(self.log.head(), at, &wire))

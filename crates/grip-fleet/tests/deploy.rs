@@ -195,7 +195,7 @@ fn in_force(session: &Session) -> BTreeSet<String> {
     (0..GRIPPERS).map(|number| ask(number).in_force.sha256).collect()
 }
 
-/// What each of them says to a model that is none for it; none of them takes it.
+/// What each of them states to a model that is none for it; none of them takes it.
 fn refusals(session: &Session, text: &str, sha256: &str) -> Vec<String> {
     let (name, bytes) = ("model.json".to_owned(), text.as_bytes().into());
     let order = Order::Take(Offer {
@@ -231,7 +231,7 @@ fn check(session: &Session, common: &Common) {
     check_lease(session, common);
 }
 
-/// What is no model for them: each says why, also in a roll-out, before anybody has it.
+/// What is no model for them: each states why, also in a roll-out, before anybody has it.
 fn check_none(session: &Session, had: &Had) {
     let default = digest(default_text().as_bytes());
     let text = default_text();

@@ -1,4 +1,4 @@
-//! A gripper as a node of ROS 2 beside a real router in this process: found by its tokens, heard under the names that subscribers of rmw_zenoh ask
+//! A gripper as a node of ROS 2 beside a real router in this process: found by its tokens, received under the names that subscribers of rmw_zenoh ask
 //! for, gone when it goes.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 

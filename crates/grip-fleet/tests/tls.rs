@@ -28,7 +28,7 @@ fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/examples/fleet")
 }
 
-/// Keys for everybody in the example; `false`, and told, where there is no openssl.
+/// Keys for everybody in the example; `false`, and reported, where there is no openssl.
 fn keys(folder: &Path) -> bool {
     match Command::new("openssl").arg("version").output() {
         Err(error) if error.kind() == ErrorKind::NotFound && env::var_os("CI").is_none() => {
@@ -100,7 +100,7 @@ fn member(uid: &str) -> Member {
 const ONE: &str = "00112233445566778899aabbccddeeff";
 const TWO: &str = "ffeeddccbbaa99887766554433221100";
 
-/// Says `about` and takes commands until the end, and publishes an event a turn.
+/// Reports `about` and takes commands until the end, and publishes an event a turn.
 fn play(session: &Session, member: &Member, end: &AtomicBool) {
     let mut announced = Announced::new(session, member, &[Part::About, Part::Command]).unwrap();
     let log = EventLog::new(1, ROOM);
@@ -143,7 +143,7 @@ fn each_does_what_it_is_there_for_and_nothing_else() {
     let (one, two) = (member(ONE), member(TWO));
     let end = AtomicBool::new(false);
     let [first, second] = ["gripper-1", "gripper-2"].map(|name| place.session(name));
-    // It has the key of another gripper than the one it says it is.
+    // It has the key of another gripper than the one it claims to be.
     let false_one = member("0000000000000000000000000000dead");
     thread::scope(|scope| {
         let ended = End(&end);

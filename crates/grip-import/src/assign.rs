@@ -1,6 +1,6 @@
 //! Streams of named numbers in, one recording and what was taken for what out.
 //!
-//! 1. `--map OURS=NAME` says what a signal is. `NAME` may be a group: `--map vibration=/imu.linear_acceleration` takes its axes,
+//! 1. `--map OURS=NAME` states what a signal is. `NAME` may be a group: `--map vibration=/imu.linear_acceleration` takes its axes,
 //!    `--map pressure=/skin.data` its items as taxels.
 //! 2. A signal with the name of a recording's column is that column.
 //! 3. Words: a vibration (`vib`, `piezo`, `mic`, ...), a normal force, an array of taxels. The three axes of the only acceleration are the
@@ -124,7 +124,7 @@ impl Assignment<'_> {
         self.signals().map(|(_, name)| name.to_owned()).collect()
     }
 
-    /// Takes a signal as `ours`, in the unit that its name or format says.
+    /// Takes a signal as `ours`, in the unit that its name or format states.
     fn take(&mut self, ours: &str, at: At, name: &str) {
         let base = match ours {
             "stylus" | "stylus2" | "travel_m" => Some("m"),
@@ -181,7 +181,7 @@ impl Assignment<'_> {
         Ok(())
     }
 
-    /// Signals whose names, or formats, say which column they are.
+    /// Signals whose names, or formats, state which column they are.
     fn by_name(&mut self) -> Result<(), ImportError> {
         for (at, name) in self.free() {
             let known = self.streams[at.0].known[at.1].clone();

@@ -14,10 +14,10 @@ pub enum ImportError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the operating system says.
+        /// What the operating system states.
         source: io::Error,
     },
-    /// The file is not what its name says, or not of a kind that is read.
+    /// The file is not what its name states, or not of a kind that is read.
     #[error("{}: {what}", file.display())]
     Unusable {
         /// The file.

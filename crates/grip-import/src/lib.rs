@@ -50,7 +50,7 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to say so.
+/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to name it.
 #[must_use]
 pub fn is_foreign(file: &Path) -> bool {
     ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))

@@ -42,7 +42,7 @@ impl Layout {
         Ok(Some(Self { finger: chosen, fingers }))
     }
 
-    /// Says which signals are those of the finger.
+    /// Reports which signals are those of the finger.
     pub(crate) fn apply(&self, mut stream: Stream) -> Stream {
         let finger = self.finger;
         stream.units.fill(Some("counts"));

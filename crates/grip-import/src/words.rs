@@ -1,6 +1,6 @@
 //! Names that people give to signals in, what they mean by them out.
 
-/// The part of a name that says what it is: behind topic and fields, without its unit.
+/// The part of a name that states what it is: behind topic and fields, without its unit.
 pub(crate) fn plain(name: &str) -> String {
     let last = name.rsplit(['.', '/']).next().unwrap_or(name).to_lowercase();
     last.split(['(', '[', '{']).next().unwrap_or_default().trim().replace([' ', '-'], "_")

@@ -18,7 +18,7 @@ use crate::message::Pong;
 const WINDOW: usize = 64;
 const OUTLIERS_TO_RESTART: u8 = 8;
 const OUTLIERS: usize = OUTLIERS_TO_RESTART as usize;
-/// Widest prior of the rate: beyond it the answers say nothing of it.
+/// Widest prior of the rate: beyond it the answers show nothing of it.
 const WIDEST: f64 = 0.2;
 /// Share of the time inside the MCU that a round trip is not known better than: its clock may run so far off.
 const INSIDE: f64 = 0.05;
@@ -79,7 +79,7 @@ pub struct ClockSync {
     /// The outliers since the last kept point, with their times of arrival.
     outliers: [(Pong, u64); OUTLIERS],
     in_a_row: u8,
-    /// Standard deviation of the rate about the nominal one, before the points say more.
+    /// Standard deviation of the rate about the nominal one, before the points show more.
     prior: f64,
     line: Option<Line>,
 }

@@ -11,7 +11,7 @@
 //! | 8 + len | 4 | u32 | CRC-32C of bytes 0 .. 8 + len | |
 //!
 //! All integers are little-endian. HELLO and IDENT keep this header and their first two payload bytes in
-//! every version, so that two programs that share no version can still say so.
+//! every version, so that two programs that share no version can still report it.
 
 use crate::PROTOCOL;
 use crate::cobs;

@@ -99,7 +99,7 @@ impl Layer {
 /// A title, two axes and layers, the first one at the back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What the chart says.
+    /// What the chart states.
     pub title: String,
     /// The horizontal axis.
     pub x: Axis,
@@ -132,7 +132,7 @@ pub enum PlotError {
         "the chart \"{0}\" mixes bars with other layers or names, or puts them on a logarithmic axis"
     )]
     MixedBars(String),
-    /// The name of the file says neither .svg nor .png.
+    /// The name of the file states neither .svg nor .png.
     #[error("{0}: a chart is written as .svg or .png")]
     UnknownFormat(String),
     /// The picture could not be made.
@@ -179,7 +179,7 @@ impl Chart {
         draw::png(self).map_err(PlotError::Draw)
     }
 
-    /// Writes `file`, as its ending says: .svg or .png.
+    /// Writes `file`, as its ending states: .svg or .png.
     ///
     /// # Errors
     /// As [`Chart::png`], and where the file has another ending or cannot be written.

@@ -2,7 +2,7 @@
 //!
 //! What is worse than on Linux: waits are whole milliseconds; a write waits for room up to 20 ms, or as long as the driver
 //! blocks; a read that finds nothing allocates; all ports count as UARTs, so commands are spaced for the baud rate; a device is not
-//! told apart from another one at the same name where it has neither a serial number nor a known socket.
+//! distinguished from another one at the same name where it has neither a serial number nor a known socket.
 
 use crate::{
     LineKind, PortError, PortInfo,
@@ -38,7 +38,7 @@ impl Places {
         Ok(ports)
     }
 
-    /// What the system says of the port at `path`.
+    /// What the system states of the port at `path`.
     #[must_use]
     pub fn look_up(&self, path: &Path) -> Option<PortInfo> {
         self.ports().ok()?.into_iter().find(|port| port.path == path)
@@ -76,7 +76,7 @@ pub(crate) fn open(_: &Places, path: &Path, baud: u32) -> Result<(Wire, Setup), 
 
 fn refused(path: &Path, error: &serialport::Error) -> PortError {
     let reason = match error.kind() {
-        // The library says the same of a port that is held and, on Windows, of one that is absent.
+        // The library states the same of a port that is held and, on Windows, of one that is absent.
         ErrorKind::NoDevice => {
             let advice = format!(
                 "there is no such port, or another program holds it ({error}); `gripctl ports` lists those there are"

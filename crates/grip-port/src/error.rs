@@ -1,4 +1,4 @@
-//! Why there is no line to a gripper, in words that say what to do about it.
+//! Why there is no line to a gripper, in words that state what to do about it.
 
 use core::fmt::Display;
 use std::{io, path::Path};

@@ -60,7 +60,7 @@ impl Finder {
     /// Finds and opens the port; it is the chosen one from now on.
     ///
     /// # Errors
-    /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] says so, a later try may succeed; see [`Backoff`].
+    /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] reports it, a later try may succeed; see [`Backoff`].
     pub fn open(&mut self, baud: u32) -> Result<Line, PortError> {
         let path = self.find()?;
         let info = self.places.look_up(&path);
@@ -71,7 +71,7 @@ impl Finder {
         Ok(line)
     }
 
-    /// What USB says of the chosen port, once there is one.
+    /// What USB states of the chosen port, once there is one.
     #[must_use]
     pub fn chosen(&self) -> Option<&UsbPort> {
         self.chosen.as_ref()
@@ -175,7 +175,7 @@ fn several<'a>(ports: impl Iterator<Item = &'a PortInfo>) -> String {
     )
 }
 
-/// One line that tells a port from others: its paths, its ids, its names and where it is plugged in.
+/// One line that distinguishes a port from others: its paths, its ids, its names and where it is plugged in.
 #[must_use]
 pub fn describe(port: &PortInfo) -> String {
     let by_id = port.by_id.as_ref().map(|link| format!("  {}", link.display()));
@@ -230,7 +230,7 @@ impl Default for Backoff {
 }
 
 impl Wanted {
-    /// The wish of a user: `auto` with what the configuration says of USB, or a path.
+    /// The wish of a user: `auto` with what the configuration states of USB, or a path.
     #[must_use]
     pub fn new(name: &str, usb: UsbFilter) -> Self {
         if name == "auto" { Self::Auto(usb) } else { Self::Path(Path::new(name).to_owned()) }

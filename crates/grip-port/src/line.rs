@@ -1,4 +1,4 @@
-//! Frames in, bytes of the gripper out: an open line. On Linux it never waits longer than it is told to, and allocates nothing; what
+//! Frames in, bytes of the gripper out: an open line. On Linux it never waits longer than it is asked to, and allocates nothing; what
 //! is promised of other systems stands in the module `elsewhere`.
 //!
 //! What the system does not take of a frame is kept, one frame at most, and goes on before anything else, so that frames are never
@@ -15,7 +15,7 @@ use std::collections::hash_map::RandomState;
 /// What stands between this program and the gripper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineKind {
-    /// A gripper that is a USB serial device itself (ttyACM): as fast as USB, whatever the baud rate says.
+    /// A gripper that is a USB serial device itself (ttyACM): as fast as USB, whatever the baud rate states.
     UsbDevice,
     /// A UART, on this computer or behind a USB converter: the baud rate is its speed.
     Uart,

@@ -1,10 +1,10 @@
-//! Nothing in; the serial ports of this computer and what USB says of each out, as `serialport` knows them on every system. Nothing is
+//! Nothing in; the serial ports of this computer and what USB states of each out, as `serialport` knows them on every system. Nothing is
 //! opened or written to, so that looking at ports disturbs no device.
 
 use serialport::{SerialPortInfo, SerialPortType, UsbPortInfo, available_ports};
 use std::{io, path::PathBuf};
 
-/// What USB says of a port.
+/// What USB states of a port.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UsbPort {
     /// Vendor.
@@ -19,14 +19,14 @@ pub struct UsbPort {
     pub manufacturer: Option<String>,
     /// Number of the interface: a device may have several ports.
     pub interface: Option<u8>,
-    /// The socket it is plugged into, as Linux names it: `1-2.3`. Where the system does not tell it, the name of the port.
+    /// The socket it is plugged into, as Linux names it: `1-2.3`. Where the system does not show it, the name of the port.
     pub socket: String,
-    /// Speed of the bus (Mbit/s): 12 is full speed, 480 high speed. Only Linux tells it.
+    /// Speed of the bus (Mbit/s): 12 is full speed, 480 high speed. Only Linux reports it.
     pub speed_mbit: Option<f64>,
 }
 
 impl UsbPort {
-    /// Whether `other` is the same port of the same device, in whatever socket. A device without a serial number is told from
+    /// Whether `other` is the same port of the same device, in whatever socket. A device without a serial number is distinguished from
     /// its twins by the socket alone.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
@@ -43,9 +43,9 @@ pub struct PortInfo {
     pub path: PathBuf,
     /// The link that leads to it and keeps its name, where there is one. Only Linux has them.
     pub by_id: Option<PathBuf>,
-    /// Name of the driver, where the kernel tells it. Only Linux does.
+    /// Name of the driver, where the kernel reports it. Only Linux does.
     pub driver: Option<String>,
-    /// What USB says; `None` for a port that is not on USB.
+    /// What USB states; `None` for a port that is not on USB.
     pub usb: Option<UsbPort>,
 }
 
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!((known.vid, known.pid, known.interface), (0x2341, 0x43, Some(0)));
         assert_eq!(known.serial.as_deref(), Some("GRIP-0042"));
         assert_eq!((known.manufacturer.as_deref(), known.socket.as_str()), (None, "1-2.3"));
-        // Twins that tell neither a serial number nor a place differ at least by name.
+        // Twins that report neither a serial number nor a place differ at least by name.
         let bare = UsbPortInfo { serial_number: None, location: None, ..usb };
         let twins = ["COM3", "COM4"].map(|name| port(name, Some(bare.clone())).usb.unwrap());
         assert!(!twins[0].is_same(&twins[1]) && twins[0].is_same(&twins[0]));

@@ -21,7 +21,7 @@ impl Source {
     /// is opened or written yet.
     ///
     /// # Errors
-    /// Where the baud rate is not used, or several ports fit `auto`. A port that is absent is none: [`Source::line`] tells, and may be
+    /// Where the baud rate is not used, or several ports fit `auto`. A port that is absent is none: [`Source::line`] reports that, and may be
     /// asked again.
     pub fn open(name: &str, baud: u32, usb: UsbFilter) -> Result<Self, PortError> {
         check_baud(baud)?;
@@ -35,7 +35,7 @@ impl Source {
     /// Opens the line for this process alone; also after it was lost, and then only to the same device.
     ///
     /// # Errors
-    /// Where the port is absent, busy, not allowed or no serial port. Where [`PortError::is_temporary`] says so, a later try may succeed.
+    /// Where the port is absent, busy, not allowed or no serial port. Where [`PortError::is_temporary`] reports it, a later try may succeed.
     pub fn line(&mut self) -> Result<Line, PortError> {
         self.finder.open(self.baud)
     }

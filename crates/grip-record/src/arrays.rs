@@ -119,7 +119,7 @@ impl Recording {
         channels.chain(taxels).collect()
     }
 
-    /// All readings in the units of a CSV recording, samples x columns; NaN where a channel says nothing.
+    /// All readings in the units of a CSV recording, samples x columns; NaN where a channel shows nothing.
     #[must_use]
     pub fn readings(&self) -> Array2<f32> {
         let mut readings = Array2::from_elem((self.samples.len(), self.columns().len()), f32::NAN);

@@ -123,7 +123,7 @@ pub struct ChannelSet {
     pub optional: BTreeMap<Channel, String>,
     /// Taxels of the array (`pressure_0` and so on), 0 where there is none.
     pub taxels: usize,
-    /// Whether it says when the computer took each sample in, and how old it was then.
+    /// Whether it reports when the computer took each sample in, and how old it was then.
     pub arrivals: bool,
 }
 

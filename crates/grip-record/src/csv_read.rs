@@ -14,7 +14,7 @@ use crate::number::parse_reading;
 use crate::recording::{Cells, Gathering, Recording};
 use crate::table::{Row, Table};
 
-/// What the file itself does not tell.
+/// What the file itself does not show.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CsvOptions {
     /// Samples per second, 0.001 to 1e6 Hz. Needed without a time column (t = i / rate); beside one it is the

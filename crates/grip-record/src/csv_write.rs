@@ -56,7 +56,7 @@ pub enum WriteError {
 /// Writes a recording row by row.
 ///
 /// Columns: `t_s` (six decimals), `stylus` or `vibration` where there is one, then those of the [`ChannelSet`] under the names of
-/// [`Channel::column`], and at the end when the computer took the sample in, where the set says so (`arrived_us`, `age_us`). Readings have the fewest digits that give the same `f32` back; travel is written in
+/// [`Channel::column`], and at the end when the computer took the sample in, where the set reports it (`arrived_us`, `age_us`). Readings have the fewest digits that give the same `f32` back; travel is written in
 /// metres so that no unit conversion rounds it. Of a NaN the sign survives, the payload does not.
 /// Every row is one write: give a buffered `W`.
 #[derive(Debug)]

@@ -62,7 +62,7 @@ pub enum CsvError {
         /// Number of the second such column.
         second: usize,
     },
-    /// There is no column that tells a slip.
+    /// There is no column that reports a slip.
     #[error(
         "{}: no column stylus, vibration, travel_m or pressure_0; name one with --map, for example --map vibration=NAME; the \
          file has, separated by commas: {}",
@@ -179,7 +179,7 @@ pub enum CsvError {
         /// The rate (Hz).
         rate_hz: f32,
     },
-    /// The rate cannot be told from the times.
+    /// The rate cannot be derived from the times.
     #[error(
         "{}: the rate cannot be told from {rows} rows because most times are equal or there is only one; \
          give --rate HZ",

@@ -15,7 +15,7 @@
 //! | `stylus2` | m | `Sample::second_stylus` |
 //! | `reference`, or `reference_x`, `reference_y`, .. | own units | `Sample::reference`, `Sample::reference_axes` |
 //! | `pressure` | own units | `Sample::pressure` |
-//! | `motion` | 0 at rest, anything else in motion | `Sample::motion`: what arm and fingers are told |
+//! | `motion` | 0 at rest, anything else in motion | `Sample::motion`: what arm and fingers are commanded |
 //! | `pressure_0`, `pressure_1`, .. | own units | a frame of the taxel array, [`Recording::taxels`] |
 //!
 //! A reading may be `NaN`, `inf` or absurdly large: that is what a broken sensor sends, so it is passed on

@@ -53,7 +53,7 @@ impl Notes {
         }
     }
 
-    /// Takes over what the steps between the times say.
+    /// Takes over what the steps between the times show.
     pub(crate) fn take_steps(&mut self, steps: &Steps) {
         let Some(median) = steps.median() else { return };
         self.longest_step = Micros(steps.counts.keys().next_back().copied().unwrap_or_default());

@@ -65,7 +65,7 @@ impl<'a> Npy<'a> {
         Ok(Self { bytes, kind, data, shape: header.shape })
     }
 
-    /// Values of all dimensions, as the header says.
+    /// Values of all dimensions, as the header states.
     pub(crate) fn rows(&self) -> usize {
         self.shape.iter().fold(1, |all, size| all.saturating_mul(*size))
     }
@@ -134,7 +134,7 @@ impl<'a> Npy<'a> {
         values.into_iter().map(number).collect()
     }
 
-    /// Whether there are as many bytes as the shape says, before anything is made that large.
+    /// Whether there are as many bytes as the shape states, before anything is made that large.
     fn check_length(&self, size: usize) -> Result<(), String> {
         let (rows, found) = (self.rows(), self.data.len());
         if rows.checked_mul(size) == Some(found) {

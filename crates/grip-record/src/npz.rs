@@ -30,7 +30,7 @@ pub enum NpzError {
     Archive {
         /// The file.
         file: PathBuf,
-        /// What the reader says.
+        /// What the reader states.
         message: String,
     },
     /// No array has the name asked for.
@@ -88,7 +88,7 @@ pub struct Npz {
     first: Option<(String, usize)>,
 }
 
-/// Whether the name of `file` says that it is an `.npz`.
+/// Whether the name of `file` states that it is an `.npz`.
 #[must_use]
 pub fn is_npz(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz"))

@@ -102,7 +102,7 @@ impl Gathering {
         Ok(sample)
     }
 
-    /// The sample of a row of one column that is told later, its time then.
+    /// The sample of a row of one column that is reported later, its time then.
     pub(crate) fn uncounted(&mut self, row: &impl Cells) -> Result<Sample, CsvError> {
         sample_of(row, &self.layout, Micros(0), &mut self.notes)
     }

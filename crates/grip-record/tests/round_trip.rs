@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
-/// Any reading; of the NaNs the two that words can tell apart.
+/// Any reading; of the NaNs the two that words can distinguish.
 fn reading() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(|bits| {
         let value = f32::from_bits(bits);

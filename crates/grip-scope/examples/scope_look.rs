@@ -1,5 +1,5 @@
-//! What a source tells, as text: `scope_look SOURCE [SECONDS]` looks at an address, a recording, a study or the demo for so long (5 s unless
-//! told) and prints channels, events and notices.
+//! What a source reports, as text: `scope_look SOURCE [SECONDS]` looks at an address, a recording, a study or the demo for so long (5 s unless
+//! given) and prints channels, events and notices.
 #![expect(clippy::disallowed_methods, clippy::print_stdout, reason = "for people at a terminal")]
 
 use core::time::Duration;

@@ -25,7 +25,7 @@ pub enum Channel {
     Pressure,
     /// Commanded motion: 0 stands still.
     Motion,
-    /// Slip statistic over its threshold, as the source tells it.
+    /// Slip statistic over its threshold, as the source reports it.
     Statistic,
     /// The same as the scope's own observer has it.
     OwnStatistic,
@@ -35,7 +35,7 @@ pub enum Channel {
     BandThreshold(u8),
     /// Commanded force (N).
     Command,
-    /// Measured normal force, as the state tells it (N).
+    /// Measured normal force, as the state shows it (N).
     Applied,
     /// Estimate of the adequate force (N).
     Estimate,
@@ -166,7 +166,7 @@ impl Channel {
         }
     }
 
-    /// What a legend says.
+    /// What a legend states.
     #[must_use]
     pub fn name(self) -> &'static str {
         let band = match self {

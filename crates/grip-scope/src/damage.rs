@@ -15,8 +15,8 @@ pub(crate) struct Damage {
 }
 
 impl Damage {
-    /// Goes to what can be read behind the damage, by the index where nothing else tells it: `false` where nothing can be. Where the
-    /// damaged part begins (byte), where it is another one than before: each message in a damaged part is told.
+    /// Goes to what can be read behind the damage, by the index where nothing else reports it: `false` where nothing can be. Where the
+    /// damaged part begins (byte), where it is another one than before: each message in a damaged part is reported.
     pub(crate) fn pass<R: Read + Seek>(
         &mut self,
         error: McapError,

@@ -41,7 +41,7 @@ pub fn with_unit(x: f64, unit: &str) -> String {
     if shown.unit.is_empty() { shown.number } else { format!("{} {}", shown.number, shown.unit) }
 }
 
-/// The factor and prefix in which a quantity of this size is best told.
+/// The factor and prefix in which a quantity of this size is best reported.
 #[must_use]
 pub fn prefix_of(size: f64, unit: &str) -> (f64, &'static str) {
     if PLAIN.contains(&unit) || !(size.is_finite() && size > 0.0) {

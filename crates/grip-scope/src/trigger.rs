@@ -171,7 +171,7 @@ impl Trigger {
         }
     }
 
-    /// The next event that has come since the last look. Its time may be before that: a gap is told when it is over, a mark may be set anywhere.
+    /// The next event that has come since the last look. Its time may be before that: a gap is reported when it is over, a mark may be set anywhere.
     fn next_arrival(&mut self, model: &Model, kind: EventKind) -> Option<f64> {
         let shown = self.shown_s.map(|at_s| self.around(at_s));
         let found = model.events().arrivals_after(self.looked_at).find(|(_, other, t_s)| {
@@ -183,7 +183,7 @@ impl Trigger {
     }
 
     /// Up to where there is anything to look at (s). States, and what is derived, come behind the rows of their time: the end of the axis
-    /// says nothing about them.
+    /// shows nothing about them.
     fn newest_s(&self, model: &Model) -> f64 {
         match self.source {
             TriggerSource::Event(_) => model.end_s(),

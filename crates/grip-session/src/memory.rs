@@ -64,7 +64,7 @@ struct Seen {
 }
 
 impl Object {
-    /// The figures, each with what `seen` says of it.
+    /// The figures, each with what `seen` states of it.
     fn figures(self, seen: &Seen) -> [(Figure, Option<f64>); 4] {
         let (spacing, height) = seen.surface_um.unzip();
         [

@@ -3,7 +3,7 @@
 //! | built in | inputs | |
 //! |---|---|---|
 //! | `default` | slip acceleration and mean force over a stretch of sliding | determines the force |
-//! | `paper` | slip speed and E_sc as printed, as in the source study | cannot: where the trial force varies, both say only how far it is from enough |
+//! | `paper` | slip speed and E_sc as printed, as in the source study | cannot: where the trial force varies, both state only how far it is from enough |
 //!
 //! A file holds one network or the members of an ensemble (`gripctl train --model ensemble`), of which at most
 //! [`MAX_MEMBERS`](slip_core::estimate::MAX_MEMBERS) run in real time. What a model missed by on its test rows becomes part of the deviation of each

@@ -1,4 +1,4 @@
-//! What the gripper says of its motion and what it was told to do in; the commanded motion of a sample out.
+//! What the gripper reports of its motion and what it was commanded to do in; the commanded motion of a sample out.
 
 use grip_link::message::{Status, StatusFlags};
 use slip_core::grip::GripState;
@@ -12,7 +12,7 @@ pub struct OwnMotion {
 }
 
 impl OwnMotion {
-    /// Nothing told yet; `commands` says whether the controller's commands reach the gripper.
+    /// Nothing reported yet; `commands` states whether the controller's commands reach the gripper.
     #[must_use]
     pub fn new(commands: bool) -> Self {
         Self { reported: None, commands }
@@ -29,8 +29,8 @@ impl OwnMotion {
         self.reported = None;
     }
 
-    /// The `motion` of a sample taken while the controller is in `state`: 1 while the gripper says that it moves and while it is
-    /// told to close, 0 where it says that it stands still, `None` where nothing is known. The answer to a slip presses harder and is
+    /// The `motion` of a sample taken while the controller is in `state`: 1 while the gripper reports that it moves and while it is
+    /// commanded to close, 0 where it reports that it stands still, `None` where nothing is known. The answer to a slip presses harder and is
     /// no motion.
     #[must_use]
     pub fn now(&self, state: Option<GripState>) -> Option<f32> {

@@ -14,7 +14,7 @@ pub const CONFIG_NAME: &str = "gripd.toml";
 pub const MODEL_NAME: &str = "model.json";
 /// Name of the calibration.
 pub const CALIBRATION_NAME: &str = "calibration.toml";
-/// Title of the metadata that tell where a file came from.
+/// Title of the metadata that report where a file came from.
 pub const ABOUT: &str = "recording";
 /// Name in [`ABOUT`] that is the same in all files of one recording.
 pub const RUN: &str = "run";
@@ -22,7 +22,7 @@ pub const RUN: &str = "run";
 pub const PART: &str = "part";
 /// Name in [`ABOUT`] of what was held, where somebody has said so.
 pub const OBJECT: &str = "object";
-/// Kind of a link record that tells of items that were not recorded; its detail has their `items`.
+/// Kind of a link record that reports items that were not recorded; its detail has their `items`.
 pub const UNRECORDED: &str = "unrecorded";
 
 /// The record of an event; `json` is written over with its line.

@@ -178,7 +178,7 @@ fn slip_entries<M: SerializeMap>(slip: &SlipReport, line: &mut M) -> Result<(), 
     line.serialize_entry("command_n", &slip.command_n)
 }
 
-/// Follows the steps and says which of them deserve a line.
+/// Follows the steps and states which of them deserve a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct EventLog {
     features: Option<Features>,
@@ -357,7 +357,7 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
     slip.command_n.map_or(Ok(()), |command| write!(f, ", command {command:.2} N"))
 }
 
-/// Whether a sensor has told the speed, and not a model.
+/// Whether a sensor has shown the speed, and not a model.
 fn is_measured(velocity: &Velocity) -> bool {
     velocity.source != SpeedSource::Gravity
 }

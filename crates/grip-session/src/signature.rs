@@ -95,7 +95,7 @@ pub struct ModelKeys {
 }
 
 impl ModelKeys {
-    /// Keys as minisign prints them. `allow_unsigned` says whether a model without a signature is taken beside them; one with a wrong
+    /// Keys as minisign prints them. `allow_unsigned` states whether a model without a signature is taken beside them; one with a wrong
     /// signature is refused all the same.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ pub fn check_form(signature: &str) -> Result<(), SignatureError> {
     Err(SignatureError::Unreadable)
 }
 
-/// The number of a key as minisign prints it, from the Base64 of a key or of a signature: two bytes say what it is, eight are the number.
+/// The number of a key as minisign prints it, from the Base64 of a key or of a signature: two bytes show what it is, eight are the number.
 fn key_id(base64: &str) -> Option<String> {
     let mut id = 0_u128;
     for letter in base64.bytes().take(16) {
@@ -235,7 +235,7 @@ mod tests {
             (with(&SIGNATURE.replace("RUQ", "XYZ")), SignatureError::Unreadable),
             (with(&(long + SIGNATURE)), SignatureError::TooLong { bytes }),
             (with(LEGACY), SignatureError::Legacy),
-            // The letters that say that it is over the hash are changed.
+            // The letters that state that it is over the hash are changed.
             (with(&(first.replace("RUQ", "RWQ") + rest)), SignatureError::Legacy),
             (with(BY_OTHER), SignatureError::OtherKey { id: id("A1645C1206F7CE7B") }),
             (format!(" {}", signed()), SignatureError::Changed),

@@ -34,9 +34,9 @@ pub struct TapeOptions {
 /// What a replay comes across.
 #[derive(Debug)]
 pub enum Played<'a> {
-    /// The pipeline says so now.
+    /// The pipeline reports it now.
     Line(&'a Event),
-    /// The recording says so: the line as JSON.
+    /// The recording reports it: the line as JSON.
     Recorded(&'a str),
     /// Something a person should know of the recording.
     Note(String),
@@ -163,7 +163,7 @@ struct Run {
     index: u32,
 }
 
-/// What a file says of itself.
+/// What a file states of itself.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct About {
     run: String,
@@ -189,11 +189,11 @@ impl Tape {
         }
     }
 
-    /// Plays `file`, which goes on where the one before it ended, and tells what happens.
+    /// Plays `file`, which goes on where the one before it ended, and reports what happens.
     ///
     /// # Errors
     /// Where it cannot be read (to its end), is no recording of gripd, or does not follow the one before. What came before the
-    /// fault has been told, and [`Tape::summary`] counts it.
+    /// fault has been reported, and [`Tape::summary`] counts it.
     pub fn play(
         &mut self,
         file: &Path,

@@ -131,7 +131,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::SeedableRng;
 
-    /// Bytes that tell their own place: what [`Faulty::place_of`] calls whole must read the same there.
+    /// Bytes that report their own place: what [`Faulty::place_of`] calls whole must read the same there.
     #[test]
     fn whole_stretches_are_where_they_are_stated_to_be() {
         let old: Vec<u8> = (0..=255).chain(0..=255).collect();

@@ -4,7 +4,7 @@
 //! writes the other side without ever blocking. The line is raw: every byte passes unchanged. The
 //! host's side stays open inside, so a host may come, go and come back.
 //!
-//! Only Linux has it so far: elsewhere [`Pty::open`] says that it does not.
+//! Only Linux has it so far: elsewhere [`Pty::open`] states that it does not.
 
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 //! The profile is a row of asperities. The i-th has height delta_i above its valleys and spacing s_i and
 //! rises and falls as `h(u) = delta_i / 2 (1 - cos(2 pi u / s_i))`, so profile and slope are continuous.
 //! delta_i has median 3.5 Ra and log-spread 0.3, s_i has median RSm and log-spread 0.2; RSm follows from Ra as
-//! [`mean_spacing`] says. Amplitude and spacing parameters as in ISO 21920-2; the relation between Ra and
+//! [`mean_spacing`] states. Amplitude and spacing parameters as in ISO 21920-2; the relation between Ra and
 //! RSm is a fit to machined surfaces, not a law.
 //!
 //! [`Surface::with_shape`] adds waviness and form, so that all three parts of a texture are there.

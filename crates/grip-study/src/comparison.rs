@@ -16,7 +16,7 @@ pub const COLUMNS: &[&str] = &[
     "1.0–1.4 × needed, unseen",
 ];
 
-/// What `scores` says under the heads of [`COLUMNS`].
+/// What `scores` states under the heads of [`COLUMNS`].
 #[must_use]
 pub fn row(learner: &str, scores: &Scores) -> Vec<Cell> {
     vec![

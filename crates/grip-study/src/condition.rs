@@ -7,7 +7,7 @@
 //! ([`grip_sim::generator`]) give the physics. One group has the rows of the shipped estimator instead: any stretch of a
 //! slip, braking included.
 //!
-//! The source study says that its targets came from Eq. 1, E = n F v tan(sum cot(delta / s)), which is linear in F: solved for
+//! The source study states that its targets came from Eq. 1, E = n F v tan(sum cot(delta / s)), which is linear in F: solved for
 //! F, it gives back whichever force E was made with. So `eq1` makes E with the adequate force, while v is that of the trial.
 //! What stays open is what E came from, how the tangent is meant (as printed it has poles, so that surfaces that hardly differ
 //! have any E of either sign; `eq1-slope` has none), and whether all objects had one surface (`eq1-surface`). `eq1-trial`

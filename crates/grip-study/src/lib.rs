@@ -3,7 +3,7 @@
 //! ```text
 //! grip_sim rows -> Condition::sets -> a learner -> Sets::score -> Section of a Report -> HTML, JSON, figures
 //! ```
-//! [`study`] trains the four nets of the source study and two more under every [`Condition`] and says what explains the
+//! [`study`] trains the four nets of the source study and two more under every [`Condition`] and states what explains the
 //! published figures. Any other learner is compared on the same rows by the same rules:
 //!
 //! ```

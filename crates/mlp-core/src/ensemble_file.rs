@@ -37,7 +37,7 @@ struct Read {
     members: Vec<serde_json::Value>,
 }
 
-/// Whether a text says that it holds an ensemble. A text that is no JSON does not.
+/// Whether a text states that it holds an ensemble. A text that is no JSON does not.
 #[must_use]
 pub fn is_ensemble(text: &str) -> bool {
     serde_json::from_str::<Head>(text).is_ok_and(|head| head.format.as_deref() == Some(FORMAT))

@@ -37,7 +37,7 @@ pub enum FileError {
     /// Not JSON, or a field is missing or of the wrong kind.
     #[error("line {line}, column {column}: {message}")]
     Json {
-        /// Line, counted from 1; 0 when the text ended too early to say.
+        /// Line, counted from 1; 0 when the text ended too early to know.
         line: usize,
         /// Column, counted from 1.
         column: usize,
@@ -234,7 +234,7 @@ pub enum Deviation {
     Relative(f32),
 }
 
-/// What a text says it is.
+/// What a text states it is.
 #[derive(Deserialize)]
 pub(crate) struct Head {
     pub(crate) format: Option<String>,
@@ -308,7 +308,7 @@ impl ModelFile {
     /// The model, for estimates in memory of a fixed size.
     ///
     /// # Errors
-    /// Any [`FileError`] but those of reading, when the contents are no valid model, are too large for gripd, or tell classes
+    /// Any [`FileError`] but those of reading, when the contents are no valid model, are too large for gripd, or distinguish classes
     /// apart.
     pub fn model(&self) -> Result<Model<Box<[f32]>>, FileError> {
         self.model_in()
@@ -362,7 +362,7 @@ impl ModelFile {
     }
 
     /// How far its answers were off, as a standard deviation: on the test rows, or on the training rows where there were no test rows; nothing
-    /// where the file does not say how it was trained. Over all targets; the first one says whether it is relative.
+    /// where the file does not state how it was trained. Over all targets; the first one states whether it is relative.
     #[must_use]
     pub fn deviation(&self) -> Option<Deviation> {
         let (note, target) = (self.training.as_ref()?, self.targets.first()?);

@@ -5,7 +5,7 @@ use crate::network::{LANES, ShapeError, check_finite, joined};
 
 /// One layer of weights with `I` inputs and `O` neurons: `f(W input + b)`.
 ///
-/// Sums run in the order that [`Network`](crate::Network) tells.
+/// Sums run in the order that [`Network`](crate::Network) reports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense<const I: usize, const O: usize> {
     /// Column by column, so that one input advances all sums together.
@@ -63,7 +63,7 @@ impl<const I: usize, const O: usize> Dense<I, O> {
     }
 
     /// Weighted sums of the `W` neurons that `pick` takes out of a column, in the order that
-    /// [`Network`](crate::Network) tells.
+    /// [`Network`](crate::Network) reports.
     #[inline(always)]
     fn sums_of<N: Number, const W: usize>(
         &self,

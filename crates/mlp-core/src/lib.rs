@@ -5,7 +5,7 @@
 //!
 //! | type | job |
 //! |---|---|
-//! | [`Model`] | raw features to raw targets, tells when it has to extrapolate |
+//! | [`Model`] | raw features to raw targets, reports when it has to extrapolate |
 //! | [`Scaler`] | raw values to `[-1, 1]` and back |
 //! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
 //! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |

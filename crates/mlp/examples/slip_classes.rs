@@ -1,4 +1,4 @@
-//! Recordings of a tactile array in, how well a network tells the kind of slip of an object that it never touched out.
+//! Recordings of a tactile array in, how well a network recognises the kind of slip of an object that it never touched out.
 //!
 //! `GRIP_DATA=DIR cargo run --release -p mlp --example slip_classes`, DIR as in CONTRIBUTING.md. Its `taxels_dos` has 24
 //! electrodes at 100 Hz, seven objects, and in each recording a touch or a slip in one of six directions. Each object in turn is

@@ -1,7 +1,7 @@
 //! The real set building1 of Proben1 (Prechelt 1994) with its own partition: 14 inputs, 16 hidden neurons, 3 linear outputs.
 //!
 //! The rows have no licence and lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
-//! them the tests say so and check nothing. Error as Proben1 defines it for targets between 0 and 1: 100 times the mean
+//! them the tests print that and check nothing. Error as Proben1 defines it for targets between 0 and 1: 100 times the mean
 //! squared error over rows and outputs.
 
 #[cfg(test)]

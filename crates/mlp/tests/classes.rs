@@ -1,4 +1,4 @@
-//! Classes told apart: softmax and cross-entropy over more columns than gripd takes.
+//! Classes distinguished: softmax and cross-entropy over more columns than gripd takes.
 
 #[cfg(test)]
 mod tests {

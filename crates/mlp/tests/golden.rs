@@ -2,7 +2,7 @@
 //! reach the goal.
 //!
 //! The data lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
-//! them each test says so and checks nothing; `src/train/trainer/tests.rs` needs no data.
+//! them each test prints that and checks nothing; `src/train/trainer/tests.rs` needs no data.
 //!
 //! The data files hold nine digits, the golden curves come from unrounded data: both part by 2e-10 at epoch 0
 //! already. Rules that build on curvature magnify that; `parting_is_no_more_than_the_rounding_of_the_data`

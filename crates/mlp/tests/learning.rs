@@ -1,4 +1,4 @@
-//! From CSV bytes to a saved model: every rule learns, every fault is told.
+//! From CSV bytes to a saved model: every rule learns, every fault is reported.
 
 #[cfg(test)]
 mod tests {

@@ -67,7 +67,7 @@ mod tests {
     }
 
     /// Rules that follow the size of the gradient stay near; those that follow its sign may part for good where
-    /// rounding decides a sign, so they are only told.
+    /// rounding decides a sign, so they are only reported.
     #[test]
     fn weights_stay_near_in_single_precision() {
         for isa in Isa::available() {

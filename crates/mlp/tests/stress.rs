@@ -254,7 +254,7 @@ mod tests {
         }
     }
 
-    /// Whatever is saved is finite; otherwise the error says why nothing is.
+    /// Whatever is saved is finite; otherwise the error states why nothing is.
     #[test]
     fn weights_that_are_not_finite_are_never_saved() {
         let csv = "a,b,y\n1e30,1,1e30\n-1e30,2,-1e30\n5e29,3,2\n0,4,1e-30\n1e38,5,3e38\n";

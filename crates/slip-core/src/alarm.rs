@@ -198,7 +198,7 @@ pub const TAIL_RANGE: (f32, f32) = (1.0, 50.0);
 /// confidence = P(noise alone does not reach x within T) = exp(-x^-tail)
 /// ```
 ///
-/// It is 1/e = 0.368 at the threshold and goes to 1 for a strong slip. It says how hard the event is to explain by noise, knows nothing of
+/// It is 1/e = 0.368 at the threshold and goes to 1 for a strong slip. It states how hard the event is to explain by noise, knows nothing of
 /// how often objects slip, and is as good as the threshold: where the interval does not hold, confidences are too high. `tail` is measured by `gripctl calibrate`; the default lies below
 /// that of the simulated robot, so it errs to the low side.
 #[must_use]

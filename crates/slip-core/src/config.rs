@@ -48,7 +48,7 @@ pub struct PipelineConfig {
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
-    /// The methods that may tell a slip, where the gripper has their channels.
+    /// The methods that may show a slip, where the gripper has their channels.
     pub methods: Methods,
     /// The moved-distance method.
     pub travel: DistanceConfig,

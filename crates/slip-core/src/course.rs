@@ -13,7 +13,7 @@ use crate::{sample::rounding, units::Micros};
 
 /// Length of a block.
 const BLOCK: Micros = Micros(4000);
-/// A course that ended longer ago than this and two blocks says nothing of now.
+/// A course that ended longer ago than this and two blocks shows nothing of now.
 const LASTS: Micros = Micros(15_000);
 
 /// How the object moved lately.
@@ -193,7 +193,7 @@ pub struct Turns {
     countable: bool,
 }
 
-/// What the turns say of the movement.
+/// What the turns state of the movement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Passing {
     /// Peaks and valleys a second.
@@ -239,7 +239,7 @@ impl Turns {
         }
     }
 
-    /// What they say; `None` where the surface is too smooth to count them.
+    /// What they report; `None` where the surface is too smooth to count them.
     #[must_use]
     pub fn passing(&self) -> Option<Passing> {
         let slows = self.most > 0.0 && self.rate < SLOWER * self.most;
@@ -247,7 +247,7 @@ impl Turns {
     }
 }
 
-// Readings of the moved distance of an object that slides in; the deviation of one reading, and whether they say less of the needed force
+// Readings of the moved distance of an object that slides in; the deviation of one reading, and whether they show less of the needed force
 // than the stylus alone does, out.
 //
 // Third differences of readings that differ show the noise, since sliding leaves next to nothing of them; the smallest step shows the
@@ -488,7 +488,7 @@ mod travel_noise_tests {
         }
     }
 
-    /// What is read seldom: the noise of the few readings counts for more, and too few of them say nothing of an acceleration.
+    /// What is read seldom: the noise of the few readings counts for more, and too few of them show nothing of an acceleration.
     #[test]
     fn few_readings_are_coarse_sooner() {
         let coarse = |noise_m, read| {

@@ -19,7 +19,7 @@
 //! Where the travel gets faster while a stylus that was loud fades, the travel may show what is over: from then on the force rises to twice
 //! what it was at most, for 60 ms of a slip.
 //!
-//! A doubted sensor has no say while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
+//! A doubted sensor has no state while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
 use crate::{
@@ -321,7 +321,7 @@ impl CrossCheck {
         self.undecided && !self.travel_doubted && !self.stylus_doubted
     }
 
-    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one.
+    /// Force (N) from which on only the travel shows a movement, until the force has shown whether it is one.
     #[must_use]
     #[inline]
     pub fn alone_n(&self) -> Option<f32> {
@@ -405,7 +405,7 @@ impl CrossCheck {
 
     /// Whether a movement that only the travel shows answers to the force.
     fn weigh(&mut self, seen: &Seen, travel_m: f32, least_m: f32) {
-        // What repeats to the last bit may be stuck, and says nothing.
+        // What repeats to the last bit may be stuck, and shows nothing.
         let repeats = self.slip.reading.replace(seen.reading) == Some(seen.reading);
         self.slip.repeats_s = if repeats { self.slip.repeats_s + seen.dt_s } else { 0.0 };
         let live = self.slip.repeats_s < REPEATS_S;

@@ -90,7 +90,7 @@ impl DistanceConfig {
 pub enum Fingers {
     /// They hold still.
     Still,
-    /// They move, by command or as measured, and nothing tells how far.
+    /// They move, by command or as measured, and nothing shows how far.
     Moving,
     /// Their position along the travel (m), from an encoder of the gripper.
     At(f32),
@@ -364,7 +364,7 @@ impl MovedDistance {
         if dx_m != 0.0 {
             self.smallest_m = self.smallest_m.min(dx_m.abs());
         }
-        // Noise that is as large as a slip cannot be told from one, and after a gap in time the object is elsewhere.
+        // Noise that is as large as a slip cannot be distinguished from one, and after a gap in time the object is elsewhere.
         let small = dx_m.abs() < self.config.limit_m;
         if let Some(sigma_m) = small.then(|| self.noise.push(dx_m, read.is_some())).flatten() {
             // In a slip the motion hides noise, and never adds to it.
@@ -442,7 +442,7 @@ impl MovedDistance {
 const STOOD: u32 = 3;
 /// ... and then moves on by more than so many of the smallest steps was not read in between.
 const STEPS_AT_ONCE: f32 = 2.5;
-/// Moves before they say something. Older ones count half from the second number on.
+/// Moves before they show something. Older ones count half from the second number on.
 const ENOUGH: u16 = 3;
 const MOST: u16 = 32;
 /// What moves less often than this is no sensor that is read at all, but one that leaps.

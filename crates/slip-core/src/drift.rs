@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The anchor (m0, F0) never follows the signal: that would be to re-baseline. It is taken anew only where the stylus does stand on
-//! another place: when an object is taken, when a slip has ended, and when a failed stylus has come back. Then the state is good again and told as such, so a stylus that goes
-//! on drifting is found again. Nothing is judged in an open hand, during a slip, or without a force reading, where drift cannot be told from
+//! another place: when an object is taken, when a slip has ended, and when a failed stylus has come back. Then the state is good again and reported as such, so a stylus that goes
+//! on drifting is found again. Nothing is judged in an open hand, during a slip, or without a force reading, where drift cannot be distinguished from
 //! a change of grip. A drift below limit / length of the hold is not seen; it ends as saturation.
 
 use crate::{sample::Sample, units::Micros};
@@ -164,7 +164,7 @@ const SPREAD_N: f32 = 0.1;
 const SURE: f32 = 20.0;
 /// What the noise of the force sensor moves the levelled reading by is this share of the noise of the stylus at most.
 const NOISE: f32 = 0.6;
-/// Where it is so many times that, the force says too little: nothing is taken away.
+/// Where it is so many times that, the force shows too little: nothing is taken away.
 const TOO_NOISY: f32 = 12.0;
 /// A reading further from the force that is expected than this (N) and so many of its deviations counts as one at that distance.
 const GLITCH_N: f32 = 0.5;
@@ -363,7 +363,7 @@ mod tests {
     use super::{DriftConfig, DriftWatch, Hold};
     use crate::units::Micros;
 
-    /// Runs from second `from` to `to` at 2 kHz and says after which seconds the watch said that it drifts.
+    /// Runs from second `from` to `to` at 2 kHz and states after which seconds the watch said that it drifts.
     fn run(
         watch: &mut DriftWatch,
         (from, to): (u16, u16),
@@ -424,7 +424,7 @@ mod tests {
         assert!(!slip[4] && !after[8]);
         let stated = run(&mut watch, (9, 13), Hold::Still, at(2e-3));
         assert!(stated[12]);
-        // The hand opens: still told. The next hold begins good and is judged by itself.
+        // The hand opens: still reported. The next hold begins good and is judged by itself.
         assert!(run(&mut watch, (13, 15), Hold::None, at(0.0))[14]);
         assert!(!run(&mut watch, (15, 18), Hold::Still, at(2e-3))[17]);
         assert!(run(&mut watch, (18, 22), Hold::Still, at(3e-3))[21]);

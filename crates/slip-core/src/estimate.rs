@@ -5,7 +5,7 @@ use mlp_core::{Model, Network, PredictError, model::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;
-/// Friction over weight below which a free fall is not told from a slip.
+/// Friction over weight below which a free fall is not distinguished from a slip.
 const LEAST_FRICTION: f32 = 0.05;
 
 /// An estimate with a larger deviation than this share of itself is no measure: whether it is a third too much or too little is not known.
@@ -320,13 +320,13 @@ const BLOCKS: usize = 4;
 const FADE_BLOCKS: [f32; 2] = [10.0, 60.0];
 /// Friction of sliding over that at break-away is hardly below this.
 const SLIDING: f32 = 0.8;
-/// Growth of the normal force over the blocks (relative) from which it says whether the object stands: the tangential force then grows by less than
+/// Growth of the normal force over the blocks (relative) from which it shows whether the object stands: the tangential force then grows by less than
 /// the stated share of that.
 const GROWTH: f32 = 0.03;
 const STANDS: f32 = 0.35;
 /// Deviation of mu (relative): where between static and kinetic friction the largest ratio lies.
 const MU_SIGMA: f32 = 0.1;
-/// Forces below this (N) say nothing.
+/// Forces below this (N) show nothing.
 const LEAST_N: f32 = 0.05;
 
 /// Means over a block.
@@ -361,7 +361,7 @@ pub struct FrictionMeter {
     /// The last blocks, oldest first.
     blocks: [Block; BLOCKS],
     filled: usize,
-    /// Means over the blocks; none where they say nothing.
+    /// Means over the blocks; none where they show nothing.
     mean: Option<Block>,
     /// 0 before there is any.
     mu: f32,
@@ -493,7 +493,7 @@ impl FrictionMeter {
         (self.mu > 0.0).then_some(self.mu)
     }
 
-    /// The adequate force for the load so far; `None` before the forces say anything.
+    /// The adequate force for the load so far; `None` before the forces state anything.
     #[must_use]
     pub fn estimate(&self) -> Option<ForceEstimate> {
         let force_n = KAPPA * self.mean?.tangential_n / self.friction()?;

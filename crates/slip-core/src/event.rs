@@ -1,4 +1,4 @@
-//! What the pipeline has to say about a sample, and how often each stage ran.
+//! What the pipeline has to report about a sample, and how often each stage ran.
 
 use crate::{
     detector::FloorHealth,

@@ -41,7 +41,7 @@ impl Default for FloorConfig {
 }
 
 impl FloorConfig {
-    /// The same for a signal in an unknown unit: the default, which is in metres, says nothing of it.
+    /// The same for a signal in an unknown unit: the default, which is in metres, shows nothing of it.
     #[must_use]
     pub fn in_any_unit(self) -> Self {
         let given = self.min_rms != Self::default().min_rms;
@@ -146,7 +146,7 @@ impl<const N: usize> Floor<N> {
     }
 
     /// What rounding alone adds to the readings (signal unit, rms): of a sensor whose resolution the configuration does not state, and of one that is
-    /// `coarse`. Says whether that has changed a floor that is known.
+    /// `coarse`. Returns whether that has changed a floor that is known.
     pub(crate) fn resolve(&mut self, rms: f32, coarse: bool) -> bool {
         let rounding = if coarse || self.configured == 0.0 { rms * rms } else { 0.0 };
         self.min_energy = self.configured.max(rounding);
@@ -156,7 +156,7 @@ impl<const N: usize> Floor<N> {
         resolved != energy
     }
 
-    /// Takes the mean band energies of the next block. Says whether the floor has changed.
+    /// Takes the mean band energies of the next block. Returns whether the floor has changed.
     #[inline]
     pub fn push(&mut self, block: &[f32; N]) -> bool {
         if self.known {
@@ -184,7 +184,7 @@ impl<const N: usize> Floor<N> {
     fn end_stretch(&mut self) -> bool {
         self.done = 0;
         if self.min_energy == 0.0 {
-            // One and the same reading: a sensor that says nothing yet.
+            // One and the same reading: a sensor that shows nothing yet.
             return false;
         }
         let part_blocks = core::mem::replace(&mut self.part_len, self.later_len);

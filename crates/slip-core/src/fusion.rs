@@ -1,4 +1,4 @@
-//! What each method says in; the one slip state they make together, and which of them spoke, out.
+//! What each method shows in; the one slip state they make together, and which of them spoke, out.
 //!
 //! The slip state is the highest of the methods that may speak and have their channel: a slip begins with the first
 //! that sees it and ends when none does. So no method delays another, and the false alarms of the whole come at most
@@ -132,7 +132,7 @@ impl Fusion {
         self.check.fades()
     }
 
-    /// Force (N) from which on only the travel shows a movement, until the force has told whether it is one.
+    /// Force (N) from which on only the travel shows a movement, until the force has shown whether it is one.
     #[must_use]
     #[inline]
     pub fn alone_n(&self) -> Option<f32> {
@@ -146,7 +146,7 @@ impl Fusion {
         self.check.drifts()
     }
 
-    /// Whether the travel has a say.
+    /// Whether the travel has a part.
     #[inline]
     fn trusts_travel(&self) -> bool {
         self.healths.0 != SensorHealth::Frozen && !self.check.doubts_travel()
@@ -235,8 +235,8 @@ impl Fusion {
         self.put_by.len = 0;
     }
 
-    /// Takes the travel of the next sample, finite where there is one; `stylus` is statistic and state of the stylus, where it is heard.
-    /// `decides` says whether an object is held; what is seen otherwise only costs time, and [`Fusion::prime`] forgets it.
+    /// Takes the travel of the next sample, finite where there is one; `stylus` is statistic and state of the stylus, where it is received.
+    /// `decides` states whether an object is held; what is seen otherwise only costs time, and [`Fusion::prime`] forgets it.
     #[inline]
     pub fn watch(&mut self, sample: &Sample, stylus: Option<(f32, SlipState)>, decides: bool) {
         self.catch_up();
@@ -260,7 +260,7 @@ impl Fusion {
         }
     }
 
-    /// What the methods say together, with the statistic and state of the `stylus`, where it is heard.
+    /// What the methods show together, with the statistic and state of the `stylus`, where it is received.
     #[inline]
     pub fn detect(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Detection> {
         self.healths = (self.travel.health(), self.pressure.health());
@@ -294,7 +294,7 @@ pub(crate) fn check(methods: Methods) -> Result<(), ConfigError> {
     Err(ConfigError::Range { name: "methods", value: 0.0, low: 1.0, high: 3.0 })
 }
 
-/// What two methods say together: the higher statistic, and the higher state with the method it is of.
+/// What two methods show together: the higher statistic, and the higher state with the method it is of.
 #[inline]
 fn higher(joined: Option<Detection>, stated: Detection) -> Option<Detection> {
     let Some(before) = joined else { return Some(stated) };

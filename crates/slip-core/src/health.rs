@@ -49,7 +49,7 @@ pub(crate) const ANY: f32 = 1e18;
 const COARSE_MS: f32 = 500.0;
 
 impl HealthConfig {
-    /// The same for a signal in an unknown unit: the defaults, which are in metres, say nothing of it. No range is known
+    /// The same for a signal in an unknown unit: the defaults, which are in metres, show nothing of it. No range is known
     /// then, and no shift can be called too far.
     #[must_use]
     pub fn in_any_unit(self) -> Self {
@@ -162,7 +162,7 @@ pub struct HealthCheck {
     changed_at: Micros,
     bad_run: u32,
     saturated_run: u32,
-    /// As far as single readings tell.
+    /// As far as single readings show.
     readings: SensorHealth,
     /// While the first stylus has failed.
     stand_in: Option<StandIn>,
@@ -198,7 +198,7 @@ impl HealthCheck {
         }
     }
 
-    /// The same for a stylus whose unit is unknown, so that `max_step` can tell nothing: a step 10,000 times as long as
+    /// The same for a stylus whose unit is unknown, so that `max_step` can show nothing: a step 10,000 times as long as
     /// the steps so far is a glitch too.
     #[must_use]
     pub fn uncalibrated(config: HealthConfig) -> Self {

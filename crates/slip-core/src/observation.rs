@@ -113,9 +113,9 @@ const STOPPED_AFTER: Micros = Micros(3000);
 const NOISES: f32 = 6.0;
 /// A noise over the configured one from which it is believed.
 const CLEARLY: f32 = 2.0;
-/// Without a reading for this long the travel says nothing.
+/// Without a reading for this long the travel shows nothing.
 const UNREAD_FOR: Micros = Micros(5000);
-/// A speed that is older than this, and than two samples and a half, says nothing of now.
+/// A speed that is older than this, and than two samples and a half, shows nothing of now.
 const SPEED_LASTS: Micros = Micros(5000);
 
 #[derive(Clone, Copy, Debug)]
@@ -214,7 +214,7 @@ impl SlipObservation {
         self.extractor = IrregularityExtractor::new(hysteresis.max(self.config.min_hysteresis_m));
     }
 
-    /// Distance moved since the slip was noticed (m); `None` where no sensor tells.
+    /// Distance moved since the slip was noticed (m); `None` where no sensor shows.
     #[must_use]
     pub fn moved_m(&self, sample: &Sample) -> Option<f32> {
         self.onset?.travel_m.and_then(|start| Some((sample.travel_m? - start).abs()))
@@ -240,7 +240,7 @@ impl SlipObservation {
         age < UNREAD_FOR || age.as_seconds() * f64::from(self.rate_hz) <= 2.5
     }
 
-    /// Whether the object moves forward right now; `None` where no sensor tells.
+    /// Whether the object moves forward right now; `None` where no sensor shows.
     #[must_use]
     pub fn advancing(&self) -> Option<bool> {
         let measured = self.onset?.travel_m.is_some() && self.is_read();
@@ -302,7 +302,7 @@ impl SlipObservation {
         self.window.push(t, travel_m, force_n)
     }
 
-    /// Sliding has ended: speeds and forces from before say nothing about what follows.
+    /// Sliding has ended: speeds and forces from before show nothing about what follows.
     fn rest(&mut self) {
         self.window.reset();
         self.stretch = None;
@@ -357,7 +357,7 @@ impl SlipObservation {
     fn motion(&self) -> Option<Motion> {
         let shortest_s = 1e-3 * self.config.shortest_ms;
         if self.onset?.travel_m.is_some() && self.config.speed.fixed_m_s.is_none() {
-            // What was measured before the sensor was lost says nothing of now.
+            // What was measured before the sensor was lost shows nothing of now.
             let balance = self.window.balance(shortest_s).filter(|_| self.is_read())?;
             let [before, now] = balance.speeds_m_s;
             return (before.min(now) >= self.slowest_m_s()).then_some(Motion {
@@ -459,7 +459,7 @@ mod tests {
         assert!((slope - 0.1).abs() < 0.02, "2e-5 high, 2e-4 apart: {slope}");
     }
 
-    /// A speed of 1 m/s that grows by 2 m/s^2, measured to 1 mm/s: over T seconds two of them tell the acceleration to sqrt(2) mm/s / T.
+    /// A speed of 1 m/s that grows by 2 m/s^2, measured to 1 mm/s: over T seconds two of them show the acceleration to sqrt(2) mm/s / T.
     #[test]
     fn an_acceleration_is_as_unsure_as_the_speeds_it_comes_from() {
         for sigma_m_s in [None, Some(1e-3)] {

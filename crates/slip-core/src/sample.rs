@@ -65,7 +65,7 @@ pub struct Sample {
     pub reference_axes: [f32; FURTHER_AXES],
     /// Static pressure of the fingertip (own units).
     pub pressure: Option<f32>,
-    /// Commanded motion of arm or fingers: 0 while they are told to stand still, anything else while they are told to move.
+    /// Commanded motion of arm or fingers: 0 while they are commanded to stand still, anything else while they are commanded to move.
     pub motion: Option<f32>,
     /// When the computer took the row in; `None` where that is not known, as in a table of readings: then device time stands for host time.
     pub arrival: Option<Arrival>,
@@ -162,7 +162,7 @@ impl Resolution {
         self.odd = self.odd.saturating_add(u32::from(step > 0.0 && odd));
         self.same = self.same.saturating_add(u32::from(step == 0.0));
         if step > 0.0 && step < self.step {
-            // What was compared with a larger one says nothing.
+            // What was compared with a larger one shows nothing.
             self.odd = if step < 0.9 * self.step { 0 } else { self.odd };
             self.step = step;
         }
@@ -190,7 +190,7 @@ impl Resolution {
     }
 }
 
-// Contact with an object; the [`Scene`] says which stages of the pipeline are needed.
+// Contact with an object; the [`Scene`] states which stages of the pipeline are needed.
 
 pub use slip_msg::Scene;
 

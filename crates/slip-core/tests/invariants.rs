@@ -63,7 +63,7 @@ fn any_stretch() -> impl Strategy<Value = Stretch> {
         })
 }
 
-/// A gripper that shows what it is told to, and the clocks of both sides.
+/// A gripper that shows what it is asked to, and the clocks of both sides.
 struct Bench {
     pipeline: Bare,
     device_us: u64,

@@ -161,7 +161,7 @@ fn lives(text: &'static str, seeds: &mut Seeds) {
     }
 }
 
-/// What the words say, for the `time`-th time.
+/// What the words state, for the `time`-th time.
 fn bytes(words: &str, parts: &BTreeMap<&str, &str>, turns: &[&str], time: u8) -> Vec<u8> {
     let again = |words: &str, time| bytes(words, parts, turns, time);
     let word = |word: &str| {

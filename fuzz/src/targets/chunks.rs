@@ -1,4 +1,4 @@
-//! The same bytes whole, byte by byte and in pieces of any length: decoder, device and host must not tell them apart.
+//! The same bytes whole, byte by byte and in pieces of any length: decoder, device and host must not distinguish them.
 //!
 //! Input: who listens, a byte that makes the lengths of the pieces, the wire bytes.
 
@@ -20,14 +20,14 @@ fn pieces(bytes: &[u8], seed: u8) -> Vec<&[u8]> {
         let len = (state >> 16) as usize % longest + 1;
         let (piece, after) = rest.split_at(len.min(rest.len()));
         pieces.push(piece);
-        // An empty read tells nothing.
+        // An empty read shows nothing.
         pieces.push(&[]);
         rest = after;
     }
     pieces
 }
 
-/// All that a linked device says and sends.
+/// All that a linked device reports and sends.
 fn device_states(pieces: &[&[u8]]) -> Vec<String> {
     let mut link = device(1);
     link.ready(0);
@@ -47,7 +47,7 @@ fn device_states(pieces: &[&[u8]]) -> Vec<String> {
     states
 }
 
-/// All that a host that has just said HELLO says and sends.
+/// All that a host that has just said HELLO states and sends.
 fn host_states(pieces: &[&[u8]]) -> Vec<String> {
     let mut link = HostLink::new(HostConfig::new(CONFIG)).unwrap();
     link.open(NOW, SESSION).unwrap();

@@ -1,6 +1,6 @@
 //! Wire bytes against the slow decoder of `reference`; every frame handed out survives being encoded again.
 //!
-//! Input: a byte that says who listens, then the wire bytes.
+//! Input: a byte that states who listens, then the wire bytes.
 
 use super::gripper::{SESSION, wire};
 use super::reference::{Judged, Seen, judge};

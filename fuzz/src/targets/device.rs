@@ -28,7 +28,7 @@ struct Watch {
     commanded: bool,
     force_mn: i32,
     tick: u64,
-    heard: Decoder,
+    decoder: Decoder,
 }
 
 /// The target.
@@ -39,7 +39,7 @@ pub fn check(data: &[u8]) {
         commanded: false,
         force_mn: 0,
         tick: 0,
-        heard: Decoder::new(Role::Tap),
+        decoder: Decoder::new(Role::Tap),
     };
     for step in steps(data) {
         // What time alone allows comes first, under the command before.
@@ -86,7 +86,7 @@ impl Watch {
             Action::Log(level, text) => {
                 let level = grip_link::message::LogLevel::from_code(*level);
                 if let Some(len) = link.log(tick, level, text, &mut out) {
-                    self.hear(&out[..len]);
+                    self.take(&out[..len]);
                 }
             }
         }
@@ -122,7 +122,7 @@ impl Watch {
         let mut out = [0; MAX_WIRE];
         for _ in 0..most {
             let Some(len) = self.link.poll_transmit(tick, &mut out) else { return };
-            self.hear(&out[..len]);
+            self.take(&out[..len]);
         }
         let mut copy = self.link.clone();
         let frames = core::iter::from_fn(|| copy.poll_transmit(tick, &mut out)).take(100).count();
@@ -130,10 +130,10 @@ impl Watch {
     }
 
     /// Every frame sent is a good one.
-    fn hear(&mut self, wire: &[u8]) {
+    fn take(&mut self, wire: &[u8]) {
         assert!(wire.len() >= 3 && wire[0] == 0 && wire[wire.len() - 1] == 0);
         let mut input = wire;
-        let Some(Verdict::Frame(frame)) = self.heard.next(&mut input) else {
+        let Some(Verdict::Frame(frame)) = self.decoder.next(&mut input) else {
             panic!("no good frame: {wire:?}")
         };
         assert_eq!(frame.header.direction, Direction::ToHost);

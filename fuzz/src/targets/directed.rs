@@ -26,7 +26,7 @@ impl Author {
         Self { script: vec![first.to_owned(), "ready 0".to_owned()], seq: 0 }
     }
 
-    fn say(&mut self, line: &str) -> &mut Self {
+    fn line(&mut self, line: &str) -> &mut Self {
         self.script.push(line.to_owned());
         self
     }
@@ -35,17 +35,17 @@ impl Author {
         let header = Header::new(Direction::ToDevice, kind, self.seq, SESSION);
         self.seq += 1;
         let bytes = wire(&Header { ack_req: true, ..header }, payload);
-        self.say(&format!("rx {tick} {}", hex(&bytes)))
+        self.line(&format!("rx {tick} {}", hex(&bytes)))
     }
 
     fn clear(&mut self, tick: u64, fault: u16) -> &mut Self {
         let payload = written(|p| ClearFault { fault: FaultCode(fault) }.write(p));
-        self.send(tick, Kind::CLEAR_FAULT, &payload).say(&format!("tx {tick} 20"))
+        self.send(tick, Kind::CLEAR_FAULT, &payload).line(&format!("tx {tick} 20"))
     }
 
     fn ping(&mut self, tick: u64) -> &mut Self {
         let payload = written(|p| Ping { t1_us: tick }.write(p));
-        self.send(tick, Kind::PING, &payload).say(&format!("tx {tick} 20"))
+        self.send(tick, Kind::PING, &payload).line(&format!("tx {tick} 20"))
     }
 
     /// HELLO, CONFIG and 5 N until the force has come.
@@ -53,11 +53,11 @@ impl Author {
         let payload = written(|p| Grip { ttl_ms: 100, ..press(1, 1000) }.write(p));
         self.send(0, Kind::HELLO, &hello(Versions::OURS, 0));
         self.send(0, Kind::CONFIG, &CONFIG.to_bytes());
-        self.send(0, Kind::GRIP, &payload).say("tx 0 20").say("drive 9000")
+        self.send(0, Kind::GRIP, &payload).line("tx 0 20").line("drive 9000")
     }
 }
 
-/// Every 100 ms a gripper without a session says who it is, if somebody speaks to it.
+/// Every 100 ms a gripper without a session states who it is, if somebody speaks to it.
 fn announcements() -> Life {
     let mut author = Author::new("new 0");
     author
@@ -76,8 +76,8 @@ fn announcements() -> Life {
 /// CLEAR_FAULT of a fault that is gone is agreed to once more, but not after another fault or stop was latched.
 fn cleared_before(name: &'static str, latch: &str) -> Life {
     let mut author = Author::new("new 0");
-    author.send(0, Kind::HELLO, &hello(Versions::OURS, 0)).say("tx 0 20").say("fault 1000 0101");
-    author.clear(2000, 0x0101).clear(3000, 0x0101).say(latch).clear(5000, 0x0101);
+    author.send(0, Kind::HELLO, &hello(Versions::OURS, 0)).line("tx 0 20").line("fault 1000 0101");
+    author.clear(2000, 0x0101).clear(3000, 0x0101).line(latch).clear(5000, 0x0101);
     let wanted =
         vec!["linked beef", "frame 81", "cleared 0101", "frame 8e", "frame 8e", "frame 8f"];
     Life { name, script: author.script, wanted }
@@ -86,8 +86,8 @@ fn cleared_before(name: &'static str, latch: &str) -> Life {
 /// ESTOP with the torque off, if the gripper is made so, or with the force held.
 fn stopped(name: &'static str, first: &str, drive: &'static str) -> Life {
     let mut author = Author::new(first);
-    author.press().send(10_000, Kind::ESTOP, &[]).say("drive 10000").say("tx 10000 20");
-    author.say("drive 20000");
+    author.press().send(10_000, Kind::ESTOP, &[]).line("drive 10000").line("tx 10000 20");
+    author.line("drive 20000");
     let mut wanted = vec!["linked beef", "configured", "command 1", "frame 81", "frame 83"];
     wanted.extend(["drive force 1000 state 4", "estop", drive, "frame 8e", drive]);
     Life { name, script: author.script, wanted }

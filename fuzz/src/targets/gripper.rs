@@ -96,7 +96,7 @@ pub fn hello(versions: Versions, time_us: u64) -> [u8; Hello::SIZE] {
     payload
 }
 
-/// A command of this force, for as long and as fast as CONFIG says.
+/// A command of this force, for as long and as fast as CONFIG states.
 pub const fn press(cmd_id: u32, force_mn: i32) -> Grip {
     let mode = GripMode::Force.code();
     Grip { cmd_id, mode, flags: 0, ttl_ms: 0, force_mn, slew_mn_s: 0, cause_sample: 0 }

@@ -1,4 +1,4 @@
-//! A host that talks to a gripper over a line that does what the input says: its commands keep every limit.
+//! A host that talks to a gripper over a line that does what the input states: its commands keep every limit.
 //!
 //! The gripper is the real device, so that the input reaches every state; frames can be forged, damaged, lost and late.
 
@@ -16,7 +16,7 @@ const MOST_TURNS: usize = 200;
 /// Frames that a host may have ready at one time: preamble, HELLO, a request, PING.
 const MOST_FRAMES: usize = 4;
 
-/// What a byte says that happens; the next bytes say how.
+/// What a byte states that happens; the next bytes show how.
 pub const TURNS: [&str; 12] = [
     "micros", "millis", "exchange", "write", "hear", "forge", "grip", "damage", "rows", "trouble",
     "call", "lose",
@@ -30,7 +30,7 @@ struct Line {
     boot_id: u32,
     to_device: Vec<u8>,
     to_host: Vec<u8>,
-    heard: Decoder,
+    decoder: Decoder,
     /// Number of the GRIP sent last.
     cmd_id: u32,
     /// Session and force of the GRIP sent last; `None` after the link was opened anew.
@@ -44,7 +44,7 @@ pub fn check(data: &[u8]) {
     let _none = live(data, Notes(None));
 }
 
-/// All that the host of this life is asked, for the mode `host` of the peers, and what it says.
+/// All that the host of this life is asked, for the mode `host` of the peers, and what it reports.
 pub fn talk(data: &[u8]) -> Talk {
     live(data, Notes(Some(Talk::default()))).0.unwrap()
 }
@@ -58,7 +58,7 @@ fn live(data: &[u8], notes: Notes) -> Notes {
         boot_id: 1,
         to_device: Vec::new(),
         to_host: Vec::new(),
-        heard: Decoder::new(Role::Device),
+        decoder: Decoder::new(Role::Device),
         cmd_id: 0,
         sent: None,
         received: 0,
@@ -87,7 +87,7 @@ impl Line {
             "millis" => self.now_us += 1000 * u64::from(input.u16()),
             "exchange" => self.exchange(),
             "write" => self.write(),
-            "hear" => self.hear(input.bytes()),
+            "hear" => self.receive(input.bytes()),
             "forge" => self.forge(input),
             "grip" => self.grip(input),
             "damage" => self.damage(input),
@@ -113,7 +113,7 @@ impl Line {
         let mut input = arrived.as_slice();
         while self.device.receive(tick, &mut input).is_some() {}
         let arrived = core::mem::take(&mut self.to_host);
-        self.hear(&arrived);
+        self.receive(&arrived);
     }
 
     /// Both write what is due; it stays on the line, where it may be damaged, lost or late.
@@ -135,14 +135,14 @@ impl Line {
     }
 
     /// The host takes bytes and time.
-    fn hear(&mut self, bytes: &[u8]) {
+    fn receive(&mut self, bytes: &[u8]) {
         let mut input = bytes;
         let mut events = 0;
         self.notes.take(&self.host, self.now_us, &Call::Receive(bytes));
         while let Some(event) = self.host.receive(self.now_us, &mut input) {
             events += 1;
             assert!(events <= 2 * bytes.len() + 8, "events without end");
-            self.notes.say(|| event_words(&self.host, &event));
+            self.notes.line(|| event_words(&self.host, &event));
             if let HostEvent::Samples { header, .. } = event {
                 let samples = self.host.samples(header).unwrap();
                 assert_eq!(samples.rows().count(), samples.len());
@@ -157,9 +157,9 @@ impl Line {
             return;
         }
         let session = self.host.session();
-        self.heard.open_session(session, None);
+        self.decoder.open_session(session, None);
         let mut input = wire;
-        let Some(Verdict::Frame(frame)) = self.heard.next(&mut input) else {
+        let Some(Verdict::Frame(frame)) = self.decoder.next(&mut input) else {
             panic!("no good frame: {wire:?}")
         };
         assert!(input.is_empty() && frame.header.kind.is_to_device());
@@ -174,7 +174,7 @@ impl Line {
         let session = if oddity & 1 == 0 { self.host.session() } else { input.pick(&[0, 1]) };
         let header = Header::new(Direction::ToHost, kind, input.u16(), session);
         let bytes = wire(&Header { version: oddity >> 6, ..header }, input.bytes());
-        self.hear(&bytes);
+        self.receive(&bytes);
     }
 
     /// R1 and R4 of the host: never negative, never over F_max, never higher while the samples are stale, and no first
@@ -284,7 +284,7 @@ impl Line {
                 self.notes.take(&self.host, now_us, &Call::Reconfigure(config));
                 let refused = self.host.reconfigure(now_us, config).is_err();
                 if refused {
-                    self.notes.say(|| "refused".to_owned());
+                    self.notes.line(|| "refused".to_owned());
                 }
                 assert_eq!(refused, config.force_max_mn < 0 || config.sample_rate_hz == 0);
             }
@@ -312,7 +312,7 @@ impl Line {
                 self.notes.take(&self.host, now_us, &Call::Open(session));
                 assert_eq!(self.host.open(now_us, session).is_err(), session == 0);
                 if session == 0 {
-                    self.notes.say(|| "refused".to_owned());
+                    self.notes.line(|| "refused".to_owned());
                 } else {
                     (self.sent, self.received) = (None, 0);
                 }

@@ -83,7 +83,7 @@ pub fn config_words(c: &Config) -> String {
     )
 }
 
-/// The calls of a life, and all that the host says to them, each with how it stands afterwards.
+/// The calls of a life, and all that the host reports to them, each with how it stands afterwards.
 #[derive(Debug, Default)]
 pub struct Talk {
     /// The calls in the language of the peer.
@@ -106,7 +106,7 @@ impl Notes {
     }
 
     /// An answer to the call.
-    pub fn say(&mut self, words: impl FnOnce() -> String) {
+    pub fn line(&mut self, words: impl FnOnce() -> String) {
         if let Some(talk) = &mut self.0 {
             talk.stated.push(words());
         }
@@ -114,7 +114,7 @@ impl Notes {
 
     /// A frame that was asked for.
     pub fn wrote(&mut self, len: Option<usize>, out: &[u8]) {
-        self.say(|| len.map_or("none".to_owned(), |len| format!("frame {}", hex(&out[..len]))));
+        self.line(|| len.map_or("none".to_owned(), |len| format!("frame {}", hex(&out[..len]))));
     }
 
     /// How `host` stands after the last call.

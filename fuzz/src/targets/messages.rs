@@ -87,7 +87,7 @@ macro_rules! rounds {
     };
 }
 
-/// Every row of a batch can be read, and there are as many as its header says.
+/// Every row of a batch can be read, and there are as many as its header states.
 fn samples(payload: &[u8]) {
     let described = ident(1);
     for mask in 0..8 {
@@ -151,7 +151,7 @@ fn grown<T: PartialEq + Debug>(
     }
 }
 
-/// As many rows as the header says, each with a value for each of its channels and taxels and for no other.
+/// As many rows as the header states, each with a value for each of its channels and taxels and for no other.
 fn rows(payload: &[u8]) {
     let Ok(rows) = Rows::parse(payload) else { return };
     assert_eq!(rows.iter().len(), usize::from(rows.header.rows));

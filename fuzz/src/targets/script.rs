@@ -15,7 +15,7 @@ use grip_link::message::{
 /// Most steps of a life.
 const MOST_STEPS: usize = 200;
 
-/// What a byte says that happens; the next bytes say how.
+/// What a byte states that happens; the next bytes show how.
 pub const TURNS: [&str; 20] = [
     "micros", "millis", "ready", "noise", "frame", "hello", "config", "start", "grip", "drive",
     "send", "row", "floats", "fault", "clear", "estop", "measured", "alive", "log", "short",
@@ -109,7 +109,7 @@ impl Author<'_> {
         self.steps.push(Step { tick: self.tick, action });
     }
 
-    /// One turn: a byte says what, the next ones how.
+    /// One turn: a byte states what, the next ones how.
     fn turn(&mut self) {
         let what = usize::from(self.input.u8()) % TURNS.len();
         match TURNS[what] {

@@ -49,7 +49,7 @@ pub(crate) enum FleetCommand {
     Resume(SelectArgs),
     /// List the roll-outs that some grippers know, the oldest first: model, who and when; of each gripper stage, grasps and how it ended.
     History(SelectArgs),
-    /// Tell one gripper what to do, where its gripd takes commands from the network.
+    /// Command one gripper, where its gripd takes commands from the network.
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events show when it was carried out; while a stop is latched it is
     /// not, and no event shows that. "stop" is no emergency stop.

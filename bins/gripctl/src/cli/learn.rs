@@ -35,7 +35,7 @@ pub(crate) struct CollectArgs {
     /// Where to write the rows (.csv).
     #[arg(short, long)]
     pub(crate) output: PathBuf,
-    /// What was held in all of them, whatever they say.
+    /// What was held in all of them, whatever they report.
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
     /// An object must have stayed for this long after a slip (s), or its force is not known.

@@ -68,7 +68,7 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Make a recording of a file of another program: WAV, NPY, CSV, MCAP, rosbag2.
     ///
-    /// Prints what was taken for what. `--map vibration=NAME` says what a signal is; NAME may be a group, whose axes or items are taken
+    /// Prints what was taken for what. `--map vibration=NAME` states what a signal is; NAME may be a group, whose axes or items are taken
     /// (`--map vibration=/imu.linear_acceleration`, `--map pressure=/skin.data`). Exit codes: 0 done, 2 nothing that can be used.
     Import(ImportArgs),
     /// Write into labels.csv what happens in a recording, for `gripctl score`.
@@ -96,7 +96,7 @@ pub(crate) enum Command {
     /// Make training data of recordings: one row for each slip whose force is known from both sides.
     ///
     /// A recording does not know the adequate force. Of a slip it knows the force at which the object slipped, and the one at which it
-    /// then stayed: 1.2 times these are the bounds adequate_low_n and adequate_high_n, their geometric mean is the target adequate_force_n. What says too
+    /// then stayed: 1.2 times these are the bounds adequate_low_n and adequate_high_n, their geometric mean is the target adequate_force_n. What states too
     /// little is left out and counted. `gripctl train OUTPUT --inputs slip_acceleration_m_s2,trial_force_n --target adequate_force_n`
     /// goes on from there. Exit codes: 0 done, 1 failed, 2 wrong arguments, 3 done, but recordings are damaged or have gaps.
     Collect(CollectArgs),

@@ -58,7 +58,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// By the field `format`; what has none is left to the reader of networks, who says what is wrong with it.
+    /// By the field `format`; what has none is left to the reader of networks, who states what is wrong with it.
     fn of(text: &str) -> Self {
         #[derive(serde::Deserialize)]
         struct Head {

@@ -195,7 +195,7 @@ fn check(
                     out[target]
                 );
             }
-            // Equal everywhere: tell the bound of the first input.
+            // Equal everywhere: report the bound of the first input.
             if found > verified.largest_difference || verified.bound == 0.0 {
                 (verified.largest_difference, verified.bound) = (found, bound);
             }

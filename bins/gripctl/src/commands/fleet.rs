@@ -85,7 +85,7 @@ fn network(reach: &ReachArgs) -> anyhow::Result<Network> {
     Ok(network)
 }
 
-/// Where the router listens that nobody has told where to.
+/// Where a router listens that nobody has given a place.
 const LISTEN: &str = "tcp/127.0.0.1:7447";
 
 fn router(args: &RouterArgs) -> anyhow::Result<Exit> {

@@ -34,7 +34,7 @@ pub(crate) struct Measured {
     pub(crate) lost: u64,
 }
 
-/// Measures at `port` as `args` say.
+/// Measures at `port` as `args` state.
 pub(crate) fn measure(
     port: &str,
     args: &CalibrateArgs,
@@ -85,7 +85,7 @@ struct Meter {
 }
 
 impl Meter {
-    /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper says of it.
+    /// Listens until there are `wanted_s` more of samples; `motion` overrides what the gripper reports of it.
     fn run(&mut self, wanted_s: f64, motion: Option<f32>) -> anyhow::Result<()> {
         #[expect(
             clippy::cast_possible_truncation,

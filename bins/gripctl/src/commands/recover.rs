@@ -50,7 +50,7 @@ pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
     let saved = match saved {
         Ok(saved) => saved,
         Err(error) => {
-            // What was written is of no use; that it cannot be removed either is no news.
+            // What was written is of no use; that it cannot be removed either is nothing new.
             let _ = fs::remove_file(&beside);
             return Err(error);
         }

@@ -44,12 +44,12 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     }
 }
 
-/// Whether the name says that it is a recording of everything.
+/// Whether the name states that it is a recording of everything.
 pub(super) fn is_mcap(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
 }
 
-/// What a recording of such signals cannot tell.
+/// What a recording of such signals cannot show.
 const fn limits_of(channels: &ChannelSet) -> Option<&'static str> {
     match channels.stylus {
         StylusKind::Displacement => None,

@@ -18,7 +18,7 @@ struct Curve<'a> {
     points: Vec<Point>,
 }
 
-/// Writes the curves of `scores` to `file`; its ending tells how.
+/// Writes the curves of `scores` to `file`; its ending reports how.
 pub(super) fn write(file: &Path, scores: &[Score], guard_ms: f64) -> anyhow::Result<()> {
     let curve = |score: &Score| (score.detector.name, score.curve());
     let curves: Vec<_> = scores.iter().map(curve).collect();

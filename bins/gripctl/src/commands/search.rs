@@ -11,7 +11,7 @@ use grip_study::outlook::{
 use mlp::train::{DataSet, Fit, split::Split};
 use serde::Serialize;
 
-/// Candidates that are told.
+/// Candidates that are reported.
 const SHOWN: usize = 10;
 
 #[derive(Serialize)]

@@ -37,7 +37,7 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
-    // Before the work, so that a folder that cannot be written is told at once.
+    // Before the work, so that a folder that cannot be written is reported at once.
     for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
@@ -85,7 +85,7 @@ struct Claim<'a> {
     judged: &'a Judged,
 }
 
-/// What the source study says, held against many draws of rows.
+/// What the source study states, held against many draws of rows.
 fn claims(args: &StudyArgs, config: &StudyConfig) -> anyhow::Result<Exit> {
     let bar = output::progress(config.claim_trainings(), "trainings");
     let claims = judge(config, &|| bar.inc(1))?;

@@ -70,7 +70,7 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     );
 }
 
-/// What a calibration says the fast trigger still finds it finds, and what is far below it does not; the certified alarm does.
+/// What a calibration states the fast trigger still finds it finds, and what is far below it does not; the certified alarm does.
 #[test]
 fn the_smallest_slip_is_found() {
     let folder = tempfile::tempdir().unwrap();

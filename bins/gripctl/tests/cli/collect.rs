@@ -18,7 +18,7 @@ use std::{
     path::Path,
 };
 
-/// What a recording of one grasp says of itself.
+/// What a recording of one grasp shows of itself.
 struct Grasp<'a> {
     scene: &'a str,
     seed: u64,

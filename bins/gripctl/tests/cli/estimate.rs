@@ -26,7 +26,7 @@ fn the_built_in_models_stand_side_by_side() {
     assert!(text.lines().count() == 3 && text.contains("within 10 %"), "{text}");
 }
 
-/// Its weakness is told, and it runs all the same.
+/// Its weakness is reported, and it runs all the same.
 #[test]
 fn the_model_of_the_study_runs_and_states_what_it_is() {
     let folder = tempfile::tempdir().unwrap();

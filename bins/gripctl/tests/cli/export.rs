@@ -127,7 +127,7 @@ fn a_card_goes_with_the_model_and_its_exports() {
     assert_eq!((&exported["data"], &exported["metrics"]), (&trained["data"], &trained["metrics"]));
     assert_eq!(exported["exports"][0]["kind"], "c99");
     assert_eq!(card("net.card.json")["exports"][0]["files"][0]["file"], "net.onnx");
-    // Of a model that came without its card, only what its file says.
+    // Of a model that came without its card, only what its file states.
     gripctl(folder.path(), &["export", "force.json", "--format", "onnx", "--card", "c.json"])
         .done();
     let bare = card("c.json");

@@ -45,7 +45,7 @@ pub(crate) fn notice(text: &str) -> Vec<u8> {
     wire(Kind::NOTICE, |out| notice.write(out).unwrap())
 }
 
-/// A gripper with three events that answers until it is told to end.
+/// A gripper with three events that answers until it is asked to end.
 fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
@@ -167,7 +167,7 @@ fn kept_events_are_shown_once_and_in_order() {
     let values: Vec<Value> = lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
     let ids: Vec<&str> = values.iter().filter_map(|value| value["id"].as_str()).collect();
     assert_eq!(ids, ["00000001.1", "00000001.2", "00000001.3"]);
-    // The file of the place says what was shown: nothing comes again.
+    // The file of the place names what was reported: nothing comes again.
     let folder = tempfile::tempdir().unwrap();
     let state = folder.path().join("place.json");
     let file = state.to_str().unwrap();

@@ -84,7 +84,7 @@ impl Played {
                 thread::yield_now();
             }
         }
-        // Of a router that has gone nothing is told, and the answer is lost.
+        // Of a router that has gone nothing is reported, and the answer is lost.
         match self.shelf.read(&|name| question.parameter(name)) {
             Ok(mut reading) => {
                 while let Some(piece) = reading.next_piece().unwrap() {

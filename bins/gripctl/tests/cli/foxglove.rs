@@ -173,7 +173,7 @@ impl App {
     }
 
     /// Sends a message, masked with zeros.
-    fn say(&mut self, message: &Value) {
+    fn send(&mut self, message: &Value) {
         let text = message.to_string();
         let len = u16::try_from(text.len()).unwrap();
         let mut frame = vec![0x81, 0x80 | 126];
@@ -200,7 +200,7 @@ impl App {
     fn subscribe(&mut self, channels: &[Value], topic: Topic) {
         let channel = channels.iter().find(|channel| channel["topic"] == topic.name()).unwrap();
         let wanted = json!({ "id": topic as u32, "channelId": channel["id"] });
-        self.say(&json!({ "op": "subscribe", "subscriptions": [wanted] }));
+        self.send(&json!({ "op": "subscribe", "subscriptions": [wanted] }));
     }
 
     /// The next message of a topic.
@@ -278,7 +278,7 @@ fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
     app.subscribe(&channels, Topic::Sample);
     app.samples(500);
     assert!(daemon.wants_samples());
-    app.say(&json!({ "op": "unsubscribe", "subscriptionIds": [Topic::Sample as u32] }));
+    app.send(&json!({ "op": "unsubscribe", "subscriptionIds": [Topic::Sample as u32] }));
     until("that no samples are asked for", || !daemon.wants_samples());
     let (code, reported) = server.stop();
     assert_eq!(code, 0, "{reported}");

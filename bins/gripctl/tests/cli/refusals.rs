@@ -1,4 +1,4 @@
-//! What a person may get wrong: each is refused with one message that says what, where and what to do. Most of it stands in
+//! What a person may get wrong: each is refused with one message that states what, where and what to do. Most of it stands in
 //! refusals.toml.
 
 use crate::run::gripctl;
@@ -135,7 +135,7 @@ fn files_that_are_no_recordings() {
                 "toml" => {
                     refuse(&["grasp", &file]);
                     refuse(&["replay", "r.csv", "--calibration", &file]);
-                    // Settings that say nothing are the shipped ones.
+                    // Settings that show nothing are the shipped ones.
                     if name != "empty" {
                         refuse(&["replay", "r.csv", "--config", &file]);
                     }

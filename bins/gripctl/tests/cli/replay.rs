@@ -53,7 +53,7 @@ fn a_recorded_grasp_replays_to_the_same_lines() {
     assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
 }
 
-/// Bad readings and lost rows are no reason to stop: they are counted and told.
+/// Bad readings and lost rows are no reason to stop: they are counted and reported.
 #[test]
 fn bad_readings_and_gaps_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -136,7 +136,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     assert!(ci[0].as_f64().unwrap() < 0.34 && ci[1].as_f64().unwrap() > 0.9, "1 of 3: {ci}");
     let found =
         lines.iter().find(|l| l["detector"] == "travel" && l["recording"] == "found").unwrap();
-    // 0.1 mm at 100 mm/s from 0.3 s on, told by the next pose.
+    // 0.1 mm at 100 mm/s from 0.3 s on, reported by the next pose.
     assert!((number(found, "latency_ms") - 10.0).abs() < 1.0, "{found}");
     let curve: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();

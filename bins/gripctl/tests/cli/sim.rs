@@ -51,7 +51,7 @@ fn grip(port: &Path, seconds: f64) -> Session {
     session
 }
 
-/// The simulator, told to leave when a test fails.
+/// The simulator, asked to leave when a test fails.
 struct Simulator(Child);
 
 impl Drop for Simulator {

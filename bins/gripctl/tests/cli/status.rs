@@ -63,7 +63,7 @@ fn nobody_there_and_wrong_addresses_are_reported_in_a_sentence() {
     assert!(wrong.code == 2 && wrong.err.contains("tcp:IP:PORT"), "{wrong:?}");
 }
 
-/// What `gripctl status` says of a program that sends `answer` after the first bytes that come.
+/// What `gripctl status` states of a program that sends `answer` after the first bytes that come.
 fn of_another_program(answer: &'static [u8]) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let place = format!("tcp:{}", listener.local_addr().unwrap());

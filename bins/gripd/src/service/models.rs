@@ -59,7 +59,7 @@ impl Service {
             None => "no model estimates beside the one in force any more".to_owned(),
         };
         if model.is_some() || self.shadow.is_some() {
-            self.console.say(LogLevel::Info, &text);
+            self.console.log(LogLevel::Info, &text);
         }
         self.shadow = model.map(Loaded::into_estimator);
         let is_there = self.shadow.is_some();
@@ -85,11 +85,11 @@ impl Service {
         let signer = loaded.map_or_else(String::new, Loaded::signer);
         let kept = loaded.map_or(Ok(()), |loaded| self.accepted.note(loaded.sha256()));
         let text = format!("model {} is in force{signer}", self.settings.model_name());
-        self.console.say(LogLevel::Info, &text);
+        self.console.log(LogLevel::Info, &text);
         if let Err(error) = kept {
             let text =
                 format!("that this model was in force is not kept for the next start: {error}");
-            self.console.say(LogLevel::Warn, &text);
+            self.console.log(LogLevel::Warn, &text);
         }
         self.report_setup();
         if let Some(clients) = &mut self.servers.clients {
@@ -100,17 +100,17 @@ impl Service {
     fn refuse_model(&mut self, load: &Loading, reason: NackReason, text: &str) {
         let what = if load.is_shadow() { "taken as a shadow" } else { "put in force" };
         let text = format!("the model that a client asked for is not {what}: {text}");
-        self.console.say(LogLevel::Warn, &text);
+        self.console.log(LogLevel::Warn, &text);
         if let Some(clients) = &mut self.servers.clients {
             clients.loaded(load, Err(reason));
         }
     }
 
-    /// Other settings are in force; `model` says that the configuration names another model.
+    /// Other settings are in force; `model` states that the configuration names another model.
     pub(super) fn settings_changed(&mut self, model: bool) {
         if model && self.settings.loaded.is_some() {
             let text = "the model that a client brought stays in force; that of the configuration is what it gives way to";
-            self.console.say(LogLevel::Warn, text);
+            self.console.log(LogLevel::Warn, text);
         }
         self.report_setup();
     }

@@ -86,7 +86,7 @@ impl Service {
         for remembered in remembered {
             let odd = matches!(remembered, Remembered::Contradicted { .. });
             let level = if odd { LogLevel::Warn } else { LogLevel::Info };
-            self.console.say(level, &remembered.to_string());
+            self.console.log(level, &remembered.to_string());
         }
         let Some(objects) = self.objects.as_mut().filter(|_| !remembered.is_empty()) else {
             return;
@@ -96,7 +96,7 @@ impl Service {
         if let Err(error) = written
             && !failed
         {
-            self.console.say(LogLevel::Error, &message(&error));
+            self.console.log(LogLevel::Error, &message(&error));
         }
     }
 

@@ -1,4 +1,4 @@
-//! Whole runs over a real pseudo-terminal: what is printed and recorded, and that a replay says the same.
+//! Whole runs over a real pseudo-terminal: what is printed and recorded, and that a replay states the same.
 
 use crate::run::{Ran, command, ended, gripd};
 use grip_record::{CsvOptions, Recording, read_csv};
@@ -40,7 +40,7 @@ pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
         return;
     }
     // A machine that stops the program for a second makes it arm the gripper again: that pipeline has a file of its own, which
-    // says nothing of how it began. Recordings of everything do; see `recording.rs`.
+    // shows nothing of how it began. Recordings of everything do; see `recording.rs`.
     let further: Vec<PathBuf> = (1..)
         .map(|part| file.with_file_name(format!("run-{part:04}.csv")))
         .take_while(|part| part.exists())
@@ -119,7 +119,7 @@ fn the_object_is_held_and_every_line_is_as_agreed() {
     replays_identically(&file, &ran, &HostConfig::default());
 }
 
-/// A gripper that feels only with its stylus, at a low limit of force: the recording still says that a controller ran.
+/// A gripper that feels only with its stylus, at a low limit of force: the recording still states that a controller ran.
 #[test]
 fn a_gripper_without_other_sensors_replays_identically() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Ports that are no gripper: each is told from the others, within the three seconds that gripd asks.
+//! Ports that are no gripper: each is distinguished from the others, within the three seconds that gripd asks.
 
 use crate::run::{Ran, command, ended, gripd};
 use core::sync::atomic::{AtomicBool, Ordering};

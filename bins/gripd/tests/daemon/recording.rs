@@ -1,4 +1,4 @@
-//! Whole runs recorded as MCAP: the replay says byte by byte what was printed, whatever happened in between.
+//! Whole runs recorded as MCAP: the replay states byte by byte what was printed, whatever happened in between.
 
 use crate::{
     run::Ran,
@@ -51,7 +51,7 @@ fn a_reload_in_between_is_replayed() {
     assert_eq!(replays(folder.path(), &ran).pipelines, 3);
 }
 
-/// Asks, and hears that it was carried out.
+/// Asks, and receives that it was carried out.
 fn ask(client: &mut grip_daemon::client::Client, command: &Command) {
     client.command(command).unwrap();
     receive(client, |message| {

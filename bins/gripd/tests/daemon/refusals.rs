@@ -1,4 +1,4 @@
-//! What a person may get wrong: each is refused with one message that says what, where and what to do.
+//! What a person may get wrong: each is refused with one message that states what, where and what to do.
 
 use crate::run::gripd;
 use std::{fs, path::Path};
@@ -98,7 +98,7 @@ fn layers_and_what_is_in_force() {
     fs::write(folder.path().join("other.toml"), "").unwrap();
     let ran = gripd(folder.path(), &["--check-config", "--config", "other.toml"]);
     assert_eq!((ran.code, ran.err.as_str()), (0, "other.toml: valid\nmodel: embedded model\n"));
-    // A mistake is told where it stands, also below the file in force.
+    // A mistake is reported where it stands, also below the file in force.
     fs::write(user.join("gripd.toml"), "[grip]\nf_max_n = \"9\"\n").unwrap();
     refuse(folder.path(), &["--port", "sim"], &[".config/gripd/gripd.toml:2:11: invalid type"]);
     fs::write(user.join("gripd.toml"), "").unwrap();

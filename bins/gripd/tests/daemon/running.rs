@@ -26,7 +26,7 @@ pub(crate) struct Running {
     folder: PathBuf,
 }
 
-/// What the subscriber hears: everything but rows.
+/// What the subscriber receives: everything but rows.
 pub(crate) const UPDATES: Subscribe =
     Subscribe { versions: Versions::OURS, topics: Topics::ALL, every_nth: 0, state_ms: 100 };
 
@@ -126,7 +126,7 @@ fn pause() -> bool {
     false
 }
 
-/// Hears messages until `done`, told of each.
+/// Receives messages until `done`, which sees each.
 #[track_caller]
 pub(crate) fn receive(client: &mut Client, mut done: impl FnMut(&ToClient<'_>) -> bool) {
     let mut over = false;

@@ -1,4 +1,4 @@
-//! A gripper with a taxel array over a pseudo-terminal: its frames are recorded beside the samples, and a replay says the same.
+//! A gripper with a taxel array over a pseudo-terminal: its frames are recorded beside the samples, and a replay states the same.
 
 use crate::{live::replays_identically, run::gripd};
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -10,7 +10,7 @@ use std::{
     net::{TcpListener, TcpStream},
 };
 
-/// Numbers from the first row on without a gap, unless gripd says that it dropped frames or lost samples.
+/// Numbers from the first row on without a gap, unless gripd reports that it dropped frames or lost samples.
 #[test]
 fn a_client_that_wants_every_sample_gets_each_once() {
     let folder = tempfile::tempdir().unwrap();

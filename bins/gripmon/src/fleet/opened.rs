@@ -1,4 +1,4 @@
-//! The line above the view of one gripper of many: which one, what it tells of its samples, and the way back.
+//! The line above the view of one gripper of many: which one, what it reports of its samples, and the way back.
 
 use crate::palette::Palette;
 use crate::scope::Scope;
@@ -39,7 +39,7 @@ fn is_taken(ui: &Ui, state: &ViewState) -> bool {
     over || ui.ctx().text_edit_focused() || Popup::is_any_open(ui.ctx())
 }
 
-/// What is told of samples, as a sentence.
+/// What is reported of samples, as a sentence.
 fn samples(every_nth: Option<u16>) -> String {
     match every_nth {
         None => String::new(),

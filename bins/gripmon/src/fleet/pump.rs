@@ -1,4 +1,4 @@
-//! What the network tells into the roster, on a thread of its own; requests to paint out, where something is new and seen.
+//! What the network reports into the roster, on a thread of its own; requests to paint out, where something is new and seen.
 
 use super::hall::{Brought, Hall};
 use core::panic::AssertUnwindSafe;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle, Thread};
 use std::{io, panic};
 
-/// Time between two frames of the table: grippers tell what they do five times a second.
+/// Time between two frames of the table: grippers report what they do five times a second.
 pub const FRAME: Duration = Duration::from_millis(200);
 /// Items taken in at once while the window may want the roster.
 const BUDGET: usize = 256;
@@ -69,7 +69,7 @@ impl Drop for FleetPump {
         self.watch.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // A thread that has panicked has nothing left to say.
+            // A thread that has panicked has nothing left to report.
             let _ended = thread.join();
         }
     }

@@ -202,7 +202,7 @@ impl Shots {
         window::fulfil(ctx, Ask::Picture(Picture { path, is_last }), &self.make);
     }
 
-    /// Writes what was made, and tells what was written.
+    /// Writes what was made, and reports what was written.
     fn written(&mut self, lobby: &mut Lobby, ctx: &egui::Context) {
         while let Ok((picture, image)) = self.made.try_recv() {
             let work =

@@ -2,7 +2,7 @@
 
 use crate::num;
 
-/// Places of ticks and the digits behind the point that tell them apart.
+/// Places of ticks and the digits behind the point that distinguish them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ticks {
     /// Distance of two ticks.
@@ -53,7 +53,7 @@ pub fn number(value: f64, ticks: &Ticks) -> String {
     format!("{value:.*}", ticks.decimals.min(9))
 }
 
-/// A time (s) as text: seconds, or hours, minutes and seconds where seconds alone say little.
+/// A time (s) as text: seconds, or hours, minutes and seconds where seconds alone state little.
 #[must_use]
 pub fn label(t_s: f64, ticks: &Ticks) -> String {
     let decimals = ticks.decimals.min(9);

@@ -7,7 +7,7 @@ use eframe::egui::{self, Button, RichText, Slider, Ui, vec2};
 use grip_scope::SourceStatus;
 use grip_scope::format;
 
-/// Largest force that can be entered where the gripper tells no limit (N).
+/// Largest force that can be entered where the gripper reports no limit (N).
 const MODEST_N: f64 = 10.0;
 
 pub(super) fn command(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {

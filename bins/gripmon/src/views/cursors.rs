@@ -52,7 +52,7 @@ pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
 /// The curves of the plots that are shown.
 fn shown(seen: &Seen<'_>) -> Vec<Channel> {
     let plots = seen.state.layout.plots.iter().filter(|plot| plot.shown);
-    // The curve drawn last lies on top; it is also told first, as beside the plot.
+    // The curve drawn last lies on top; it is also reported first, as beside the plot.
     let curves = plots.flat_map(|plot| strip::curves(plot.plot, seen.model).into_iter().rev());
     curves.filter(|curve| curve.reported).map(|curve| curve.channel).collect()
 }

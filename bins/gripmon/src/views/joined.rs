@@ -1,4 +1,4 @@
-//! Stretches of time, however many, in; as few rectangles across a plot as can be told apart out.
+//! Stretches of time, however many, in; as few rectangles across a plot as can be distinguished, out.
 
 use crate::plot::Frame;
 use eframe::egui::{Color32, Mesh, Painter, Rangef, Rect, Shape};
@@ -7,7 +7,7 @@ use grip_scope::model::Stretch;
 /// What begins within so much of a narrow one is joined with it (points).
 const NEAR: f32 = 2.0;
 
-/// A stretch, or several that cannot be told apart.
+/// A stretch, or several that cannot be distinguished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Piece<T> {
     /// From its left to its right edge (points).

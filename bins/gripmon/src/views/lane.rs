@@ -33,7 +33,7 @@ pub(super) const fn tone(kind: EventKind) -> Tone {
     }
 }
 
-/// How loud an event is: of those that stand at one place the loudest is told.
+/// How loud an event is: of those that stand at one place the loudest is reported.
 const fn rank(kind: EventKind) -> u8 {
     match tone(kind) {
         Tone::Red => 5,
@@ -50,7 +50,7 @@ pub(super) const fn worst(a: EventKind, b: EventKind) -> EventKind {
     if rank(b) > rank(a) { b } else { a }
 }
 
-/// A tick, for one event or for several that cannot be told apart.
+/// A tick, for one event or for several that cannot be distinguished.
 #[derive(Clone, Copy, Debug)]
 struct Tick<'a> {
     x: f32,

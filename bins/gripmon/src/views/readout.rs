@@ -20,7 +20,7 @@ pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen
     let reported: Vec<&Curve> = curves.iter().filter(|curve| curve.reported).collect();
     let room = ((ui.available_height() + 1.0) / 16.0).floor();
     let most = crate::num::whole(f64::from(room)).max(1);
-    // The curve drawn last lies on top; it is also told first.
+    // The curve drawn last lies on top; it is also reported first.
     for curve in reported.iter().rev().take(most) {
         line(ui, curve, seen);
     }
@@ -100,7 +100,7 @@ pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
     }
 }
 
-/// The flags of the value that is told; of thinned-out stretches, which keep means only, none.
+/// The flags of the value that is reported; of thinned-out stretches, which keep means only, none.
 fn flags(ui: &mut Ui, seen: &Seen<'_>) {
     let flags = value(Channel::EscFlags, seen).filter(|flags| flags.fract() == 0.0);
     let flags = flags.and_then(|flags| u8::try_from(crate::num::whole(flags)).ok());

@@ -69,7 +69,7 @@ fn cut(ui: &mut Ui, text: RichText, most: f32) {
 #[must_use]
 pub(crate) const fn tone(status: &SourceStatus) -> Tone {
     match status {
-        // What is odd about a file is told.
+        // What is odd about a file is reported.
         SourceStatus::Complete { note } if !note.is_empty() => Tone::Orange,
         SourceStatus::Live | SourceStatus::Complete { .. } => Tone::Green,
         SourceStatus::Idle => Tone::Quiet,

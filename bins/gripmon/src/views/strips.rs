@@ -135,7 +135,7 @@ fn area(
     painter.add(Shape::mesh(mesh));
 }
 
-/// Peaks and valleys of the stylus as the observer has them, where they are few enough to be told apart.
+/// Peaks and valleys of the stylus as the observer has them, where they are few enough to be distinguished.
 pub(super) fn turns(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
     let (peak, valley) = (seen.palette.tone(Tone::Red), seen.palette.tone(Tone::Green));
@@ -221,7 +221,7 @@ pub(super) fn limit_above(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
 }
 
-/// A sentence about the thresholds of the bands, where the source does not tell its own.
+/// A sentence about the thresholds of the bands, where the source does not show its own.
 pub(super) fn foreign_thresholds(seen: &Seen<'_>) -> Option<&'static str> {
     let shipped = seen.model.info().observer == Some(ObserverSettings::Shipped);
     shipped.then_some("thresholds of the shipped settings")

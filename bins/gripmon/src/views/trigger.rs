@@ -149,7 +149,7 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
     }
 }
 
-/// Factor and prefix in which the levels of a channel are told.
+/// Factor and prefix in which the levels of a channel are reported.
 const fn fixed_prefix(channel: Channel) -> (f64, &'static str) {
     match channel {
         Channel::Stylus | Channel::SecondStylus => (1e-6, "\u{b5}"),

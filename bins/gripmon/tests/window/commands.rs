@@ -18,7 +18,7 @@ fn commands_are_locked_limited_and_a_release_is_asked_for() {
     assert!(harness.state().state.message.is_none());
     click(&mut harness, "Arm commands");
     click(&mut harness, "Hold with this force");
-    // This model has no source behind it: the refusal is told.
+    // This model has no source behind it: the refusal is reported.
     assert!(
         harness
             .state()

@@ -1,4 +1,4 @@
-//! Every control does what its label says.
+//! Every control does what its label states.
 
 use super::{fixture, window};
 use eframe::egui::Key;

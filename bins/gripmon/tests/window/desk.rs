@@ -293,7 +293,7 @@ fn the_arrangement_is_remembered_when_the_window_closes() {
     let mut again = Harness::builder().with_size([1400.0, 1000.0]).build_ui_state(frame, scope);
     again.run_steps(4);
     assert!((again.state().layout().panel_width - read.panel_width).abs() < 1.0);
-    // A file that cannot be written is told at the end.
+    // A file that cannot be written is reported at the end.
     fs::remove_file(folder.path().join("layout.toml")).unwrap();
     fs::create_dir(folder.path().join("layout.toml")).unwrap();
     let reported = harness.state_mut().desk.close().unwrap();

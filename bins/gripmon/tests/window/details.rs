@@ -15,7 +15,7 @@ use gripmon::strip::StripId;
 #[test]
 fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
     let mut model = fixture::grasp();
-    // The source says 0.2, the scope's own observer 0.5 with its enclosure.
+    // The source states 0.2, the scope's own observer 0.5 with its enclosure.
     model.take(Feed::State(fixture::state(1.05)));
     let kind = grip_link::message::daemon::Reading::Literal;
     let esc = Some(EscPoint { kind, value: 0.5, low: 0.4, high: 0.6, flags: 0 });
@@ -193,7 +193,7 @@ fn a_small_window_stays_usable_with_every_panel() {
         harness.run();
         let stylus = harness.get_by_label("Stylus plot").rect();
         assert!(stylus.width() > 300.0 && stylus.height() > 30.0, "{panel:?}: {stylus:?}");
-        // Plots that have no room are told, and none stands over another or over the axis.
+        // Plots that have no room are reported, and none stands over another or over the axis.
         let plots: Vec<_> = harness.query_all_by_label_contains(" plot").collect();
         let mut rects: Vec<_> = (plots.iter())
             .filter(|node| !node.value().unwrap_or_default().starts_with('+'))

@@ -37,7 +37,7 @@ pub(crate) fn rows(channels: &[Channel], rate_hz: u64, (from, to): (usize, usize
     }
 }
 
-/// Two seconds of a grasp at 10 kHz with a slip, a fault and everything else that a daemon tells.
+/// Two seconds of a grasp at 10 kHz with a slip, a fault and everything else that a daemon reports.
 pub(crate) fn grasp() -> Model {
     let mut model = Model::new(64 << 20);
     greet(&mut model, true);

@@ -1,4 +1,4 @@
-//! The table of many grippers: what it says after messages, what clicks and keys do, how one is opened and left again.
+//! The table of many grippers: what it reports after messages, what clicks and keys do, how one is opened and left again.
 
 use super::fixture;
 use super::fleet_fixture::{health, many, member, of, reported, state};
@@ -48,7 +48,7 @@ fn receive(harness: &mut Harness<'_, Held>, feeds: impl IntoIterator<Item = Flee
     harness.run_steps(2);
 }
 
-/// What the rows say, from top to bottom.
+/// What the rows state, from top to bottom.
 fn rows(harness: &Harness<'_, Held>) -> Vec<String> {
     let mut rows: Vec<(f32, String)> = harness
         .query_all_by_label_contains("Gripper 5a5a")
@@ -234,7 +234,7 @@ fn a_table_without_updates_asks_for_no_further_frame() {
     assert_eq!(output.repaint_delay, Duration::MAX);
 }
 
-/// The view of one gripper that tells every n-th sample, and where it leads.
+/// The view of one gripper that reports every n-th sample, and where it leads.
 fn view(every_nth: u16, mut model: Model) -> Harness<'static, (Scope, Vec<Lead>)> {
     let (name, place) = ("hall-1/5a".to_owned(), "tcp/127.0.0.1:7447".to_owned());
     let (may_command, dry_run, records) = (false, false, false);

@@ -86,7 +86,7 @@ fn the_tour_is_shown_once_has_three_hints_and_ends_with_escape() {
         press(&mut harness, Key::Enter);
     }
     assert_eq!(harness.state().state.tour, None);
-    // What is remembered says that it was shown, from its first hint on.
+    // What is remembered states that it was shown, from its first hint on.
     let remembered = harness.state().layout();
     assert!(remembered.toured && !Layout::default().toured);
     let mut again = ViewState::new(remembered);

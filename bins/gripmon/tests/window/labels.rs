@@ -40,7 +40,7 @@ struct Case {
     done: Done,
 }
 
-/// Whether a control has done what it says.
+/// Whether a control has done what it reports.
 type Done = fn(&Scope) -> bool;
 
 const fn case(
@@ -240,7 +240,7 @@ fn commands() -> Vec<Case> {
         let state = slip_core::PipelineState { fault: FaultCode(0x2103), ..fixture::state(1.99) };
         s.shared.engine().model.take(Feed::State(state));
     };
-    // This model has no source behind it: what was tried is refused, and told.
+    // This model has no source behind it: what was tried is refused, and reported.
     let tried = |s: &Scope| stated(s, "Not sent: only a running daemon");
     vec![
         case(at, "Stop", nothing, Click, tried),

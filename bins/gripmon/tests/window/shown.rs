@@ -42,7 +42,7 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
 #[test]
 fn flags_of_esc_are_those_of_the_value_beside_them() {
     let mut harness = window(fixture::grasp(), Panel::Events);
-    // At the end nothing slips any more; the fixture's slip says that it knows nothing.
+    // At the end nothing slips any more; the fixture's slip shows that it knows nothing.
     for (to_s, flags) in [(2.0, 0), (1.05, 1), (0.8, 0)] {
         harness.state_mut().state.window.show(Span::new(0.5, to_s));
         harness.run();
@@ -84,7 +84,7 @@ fn the_health_panel_reports_rates_losses_clocks_latency_stages_and_sensors() {
         assert!(harness.query_all_by_label(value).count() >= 1, "{value}");
     }
     harness.get_by_label("Latency histogram");
-    // An older daemon tells quantiles only, a young one has sent nothing yet.
+    // An older daemon reports quantiles only, a young one has sent nothing yet.
     for (appended, stated) in [
         (None, "This gripd is older than gripmon and sends quantiles only."),
         (Some(Appended::default()), "No command was sent yet."),

@@ -54,7 +54,7 @@ pub enum ListenError {
     },
 }
 
-/// What is told where other computers may connect.
+/// What is reported where other computers may connect.
 pub const REMOTE_WARNING: &str = "other computers can connect: nothing is encrypted and nobody is asked who he is; whoever reaches this port can read everything and, where commands are allowed, move the gripper";
 
 /// A socket that takes connections.
@@ -151,7 +151,7 @@ impl Stream {
     /// Connects to a daemon and waits for it at most so long.
     ///
     /// # Errors
-    /// What the system says.
+    /// What the system states.
     pub fn connect(listen: &Listen, patience: Duration) -> io::Result<Self> {
         match listen {
             Listen::Off => Err(io::Error::new(io::ErrorKind::InvalidInput, "off is no address")),
@@ -167,7 +167,7 @@ impl Stream {
     /// A read waits at most so long.
     ///
     /// # Errors
-    /// What the system says.
+    /// What the system states.
     pub fn set_read_timeout(&self, timeout: Duration) -> io::Result<()> {
         match self {
             Self::Tcp(stream) => stream.set_read_timeout(Some(timeout)),

@@ -1,8 +1,8 @@
 //! Items of the hot thread and connections in; frames for every client, and the commands of those that may, out.
 //!
 //! [`ClientSession`] is one client without a socket. [`Clients`] are all of them at their sockets: nothing here ever waits for a
-//! client. What a slow one does not fetch in time is dropped for it, samples first and frame by frame, and it is told how
-//! much; one that takes nothing at all, sends rubbish or never subscribes is sent away. `protocol/SPEC.md`, chapter 16, says what
+//! client. What a slow one does not fetch in time is dropped for it, samples first and frame by frame, and it is reported how
+//! much; one that takes nothing at all, sends rubbish or never subscribes is sent away. `protocol/SPEC.md`, chapter 16, states what
 //! goes over the socket.
 
 mod batch;
@@ -77,7 +77,7 @@ impl Default for ClientsConfig {
     }
 }
 
-/// What WELCOME tells of the daemon.
+/// What WELCOME reports of the daemon.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct About {
     /// Its name and version, such as `gripd 0.1.0`; at most 255 bytes are sent.
@@ -254,7 +254,7 @@ impl Clients {
     /// Where it really listens: with the port that the system chose for port 0.
     ///
     /// # Errors
-    /// What the system says.
+    /// What the system states.
     pub fn place(&self) -> io::Result<Listen> {
         self.listener.as_ref().map_or(Ok(Listen::Off), Listener::place)
     }
@@ -345,7 +345,7 @@ impl Clients {
         self.known.object(host_us, text, grasps, &mut self.roster);
     }
 
-    /// What SETUP says from now on.
+    /// What SETUP states from now on.
     pub fn set_setup(&mut self, setup: Setup) {
         self.known.set_setup(setup, &mut self.roster);
     }
@@ -359,7 +359,7 @@ impl Clients {
         ClientCounters { dropped, bad_commands, ..self.counters }
     }
 
-    /// WELCOME says so from now on; clients that are here already are not told.
+    /// WELCOME reports it from now on; clients that are here already are not informed.
     pub fn set_about(&mut self, about: About) {
         self.about = About { run_id: self.about.run_id, ..about };
     }
@@ -384,7 +384,7 @@ impl Clients {
         }
     }
 
-    /// Figures of the daemon, for those who want to hear them and for QUERY; call it every second. What is known here (clients, frames
+    /// Figures of the daemon, for those who want to receive them and for QUERY; call it every second. What is known here (clients, frames
     /// dropped for them, state of the link, slips) is filled in.
     pub fn health(&mut self, health: &Health) {
         let clients = u16::try_from(self.count()).unwrap_or(u16::MAX);
@@ -395,7 +395,7 @@ impl Clients {
     /// Waits for the sockets at most so long, then reads, answers and writes as far as that goes without waiting.
     ///
     /// # Errors
-    /// What the system says to `poll`; trouble with a client is never one.
+    /// What the system states to `poll`; trouble with a client is never one.
     pub fn poll(&mut self, now_us: u64, timeout: Duration) -> io::Result<()> {
         self.tick(now_us);
         self.write(now_us);
@@ -411,7 +411,7 @@ impl Clients {
         Ok(())
     }
 
-    /// Says goodbye to everybody, as far as that goes without waiting, and listens no more.
+    /// Takes leave of everybody, as far as that goes without waiting, and listens no more.
     pub fn close(&mut self, now_us: u64) {
         for client in &mut self.roster.clients {
             client.session.part(now_us, Goodbye::Ending);

@@ -16,7 +16,7 @@ pub enum Class {
     Answers,
 }
 
-/// The classes whose losses are told.
+/// The classes whose losses are reported.
 pub(super) const REPORTED: [(Class, DroppedClass); 3] = [
     (Class::Rows, DroppedClass::Rows),
     (Class::States, DroppedClass::States),
@@ -29,7 +29,7 @@ pub(super) struct Outbox {
     bytes: Vec<u8>,
     from: usize,
     limit: usize,
-    /// Frames dropped since they were told, by class.
+    /// Frames dropped since they were reported, by class.
     dropped: [u32; 4],
 }
 

@@ -1,4 +1,4 @@
-//! Messages in, frames for those who want to hear them out; what a newcomer must know is kept.
+//! Messages in, frames for those who want to receive them out; what a newcomer must know is kept.
 
 use super::batch::{Batch, Row};
 use super::{Class, Client, ClientSession};
@@ -17,7 +17,7 @@ use slip_core::units::Micros;
 
 use std::collections::VecDeque;
 
-/// Slips that QUERY tells.
+/// Slips that QUERY reports.
 const RECENT: usize = 8;
 
 /// The clients, and the batches of samples that some of them share.
@@ -71,7 +71,7 @@ impl Roster {
         }
     }
 
-    /// One message for all who want to hear of its topic.
+    /// One message for all who want to receive its topic.
     fn report(
         &mut self,
         class: Class,
@@ -96,7 +96,7 @@ fn hand_out(clients: &mut [Client], every_nth: u16, payload: &[u8]) {
     }
 }
 
-/// What SETUP says of models and settings.
+/// What SETUP states of models and settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// Reloads so far.
@@ -109,7 +109,7 @@ pub struct Setup {
     pub name: String,
 }
 
-/// What was told last: for QUERY.
+/// What was reported last: for QUERY.
 #[derive(Debug)]
 pub(super) struct Known {
     gripper: Gripper,

@@ -19,7 +19,7 @@ pub const MOST_BAD_FRAMES: u32 = 256;
 /// Least time between two NOTICE of one class of drops while a client stays slow (us).
 const REPORT_US: u64 = 1_000_000;
 
-/// What a client may and is told at its greeting; the same for all.
+/// What a client may and is sent at its greeting; the same for all.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
     /// WELCOME, without the token.
@@ -48,7 +48,7 @@ pub struct Brought {
 /// What a client asked for, as far as others must act on it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Asked {
-    /// It opened a session or changed what it hears.
+    /// It opened a session or changed what it receives.
     Subscribed,
     /// It wants everything known, then the answer to the request of this number.
     Query {
@@ -324,7 +324,7 @@ impl ClientSession {
         payload.get(..len).is_some_and(|payload| self.send(class, kind, payload))
     }
 
-    /// Whether it wants to hear of a topic.
+    /// Whether it wants to receive a topic.
     #[must_use]
     pub fn receives(&self, topic: Topics) -> bool {
         self.subscription.is_some_and(|wanted| wanted.topics.has(topic))
@@ -369,7 +369,7 @@ impl ClientSession {
         }
     }
 
-    /// Time has passed: drops are told once there is room, and who is silent or takes nothing is sent away.
+    /// Time has passed: drops are reported once there is room, and who is silent or takes nothing is sent away.
     pub fn tick(&mut self, now_us: u64, stall_us: u64) {
         if self.outgoing().is_empty() {
             self.progress_us = now_us;
@@ -416,7 +416,7 @@ impl ClientSession {
         }
     }
 
-    /// Says why the connection ends. Nothing is received any more; the caller closes it after one more write.
+    /// Reports why the connection ends. Nothing is received any more; the caller closes it after one more write.
     pub fn part(&mut self, now_us: u64, reason: Goodbye) {
         if self.goodbye.is_some() {
             return;
@@ -464,7 +464,7 @@ impl ClientSession {
     }
 }
 
-/// The session must have a nonce, whatever the payload says.
+/// The session must have a nonce, whatever the payload states.
 fn read<'a>(frame: &Frame<'a>) -> Result<ToDaemon<'a>, PayloadError> {
     if frame.header.session == 0 {
         return Err(PayloadError::Kind { kind: frame.header.kind.0 });

@@ -128,7 +128,7 @@ impl FlightRecorder {
         }
     }
 
-    /// Takes what happened; says where that is worth a dump.
+    /// Takes what happened; states where that is worth a dump.
     pub fn take(&mut self, item: &Item<'_>) -> Option<Cause> {
         match *item {
             Item::Wire { host_us, to_device, bytes } => {

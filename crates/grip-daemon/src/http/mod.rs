@@ -1,6 +1,6 @@
 //! Bytes of an HTTP/1.1 client in, one answer out, and the connection is over: as much of the protocol as a scraper needs.
 //!
-//! Sans-IO, but for [`HttpServer`]. GET and HEAD of a path; every answer says `Connection: close`. Sources: RFC 9110 (methods,
+//! Sans-IO, but for [`HttpServer`]. GET and HEAD of a path; every answer states `Connection: close`. Sources: RFC 9110 (methods,
 //! status codes), RFC 9112 (request line, field lines).
 
 mod exchange;

@@ -11,7 +11,7 @@ use std::{
     os::fd::{AsFd as _, BorrowedFd},
 };
 
-/// Connections at a time; more are told that the server is busy and closed.
+/// Connections at a time; more are informed that the server is busy and closed.
 const MOST: usize = 16;
 /// Accepted in one turn, so that a flood leaves time for other work.
 const AT_ONCE: usize = 32;
@@ -77,7 +77,7 @@ impl HttpServer {
     /// The address in use: the port is chosen by the system where it was 0.
     ///
     /// # Errors
-    /// What the system says.
+    /// What the system states.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
@@ -120,7 +120,7 @@ impl HttpServer {
             } else {
                 self.refused += 1;
                 exchange.refuse(now_us, Refusal::Unavailable);
-                // Told if that goes at once, closed in any case.
+                // Reported if that goes at once, closed in any case.
                 let mut connection = Connection { stream, exchange };
                 connection.send();
             }

@@ -1,7 +1,7 @@
-//! Sentences with their weight in; lines for a terminal, a file or the journal out. A sentence that comes again and again is told
+//! Sentences with their weight in; lines for a terminal, a file or the journal out. A sentence that comes again and again is reported
 //! once, then counted.
 //!
-//! `tracing` was weighed: a service thread that says something now and then needs no spans, and its subscriber costs more code
+//! `tracing` was weighed: a service thread that states something now and then needs no spans, and its subscriber costs more code
 //! than all of this module (docs/results.md).
 
 #[cfg(test)]
@@ -12,7 +12,7 @@ pub use grip_session::config::LogLevel;
 use grip_session::utc;
 use std::io::{self, IsTerminal as _, Write};
 
-/// A sentence is told again after this time (us), with the number of times it came meanwhile.
+/// A sentence is reported again after this time (us), with the number of times it came meanwhile.
 const QUIET_US: u64 = 10_000_000;
 /// Different sentences that are remembered.
 const REMEMBERED: usize = 64;
@@ -42,7 +42,7 @@ impl LogStyle {
         Self::of(stderr.is_terminal(), journal.as_deref(), file)
     }
 
-    /// What a standard error is: whether it is a terminal, what `JOURNAL_STREAM` says, and its device and inode.
+    /// What a standard error is: whether it is a terminal, what `JOURNAL_STREAM` states, and its device and inode.
     #[must_use]
     pub fn of(terminal: bool, journal: Option<&str>, stderr: Option<(u64, u64)>) -> Self {
         let named = journal.and_then(|text| {
@@ -57,7 +57,7 @@ impl LogStyle {
     }
 }
 
-/// Something to tell.
+/// Something to report.
 #[derive(Clone, Copy)]
 pub struct Entry<'a> {
     /// Its weight.
@@ -83,7 +83,7 @@ pub struct Clocks {
     pub wall_us: u64,
 }
 
-/// A sentence that was told.
+/// A sentence that was reported.
 #[derive(Clone, Debug)]
 struct Reported {
     level: LogLevel,
@@ -92,7 +92,7 @@ struct Reported {
     since: u64,
 }
 
-/// Writes lines and remembers what it told.
+/// Writes lines and remembers what it reported.
 #[derive(Clone, Debug)]
 pub struct Log {
     program: &'static str,
@@ -102,21 +102,21 @@ pub struct Log {
 }
 
 impl Log {
-    /// Tells entries of `level` and heavier ones of the program of that name.
+    /// Reports entries of `level` and heavier ones of the program of that name.
     #[must_use]
     pub fn new(program: &'static str, style: LogStyle, level: LogLevel) -> Self {
         Self { program, style, level, reported: Vec::with_capacity(REMEMBERED) }
     }
 
-    /// From now on tells entries of `level` and heavier ones.
+    /// From now on reports entries of `level` and heavier ones.
     pub fn set_level(&mut self, level: LogLevel) {
         self.level = level;
     }
 
-    /// Tells an entry, unless it is too light or was told within the last 10 s.
+    /// Reports an entry, unless it is too light or was reported within the last 10 s.
     ///
     /// # Errors
-    /// What `out` says.
+    /// What `out` states.
     pub fn report(
         &mut self,
         now: Clocks,
@@ -142,10 +142,10 @@ impl Log {
         self.line(now, entry, out)
     }
 
-    /// Tells how often sentences came again whose 10 s are over; to be called now and then.
+    /// Reports how often sentences came again whose 10 s are over; to be called now and then.
     ///
     /// # Errors
-    /// What `out` says.
+    /// What `out` states.
     pub fn tick(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
         while self
             .reported
@@ -162,10 +162,10 @@ impl Log {
         Ok(())
     }
 
-    /// Tells what was only counted so far: for the end.
+    /// Reports what was only counted so far: for the end.
     ///
     /// # Errors
-    /// What `out` says.
+    /// What `out` states.
     pub fn finish(&mut self, now: Clocks, out: &mut dyn Write) -> io::Result<()> {
         let reported = core::mem::take(&mut self.reported);
         reported.iter().try_for_each(|reported| self.count(now, reported, out))

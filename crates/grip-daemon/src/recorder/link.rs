@@ -1,4 +1,4 @@
-//! News of the link in, kind and JSON of a Link message out.
+//! Updates of the link in, kind and JSON of a Link message out.
 
 use crate::LinkNote;
 use grip_session::{config::Uid, session::explain};

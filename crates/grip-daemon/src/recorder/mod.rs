@@ -1,7 +1,7 @@
 //! What leaves the hot thread and the time in, recordings on disk out: MCAP with everything, or CSV with the samples.
 //!
 //! The recorder starts no thread and reads no clock: whoever runs it calls [`Recorder::take`] for each item and
-//! [`Recorder::tick`] some times a second. Whatever goes wrong with a file stops the recording and nothing else: it is told once
+//! [`Recorder::tick`] some times a second. Whatever goes wrong with a file stops the recording and nothing else: it is reported once
 //! ([`Recorder::updates`]), every item that is not recorded is counted, and a new file is tried after a while.
 //!
 //! **Names.** `run.mcap` is written to `run.mcap` where that is not there or empty, else to the first free one of
@@ -10,7 +10,7 @@
 //! number, because times start again with it.
 //!
 //! **Rotation.** Every file stands for itself: attachments, metadata and the settings of the pipeline are written again. But a
-//! pipeline remembers its past, which no file repeats, so a file that starts in the middle of a run says so, and only a replay
+//! pipeline remembers its past, which no file repeats, so a file that starts in the middle of a run reports it, and only a replay
 //! of all files in their order gives the identical events (`gripctl replay run.mcap run-0001.mcap`).
 //!
 //! **Loss.** What has been flushed survives a kill, what has been synced a power cut: [`FLUSH_US`] and [`SYNC_US`].
@@ -70,7 +70,7 @@ impl Default for RecordingOptions {
     }
 }
 
-/// What a recording says of its origin. Times belong together: both clocks were read at once.
+/// What a recording states of its origin. Times belong together: both clocks were read at once.
 #[derive(Clone, Debug, Default)]
 pub struct About {
     /// Program and version, for example `gripd 0.1.0`.
@@ -169,7 +169,7 @@ pub struct Recorder {
     finished: VecDeque<(PathBuf, u64)>,
     flushed_us: u64,
     synced_us: u64,
-    /// Items since the last file stopped, which the next one tells of.
+    /// Items since the last file stopped, which the next one reports.
     missing: u64,
     unflushed: Unflushed,
 }
@@ -286,7 +286,7 @@ impl Recorder {
         }
     }
 
-    /// So many items never reached the recorder, because it was too slow; the recording tells it at this place.
+    /// So many items never reached the recorder, because it was too slow; the recording reports it at this place.
     pub fn dropped(&mut self, items: u64, now_us: u64) {
         self.counters.dropped += items;
         if let Output::Mcap(tape) = &mut self.output

@@ -22,7 +22,7 @@ use std::{
 
 /// The state is recorded when scene or controller change, and otherwise this often.
 const STATE_EVERY: Micros = Micros(10_000);
-/// So is what the gripper tells of itself, when its state, fault or limits change and otherwise this often (us): it comes with every
+/// So is what the gripper reports of itself, when its state, fault or limits change and otherwise this often (us): it comes with every
 /// frame, and the raw bytes of the line have all of it.
 const STATUS_EVERY_US: u64 = 10_000;
 /// Bytes on their way to the operating system.
@@ -166,7 +166,7 @@ impl Tape {
         }
     }
 
-    /// Tells that items are missing here.
+    /// Reports that items are missing here.
     pub(super) fn unrecorded(&mut self, host_us: u64, items: u64) -> Result<(), McapWriteError> {
         let detail = serde_json::json!({ "items": items }).to_string();
         let record = LinkRecord { kind: UNRECORDED, detail: &detail };
@@ -256,7 +256,7 @@ impl Tape {
     }
 }
 
-/// Says to others that the file is being written; a file system without locks, or a pipe, cannot.
+/// Reports to others that the file is being written; a file system without locks, or a pipe, cannot.
 fn lock(out: &File) -> io::Result<()> {
     match out.try_lock() {
         Err(TryLockError::WouldBlock) => {

@@ -173,7 +173,7 @@ impl Peer {
     }
 }
 
-/// Whether a call only says that there is nothing to do yet.
+/// Whether a call only states that there is nothing to do yet.
 fn is_nothing(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }

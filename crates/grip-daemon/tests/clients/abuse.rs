@@ -1,4 +1,4 @@
-//! Clients that stall, flood, send rubbish, say nothing, come in crowds, or dribble.
+//! Clients that stall, flood, send rubbish, send nothing, come in crowds, or dribble.
 
 use crate::rig::{PATIENCE, Rig, tcp, wanted};
 use grip_daemon::client::ClientLink;

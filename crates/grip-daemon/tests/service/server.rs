@@ -12,7 +12,7 @@ use std::{
     net::{Shutdown, TcpStream},
 };
 
-/// A server and the time it is told.
+/// A server and the time it is given.
 struct Rig {
     server: HttpServer,
     address: SocketAddr,

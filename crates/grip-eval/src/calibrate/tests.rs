@@ -8,7 +8,7 @@ use slip_core::{
 #[test]
 fn without_motion_no_threshold_goes_below_its_default() {
     let defaults = thresholds_of(&DetectorConfig::default());
-    // Rest: the four bands of motion and the cumulative sum were never heard.
+    // Rest: the four bands of motion and the cumulative sum were never received.
     let mut second = [0.0; TESTS];
     (second[0], second[1]) = (1.5, 1.4);
     let seconds = [second; 60];

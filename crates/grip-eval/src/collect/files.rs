@@ -169,7 +169,7 @@ struct Place {
     part: u64,
 }
 
-/// It stands before the first message. Whatever is wrong with the file is told when it is read.
+/// It stands before the first message. Whatever is wrong with the file is reported when it is read.
 fn place(file: &Path) -> Option<Place> {
     if !ends(file, "mcap") {
         return None;

@@ -10,7 +10,7 @@
 //! and the label is off by `sqrt(F2 / F1)` at most, as far as the bounds hold. They hold for a load that does not change in between. What was
 //! hit or pulled needs less than F1 afterwards; what stands is held by static friction, so F2 may lie below what would stop a slip, by the
 //! ratio of both frictions at most. Neither acceleration nor an estimate goes into the label: a model that is trained on it does not learn
-//! what another one has answered. What says too little is left out, and counted by its reason ([`Fate`]). How far labels of simulated
+//! what another one has answered. What states too little is left out, and counted by its reason ([`Fate`]). How far labels of simulated
 //! grasps are from the truth: `tests/collect.rs`, and `docs/results.md`.
 //!
 //! [`collect`] reads files, [`SlipWatch`] is the rule without any, [`divide`] keeps objects or grippers apart, [`Row::csv`] writes.

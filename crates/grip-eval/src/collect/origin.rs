@@ -1,4 +1,4 @@
-//! What a recording, its folders and its labels say of gripper and object in, the names for a row out.
+//! What a recording, its folders and its labels state of gripper and object in, the names for a row out.
 
 use grip_record::Label;
 use grip_session::recording::{ABOUT, CONFIG_NAME, OBJECT};
@@ -9,7 +9,7 @@ use std::{
 
 /// Where a name is not known.
 pub const UNKNOWN: &str = "unknown";
-/// How the name of a folder begins that says what was held.
+/// How the name of a folder begins that states what was held.
 const OBJECT_FOLDER: &str = "object=";
 
 /// Where a recording was made, as far as it is known.
@@ -21,7 +21,7 @@ pub(super) struct Origin {
 }
 
 impl Origin {
-    /// What the path says: `SITE/UID/NAME`, with 32 hexadecimal digits as UID, and a folder `object=NAME` anywhere.
+    /// What the path shows: `SITE/UID/NAME`, with 32 hexadecimal digits as UID, and a folder `object=NAME` anywhere.
     pub(super) fn of_path(file: &Path) -> Self {
         let mut origin = Self::default();
         let mut before: Option<&str> = None;
@@ -42,7 +42,7 @@ impl Origin {
         origin
     }
 
-    /// What the labels of its folder say: the material.
+    /// What the labels of its folder state: the material.
     pub(super) fn label(&mut self, file: &Path, labels: &[Label]) {
         let stem = file.file_stem().and_then(|stem| stem.to_str());
         let label = labels.iter().find(|label| Some(label.recording.as_str()) == stem);
@@ -51,7 +51,7 @@ impl Origin {
         }
     }
 
-    /// What the recording itself says goes before everything else.
+    /// What the recording itself states goes before everything else.
     pub(super) fn metadata(&mut self, name: &str, values: &BTreeMap<String, String>) {
         let known = |key: &str| values.get(key).filter(|value| !value.is_empty()).cloned();
         match name {
@@ -61,7 +61,7 @@ impl Origin {
         }
     }
 
-    /// So does its configuration. One that cannot be read, or names no site, says nothing.
+    /// So does its configuration. One that cannot be read, or names no site, shows nothing.
     pub(super) fn attachment(&mut self, name: &str, data: &[u8]) {
         if name != CONFIG_NAME {
             return;

@@ -28,7 +28,7 @@ pub struct Request<'a> {
     pub places: &'a [PathBuf],
     /// Files that are none of them, such as the one to be written.
     pub without: &'a [PathBuf],
-    /// What was held in all of them, whatever they say.
+    /// What was held in all of them, whatever they report.
     pub object: Option<&'a str>,
     /// Which slips.
     pub watch: WatchConfig,

@@ -10,7 +10,7 @@ use slip_core::{
 
 /// Forces are averaged over this time (s).
 const SMOOTH_S: f32 = 0.005;
-/// A force that was not told anew for this long (s) is not known any more.
+/// A force that was not reported anew for this long (s) is not known any more.
 const STALE_S: f64 = 0.04;
 /// Features of one slip that are kept; a slip that goes on for longer shows nothing new.
 const MOST_FEATURES: usize = 4096;
@@ -37,7 +37,7 @@ pub struct MeasuredSlip {
 pub enum Fate {
     /// Both forces are known.
     Kept,
-    /// Neither a sensor nor a command tells the force.
+    /// Neither a sensor nor a command reports the force.
     NoForce,
     /// It was over before anything of it was measured.
     NoFeatures,
@@ -47,7 +47,7 @@ pub enum Fate {
     Unfinished,
     /// It stayed at no more force than that at which it slipped: a false alarm, or something that hit it.
     NoGain,
-    /// The forces are too far apart to say where between them the truth is.
+    /// The forces are too far apart to show where between them the truth is.
     Wide,
     /// A feature that was asked for is missing.
     Incomplete,
@@ -81,7 +81,7 @@ impl Fate {
         }
     }
 
-    /// What it says of slips, for people.
+    /// What it reports of slips, for people.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -137,7 +137,7 @@ pub struct SlipWatch {
     state: State,
     force_n: Option<f32>,
     last: Option<Micros>,
-    /// When the force was told last.
+    /// When the force was reported last.
     reported: Option<Micros>,
 }
 
@@ -148,7 +148,7 @@ impl SlipWatch {
         Self { config, state: State::Quiet, force_n: None, last: None, reported: None }
     }
 
-    /// Takes a sample with what it led to, and tells each slip as soon as it is known what became of it.
+    /// Takes a sample with what it led to, and reports each slip as soon as it is known what became of it.
     pub fn take(
         &mut self,
         sample: &Sample,

@@ -116,7 +116,7 @@ pub struct MemoryTotal {
     pub dropped: usize,
     /// That were crushed.
     pub crushed: usize,
-    /// Of which it was noticed that they are not what their name says.
+    /// Of which it was noticed that they are not what their name states.
     pub noticed: usize,
     /// How far they slipped (mm).
     pub slip_mm: Spread,

@@ -9,10 +9,10 @@ const SPACING_MM: f32 = 1.0;
 /// What the gripper feels. The normal force is measured in every set: a gripper that controls it has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorSet {
-    /// What the scene says.
+    /// What the scene states.
     #[default]
     Scene,
-    /// One stylus: how fast the object slips cannot be told from it.
+    /// One stylus: how fast the object slips cannot be derived from it.
     Stylus,
     /// Stylus and moved distance.
     Travel,

@@ -1,6 +1,6 @@
 //! The detectors that `gripctl score --detectors` can put side by side.
 //!
-//! `default` is the pipeline as configured; `stylus` (its tests fused), `energy`, `cusum` and `glrt` hear the stylus alone; `fused`
+//! `default` is the pipeline as configured; `stylus` (its tests fused), `energy`, `cusum` and `glrt` receive the stylus alone; `fused`
 //! joins the three methods. `esc`, `esc_literal` and `nn` are what the source study detects slips with: tests beside the pipeline,
 //! which gives them its floors. One more is one more line in [`DETECTORS`].
 

@@ -1,6 +1,6 @@
 //! Labelled rest in, what a detector may know of it before it is scored out.
 //!
-//! A recording is scored with what the rest of *other* materials tells; what a calibration or the configuration says goes before that. Where
+//! A recording is scored with what the rest of *other* materials reports; what a calibration or the configuration states goes before that. Where
 //! there is no such rest the pipeline learns its floors as it does live, from the earlier samples of the same recording.
 
 use super::{

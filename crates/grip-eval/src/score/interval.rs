@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 const DRAWS: usize = 2000;
 const SEED: u64 = 0x5eed_0f51_1930_0001;
 const TAIL: f64 = 0.025;
-/// Fewer materials than this say nothing about others.
+/// Fewer materials than this show nothing about others.
 const FEWEST_GROUPS: usize = 5;
 
 /// Lower and upper end; `null` of nothing.

@@ -63,7 +63,7 @@ fn file(label: &Label, directory: &Path) -> PathBuf {
     others.filter(|_| !csv.exists()).unwrap_or(csv)
 }
 
-/// What a recording would be told to put on its first line is wrong advice for labels.
+/// What a recording would be asked to put on its first line is wrong advice for labels.
 fn labels_error(file: &Path, error: LabelError) -> ScoreError {
     match error {
         LabelError::Table(CsvError::Empty { .. }) => {

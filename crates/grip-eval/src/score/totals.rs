@@ -31,7 +31,7 @@ pub struct RecordingScore {
     pub missed: bool,
     /// An alarm before onset - guard.
     pub early: bool,
-    /// Travel at the alarm that counts (mm), where a companion tells it.
+    /// Travel at the alarm that counts (mm), where a companion reports it.
     pub travel_mm: Option<f64>,
     /// Alarms in all.
     pub alarms: u32,

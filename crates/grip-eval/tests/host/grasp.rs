@@ -120,7 +120,7 @@ fn a_force_sensor_that_shows_too_much_makes_no_step_of_pads_that_sink() {
     }
 }
 
-/// What its stylus channel holds a gripper says by the unit: an accelerometer holds what a stylus does, and needs no setting.
+/// What its stylus channel holds a gripper reports by the unit: an accelerometer holds what a stylus does, and needs no setting.
 #[test]
 fn a_stylus_channel_in_m_s2_is_a_vibration_and_holds() {
     let scene = Scene::from_toml(

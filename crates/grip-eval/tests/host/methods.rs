@@ -91,7 +91,7 @@ fn travel_and_electrodes_of_a_fingertip_report_every_slip() {
         assert!(total.latency_ms.p95.unwrap() <= latest_ms, "{total:?}");
         assert_eq!(total.steady_missed, 0, "{total:?}");
     }
-    // No recording is told later by all methods than by the stylus alone.
+    // No recording is reported later by all methods than by the stylus alone.
     let [stylus, _, _, fused] = all.as_slice() else { panic!() };
     for (alone, joined) in stylus.recordings.iter().zip(&fused.recordings) {
         assert!(joined.alarm_s.unwrap() <= alone.alarm_s.unwrap(), "{alone:?} {joined:?}");
@@ -245,7 +245,7 @@ fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
                 detector.step(*x as f32, &MotionInput::default());
             }
             let smallest = f64::from(detector.smallest_over_motion().unwrap());
-            // A slip is told at three times the energy; noise of 0 to 20 Hz has 0.6 of its energy between 4 and 16.
+            // A slip is reported at three times the energy; noise of 0 to 20 Hz has 0.6 of its energy between 4 and 16.
             let rms = 3.0 * smallest / 3.0_f64.sqrt() / 0.6_f64.sqrt();
             let slides = count / 2..count / 2 + 80;
             let put = |i: usize| {
@@ -300,7 +300,7 @@ fn board(file: &Path) -> Vec<(Micros, Vec<f32>)> {
 }
 
 /// The finger rests for a moment and then slides over ridges at 36 frames a second. There are no labels: the rest before the motion is some frames long, so the
-/// noise is given (1.2 counts, as its first frames show), and a slip must be told in each run.
+/// noise is given (1.2 counts, as its first frames show), and a slip must be reported in each run.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn a_capacitive_finger_over_ridged_boards_slips_in_every_run() {

@@ -1,4 +1,4 @@
-//! An address in; many pipelines that tell it their slips, and lines about what they did, out.
+//! An address in; many pipelines that report their slips to it, and lines about what they did, out.
 
 use super::{Args, network, now_us, pause, tape};
 use anyhow::Context as _;
@@ -40,7 +40,7 @@ struct Gripper {
     figures: Vec<u8>,
 }
 
-/// Runs grippers for the time asked for and tells what each of them has sent.
+/// Runs grippers for the time asked for and reports what each of them has sent.
 pub(crate) fn run(address: &str, (first, count): (u16, u16), args: &Args) -> anyhow::Result<()> {
     let tapes = (0..6).map(|seed| tape::record(seed).map(Arc::from));
     let tapes = tapes.collect::<anyhow::Result<Vec<Arc<[Sample]>>>>()?;
@@ -122,7 +122,7 @@ impl Gripper {
         Ok(())
     }
 
-    /// Keeps a slip, then tells it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
+    /// Keeps a slip, then reports it. Its time is that of the sample that showed it: waiting for the frame, and for the other grippers of this
     /// thread, is a part of the delay.
     fn report(&mut self, sampled_us: u64, line: &Event) -> anyhow::Result<()> {
         let Event::Slip(slip) = line else { return Ok(()) };
@@ -138,7 +138,7 @@ impl Gripper {
         self.announced.publish(topic, id, wire);
     }
 
-    /// What goes on without samples: figures still say what the last event was.
+    /// What goes on without samples: figures still state what the last event was.
     fn rest(&mut self, turn: u64) {
         if turn.is_multiple_of(FIGURES) {
             let head = self.spool.log().head();

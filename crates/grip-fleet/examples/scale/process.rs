@@ -1,4 +1,4 @@
-//! A part of this program in; a process of it, what it says and what it costs out.
+//! A part of this program in; a process of it, what it reports and what it costs out.
 
 use super::Args;
 use anyhow::Context as _;
@@ -29,12 +29,12 @@ impl Process {
         Ok(process)
     }
 
-    /// The next line that it says.
+    /// The next line that it reports.
     pub(crate) fn line(&mut self) -> anyhow::Result<String> {
         self.lines.next().context("a part of this program has ended early")?.context("no line")
     }
 
-    /// Processor time so far (s): clock ticks of 10 ms, as Linux tells them to everybody.
+    /// Processor time so far (s): clock ticks of 10 ms, as Linux reports them to everybody.
     pub(crate) fn processor_s(&self) -> anyhow::Result<f64> {
         processor_s(&self.child.id().to_string())
     }

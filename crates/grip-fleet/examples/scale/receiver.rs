@@ -14,7 +14,7 @@ use std::thread;
 /// Longest wait for what comes next.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What a process of grippers says at its end.
+/// What a process of grippers reports at its end.
 type Sent = BTreeMap<String, EventId>;
 
 #[derive(Default)]
@@ -22,11 +22,11 @@ struct Got {
     /// Numbers in the order in which they came.
     ids: BTreeMap<Uid, Vec<EventId>>,
     missing: u64,
-    /// Delays (us) by the time at which the events were told, as [`WHEN`] names it.
+    /// Delays (us) by the time at which the events were reported, as [`WHEN`] names it.
     delays_us: [Vec<u64>; 3],
 }
 
-/// When an event was told.
+/// When an event was reported.
 const WHEN: [&str; 3] =
     ["", " in the first five seconds", " while the router could not be reached"];
 
@@ -59,7 +59,7 @@ impl Times {
         if from_us < to_us && around.contains(&reported_us) {
             2
         } else {
-            // Hundreds of grippers come at once, and the receiver asks each for what it has told before.
+            // Hundreds of grippers come at once, and the receiver asks each for what it has shown before.
             usize::from(reported_us < self.begun_us + 5_000_000)
         }
     }
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let relay = (args.cut > 0).then(|| Relay::start(&last)).transpose()?;
     let place = relay.as_ref().map_or(&last, |relay| &relay.address).clone();
     let (mut got, theirs) = (Got::default(), args.clone());
-    // The first of them tell their events while the others come.
+    // The first of them report their events while the others come.
     let starting = thread::spawn(move || start(&theirs, &place));
     while !starting.is_finished() {
         if let Some(reported) = watch.next(LOOK)? {
@@ -153,7 +153,7 @@ fn start(args: &Args, address: &str) -> anyhow::Result<Vec<Process>> {
     Ok(parts)
 }
 
-/// Reads what the grippers have sent until all have told it, on a thread: they stay there to answer until they are let go of.
+/// Reads what the grippers have sent until all have shown it, on a thread: they stay there to answer until they are let go of.
 fn listen(parts: Vec<Process>) -> Receiver<anyhow::Result<(Sent, u64, f64)>> {
     let (sender, ended) = channel();
     thread::spawn(move || {

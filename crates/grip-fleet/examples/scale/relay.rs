@@ -16,7 +16,7 @@ use std::{
 /// Longest pause between two looks at whether the line is cut.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Passes every connection on. While the line is cut it takes and gives nothing, and nobody is told: connections stay open, as they do where
+/// Passes every connection on. While the line is cut it takes and gives nothing, and nobody is informed: connections stay open, as they do where
 /// a cable is pulled. Its threads end with their connections, and with the program.
 pub(crate) struct Relay {
     /// Where it listens.

@@ -3,7 +3,7 @@
 //!
 //! A folder holds finished files, `2026-11-26.mcap`, `2026-11-26-0001.mcap`, .., at most one that is being written, `..mcap.part`, and
 //! `archive.json`: which file that is, how many of its bytes count, and the last event of each run of each gripper in all files. Bytes are on disk
-//! before that file says so, and it is replaced as a whole. What a kill left behind these bytes is cut off at the next start; the grippers are asked
+//! before that file reports it, and it is replaced as a whole. What a kill left behind these bytes is cut off at the next start; the grippers are asked
 //! for its events again, from where `archive.json` stands.
 
 use crate::{

@@ -30,7 +30,7 @@ pub enum ShelfError {
         /// The folder.
         path: PathBuf,
     },
-    /// The file says something else.
+    /// The file states something else.
     #[error("{}: {reason}", path.display())]
     Content {
         /// Which file.
@@ -85,7 +85,7 @@ impl Shelf {
     /// The text of a model that is kept.
     ///
     /// # Errors
-    /// [`ShelfError`], also where it is another one than its name says.
+    /// [`ShelfError`], also where it is another one than its name states.
     pub fn read(&self, model: &ModelId) -> Result<String, ShelfError> {
         let path = self.folder.join(file_of(model));
         let text = fs::read_to_string(&path).map_err(at(&path))?;

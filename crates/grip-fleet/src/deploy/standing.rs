@@ -1,4 +1,4 @@
-//! What a gripper says of its models, and what it keeps of them over an end of its daemon.
+//! What a gripper reports of its models, and what it keeps of them over an end of its daemon.
 
 use super::{Entry, Paused, Rehearsal};
 use crate::rollout::Grasp;

@@ -30,7 +30,7 @@ pub enum Topic {
     State,
     /// Slips, and sensors whose health changes.
     Event,
-    /// News of daemon, link and gripper.
+    /// Updates of daemon, link and gripper.
     Link,
     /// Figures of the daemon; recordings have none.
     Health,
@@ -86,7 +86,7 @@ impl Topic {
 pub struct Wanted([bool; Topic::ALL.len()]);
 
 impl Wanted {
-    /// Those for which `wanted` says so.
+    /// Those for which `wanted` reports it.
     #[must_use]
     pub fn of(wanted: impl FnMut(Topic) -> bool) -> Self {
         Self(Topic::ALL.map(wanted))
@@ -99,7 +99,7 @@ impl Wanted {
     }
 
     /// What the daemon is asked for, and every n-th sample (n at least 1): samples, states and slips only while somebody looks. Figures
-    /// and news come always: they are rare, tell that the daemon lives, and place samples in time.
+    /// and news come always: they are rare, report that the daemon lives, and place samples in time.
     #[must_use]
     pub fn subscribe(self, every_nth: u16) -> Subscribe {
         let mut topics = Topics::HEALTH.and(Topics::NEWS);

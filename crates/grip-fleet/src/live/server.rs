@@ -111,7 +111,7 @@ impl Server {
         Wanted::of(|topic| self.channel(topic).is_some_and(|channel| channel.has_sinks()))
     }
 
-    /// Subscriptions so far: another number says that somebody looks who has seen nothing yet.
+    /// Subscriptions so far: another number states that somebody looks who has seen nothing yet.
     #[must_use]
     pub fn subscriptions(&self) -> u64 {
         self.newcomers.0.load(Ordering::Relaxed)
@@ -138,7 +138,7 @@ impl Server {
         self.handle.remove_status(vec![name.to_owned()]);
     }
 
-    /// Says goodbye to the apps and waits for them at most so long.
+    /// Takes leave of the apps and waits for them at most so long.
     pub fn stop(self, patience: Duration) {
         let shutdown = self.handle.stop();
         let (ended, end) = mpsc::channel();

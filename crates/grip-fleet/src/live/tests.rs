@@ -1,4 +1,4 @@
-//! What a daemon tells, as a live view shows it.
+//! What a daemon reports, as a live view shows it.
 
 use super::{Topic, Translator, Wanted};
 use grip_daemon::client::ClientLink;
@@ -16,7 +16,7 @@ use slip_core::units::Micros;
 const NOW: u64 = 1_800_000_000_000_000_000;
 const ZERO: u64 = NOW - 10_000_000_000;
 
-/// Messages that were told: topic, log time, bytes.
+/// Messages that were reported: topic, log time, bytes.
 type Reported = Vec<(Topic, u64, Vec<u8>)>;
 
 fn take(translator: &mut Translator, message: &ToClient<'_>, now_ns: u64) -> Reported {
@@ -151,7 +151,7 @@ fn a_state_comes_back_as_a_recording_would_hold_it() {
     let topic = Topic::State.recorded().unwrap();
     let mut none = Vec::new();
     let record = Record::decode(topic, bytes, &mut none);
-    // What the gripper says of itself, and when the daemon had it, is not in the record.
+    // What the gripper reports of itself, and when the daemon had it, is not in the record.
     let wanted =
         PipelineState { host: Micros(0), device: DeviceState::Boot, esc_flags: 4, ..state() };
     assert_eq!(record, Ok(Record::State(wanted)));

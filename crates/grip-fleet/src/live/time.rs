@@ -24,7 +24,7 @@ pub(super) struct Clocks {
 }
 
 impl Clocks {
-    /// A daemon says what time it is; whether it is another start than before.
+    /// A daemon reports what time it is; whether it is another start than before.
     pub(super) fn greeted(&mut self, run_id: u32, host_us: u64, now_ns: u64) -> bool {
         if self.run.is_some_and(|(known, _)| known == run_id) {
             return false;

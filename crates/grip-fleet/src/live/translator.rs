@@ -9,15 +9,15 @@ use serde_json::{Value, json};
 /// Takes what a message becomes: its topic, its log time (ns since 1970), and its bytes.
 pub type Out<'a> = dyn FnMut(Topic, u64, &[u8]) + 'a;
 
-/// Translates what one daemon tells, over all its starts.
+/// Translates what one daemon reports, over all its starts.
 ///
-/// A message bears the wall time of what it tells: host times count from WELCOME, device times go through the offset that HEALTH tells of
+/// A message bears the wall time of what it reports: host times count from WELCOME, device times go through the offset that HEALTH reports
 /// the clocks (before it the end of a frame, before that the arrival). Of one topic they never go back, and never lie ahead of now.
 #[derive(Debug, Default)]
 pub struct Translator {
     wanted: Wanted,
     clocks: Clocks,
-    /// The last slip that was told: QUERY tells the last ones again.
+    /// The last slip that was reported: QUERY reports the last ones again.
     last_slip: u32,
     last_ns: [u64; Topic::ALL.len()],
     taxels: Vec<f32>,
@@ -25,7 +25,7 @@ pub struct Translator {
 }
 
 impl Translator {
-    /// Only these topics are told from now on.
+    /// Only these topics are reported from now on.
     pub const fn want(&mut self, wanted: Wanted) {
         self.wanted = wanted;
     }
@@ -115,7 +115,7 @@ impl Translator {
         }
     }
 
-    /// Tells one message of (what it tells of, now), where somebody looks.
+    /// Reports one message of (what it reports, now), where somebody looks.
     fn report(
         &mut self,
         topic: Topic,

@@ -1,4 +1,4 @@
-//! What one gripper's daemon tells in, publications, a sign of life and answers out.
+//! What one gripper's daemon reports in, publications, a sign of life and answers out.
 
 use super::{NetError, PATIENCE, refused};
 use crate::{

@@ -342,7 +342,7 @@ fn watched(from: usize, sha256: &str, standing: Standing) -> Report {
     }
 }
 
-/// What a gripper says of its models, once it has obeyed the order.
+/// What a gripper reports of its models, once it has obeyed the order.
 ///
 /// # Errors
 /// As [`ask`], and [`NetError::Unusable`].

@@ -1,4 +1,4 @@
-//! A session in, the grippers that are there now and what each says of itself out.
+//! A session in, the grippers that are there now and what each reports of itself out.
 
 use super::{NetError, PATIENCE, refused};
 use crate::{
@@ -43,7 +43,7 @@ impl Listed {
 }
 
 /// Asks what grippers are made of and does not wait: each answer goes to `received`, on a thread of the session. What cannot be read, or does not
-/// come, says nothing.
+/// come, shows nothing.
 ///
 /// # Errors
 /// [`NetError::Refused`].
@@ -76,7 +76,7 @@ pub fn members(session: &Session, selector: &Selector) -> Result<BTreeSet<Member
     Ok(alive.filter_map(|sample| Some(Member::parse(sample.key_expr().as_str())?.0)).collect())
 }
 
-/// Everybody who is there, in the order of site and identity, and what each says of itself.
+/// Everybody who is there, in the order of site and identity, and what each reports of itself.
 ///
 /// # Errors
 /// [`NetError::Refused`].
@@ -104,7 +104,7 @@ pub fn list(session: &Session, selector: &Selector) -> Result<BTreeMap<Member, L
     Ok(listed)
 }
 
-/// Takes an answer; what cannot be read says nothing of its gripper.
+/// Takes an answer; what cannot be read shows nothing of its gripper.
 fn answer(listed: &mut BTreeMap<Member, Listed>, sample: &Sample) {
     let Some((member, part)) = Member::parse(sample.key_expr().as_str()) else { return };
     let listed = listed.entry(member).or_default();

@@ -26,7 +26,7 @@ use zenoh::{Config, Wait as _, config::EndPoint};
 /// Which network.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Network {
-    /// Where the router is, as Zenoh writes it: `tcp/10.0.0.1:7447`, `unixsock-stream//run/zenoh.sock`. What the file says, where absent.
+    /// Where the router is, as Zenoh writes it: `tcp/10.0.0.1:7447`, `unixsock-stream//run/zenoh.sock`. What the file states, where absent.
     pub router: Option<String>,
     /// Zenoh configuration file.
     pub file: Option<PathBuf>,
@@ -40,7 +40,7 @@ pub enum NetError {
     File {
         /// The file.
         file: PathBuf,
-        /// What Zenoh says.
+        /// What Zenoh states.
         reason: String,
     },
     /// The address is none.
@@ -48,7 +48,7 @@ pub enum NetError {
     Router {
         /// The address.
         router: String,
-        /// What Zenoh says.
+        /// What Zenoh states.
         reason: String,
     },
     /// A router cannot listen there.
@@ -56,7 +56,7 @@ pub enum NetError {
     Listen {
         /// Where.
         place: String,
-        /// What Zenoh says.
+        /// What Zenoh states.
         reason: String,
     },
     /// Neither address nor file.
@@ -69,7 +69,7 @@ pub enum NetError {
     NoRouter {
         /// Where it was looked for.
         router: String,
-        /// What Zenoh says.
+        /// What Zenoh states.
         reason: String,
     },
     /// Somebody of that name is there already.
@@ -105,13 +105,13 @@ pub enum NetError {
     Refused {
         /// The name that was asked for.
         key: String,
-        /// What Zenoh says.
+        /// What Zenoh states.
         reason: String,
     },
 }
 
 impl Network {
-    /// What the file says.
+    /// What the file states.
     fn file(&self) -> Result<Config, NetError> {
         let Some(file) = &self.file else { return Ok(Config::default()) };
         Config::from_file(file)
@@ -161,7 +161,7 @@ impl Network {
             .map_err(|reason| NetError::NoRouter { router: self.name(), reason: self.why(&reason) })
     }
 
-    /// Zenoh says only in its log why it has reached nobody, and what is wrong with a certificate.
+    /// Zenoh states only in its log why it has reached nobody, and what is wrong with a certificate.
     fn why(&self, reason: &zenoh::Error) -> String {
         let mut text = short(reason);
         if text.starts_with("Unable to connect") {
@@ -184,7 +184,7 @@ impl Network {
     }
 }
 
-/// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447` or where a Zenoh configuration file says, which also holds
+/// A router in this process, at an endpoint such as `tcp/127.0.0.1:7447` or where a Zenoh configuration file states, which also holds
 /// keys, certificates, how many may connect and who may do what: for tests, and where none is installed. It ends with the session.
 ///
 /// # Errors
@@ -194,7 +194,7 @@ pub fn router(network: &Network) -> Result<Session, NetError> {
     let mut config = network.file()?;
     let wrong = |reason: zenoh::Error| {
         let text = short(&reason);
-        // It says the place twice, and in brackets.
+        // It states the place twice, and in brackets.
         let reason = text.rsplit(": [").next().unwrap_or(&text).trim_end_matches(']').to_owned();
         let place = network.name();
         NetError::Listen { place, reason }
@@ -233,7 +233,7 @@ fn check_endpoint(text: &str) -> Result<(), NetError> {
     }
 }
 
-/// What Zenoh says, without the places in its source.
+/// What Zenoh states, without the places in its source.
 fn short(reason: &zenoh::Error) -> String {
     let text = reason.to_string();
     let sentence = text.split(" at /").next().unwrap_or_default();

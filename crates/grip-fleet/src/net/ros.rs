@@ -1,4 +1,4 @@
-//! What one gripper's daemon tells in, the topics of a ROS 2 node out, on a session that is there anyway.
+//! What one gripper's daemon reports in, the topics of a ROS 2 node out, on a session that is there anyway.
 
 use super::{NetError, refused};
 use crate::{
@@ -69,7 +69,7 @@ impl RosAnnounced {
         self.node.name()
     }
 
-    /// Publishes what a frame of the daemon is in ROS; `id` is the number of the event. What the network does not take is counted: it is not told
+    /// Publishes what a frame of the daemon is in ROS; `id` is the number of the event. What the network does not take is counted: it is not reported
     /// again, since ROS 2 has no way to ask for it.
     pub fn publish(&mut self, id: EventId, wire: &[u8], times: RosTimes) {
         let Ok(message) = Message::from_wire(wire) else {

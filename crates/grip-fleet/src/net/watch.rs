@@ -34,7 +34,7 @@ const PAGE: usize = 256;
 /// Patience with an answer from a log.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// What a receiver is told.
+/// What a receiver is sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reported {
     /// A gripper is there.
@@ -60,7 +60,7 @@ pub enum Reported {
         member: Member,
         /// The last event before it, and its time.
         stamp: Stamp,
-        /// What it says.
+        /// What it reports.
         message: Message,
     },
     /// Something that cannot be read, under one of our names.
@@ -152,7 +152,7 @@ impl Way {
     }
 }
 
-/// Tells the end of an answer, however it ends.
+/// Reports the end of an answer, however it ends.
 struct End(Way, Member, u64);
 
 impl Drop for End {
@@ -190,7 +190,7 @@ impl Watch {
         let (sender, updates) = channel();
         let way = Way { sender, waiting: Arc::default() };
         let mut subscribers = Vec::new();
-        // HEALTH comes in any case: it says every second which event was the last.
+        // HEALTH comes in any case: it reports every second which event was the last.
         let mut topics = vec![Topic::Events, Topic::Health];
         topics.extend(telemetry.iter().filter(|topic| **topic != Topic::Health));
         for topic in topics {
@@ -226,7 +226,7 @@ impl Watch {
         self.watched.iter().map(|(member, it)| (member, it.follower.received().collect()))
     }
 
-    /// What happens next, waiting at most so long for it; `None` where nothing happened that the receiver is told.
+    /// What happens next, waiting at most so long for it; `None` where nothing happened of which the receiver is informed.
     ///
     /// # Errors
     /// [`NetError::Refused`] where the session has ended.

@@ -1,4 +1,4 @@
-//! A recording that a gripper tells of, and somebody who asks for its bytes, in; the same file in a folder here out.
+//! A recording that a gripper reports, and somebody who asks for its bytes, in; the same file in a folder here out.
 
 use super::{MOST, PIECE, Piece, Recording, is_plain};
 use std::{

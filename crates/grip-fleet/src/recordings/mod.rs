@@ -3,7 +3,7 @@
 //!
 //! A question without parameters is answered with the [`Recording`]s there are, as JSON lists of at most [`LISTED`] each. One with `name`,
 //! `from`, `bytes` (at most [`MOST`]), `size` and `modified` is answered with the bytes from there on in [pieces](Piece); or refused,
-//! where the file is not any more what `size` and `modified` say.
+//! where the file is not any more what `size` and `modified` state.
 //!
 //! [`Part::Recordings`]: crate::Part::Recordings
 

@@ -13,10 +13,10 @@ use std::{
 /// The place of the start in a template.
 const START: &str = "{start}";
 
-/// Why there is nothing to tell, or no such recording.
+/// Why there is nothing to report, or no such recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ShelfError {
-    /// Nothing else is told.
+    /// Nothing else is reported.
     #[error("record = {0}: only recordings that end with .mcap can be fetched")]
     Kind(String),
     /// There is no one folder.
@@ -27,7 +27,7 @@ pub enum ShelfError {
         "record = {0}: recordings of that name cannot be fetched: only letters, digits and ._-+@ and spaces may stand in it"
     )]
     Name(String),
-    /// Nothing of that name is told.
+    /// Nothing of that name is reported.
     #[error("no recording of that name")]
     Unknown,
     /// It is another one now.

@@ -354,7 +354,7 @@ mod tests {
             assert!((mean - 1.0).abs() < 1e-9, "{losses}: {mean}");
         }
         let (before, now) = ([held; 8], [lost; 20]);
-        // Grasps without an earlier one to compare with say nothing.
+        // Grasps without an earlier one to compare with show nothing.
         let one = compared(&judge, &before, &now, 4).last().unwrap();
         let mut two = one;
         two.add(&one);

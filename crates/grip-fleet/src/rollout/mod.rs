@@ -41,7 +41,7 @@ pub struct RolloutConfig {
     pub shadow: Option<usize>,
     /// A gripper that has answered no question for so long, the first and the last of them, is gone (us).
     pub silence_us: u64,
-    /// One that tries the model and finishes no grasp for so long says nothing about it (us).
+    /// One that tries the model and finishes no grasp for so long shows nothing about it (us).
     pub idle_us: u64,
 }
 

@@ -1,7 +1,7 @@
 //! What two models made of slips, and what the grasps later showed, in; whether the second one would ask for far too little or too much, out.
 //!
 //! A grasp counts once, with its first slip that either model had an estimate of. The object slipped last at a force that is too little, and was
-//! held at the end with one that is enough. The model in force says what lies between. The second model is
+//! held at the end with one that is enough. The model in force shows what lies between. The second model is
 //!
 //! - too low, where it asks for less than the force of the last slip and the model in force does not; or for less than the model in force over
 //!   [`KAPPA`], which is the margin that all are trained with, and less than what held the object;

@@ -273,7 +273,7 @@ fn silence_stops_it_and_who_comes_back_is_reported_to_give_back() {
     let (mut rollout, first) = tried(3);
     let first = &first;
     rollout.miss(first, None, 2 * SECOND);
-    // It answers once, and then says why it cannot.
+    // It answers once, and then states why it cannot.
     rollout.receive(first, nothing(), 40 * SECOND);
     rollout.miss(first, None, 41 * SECOND);
     rollout.miss(first, None, 101 * SECOND);

@@ -1,6 +1,6 @@
-//! What a gripper's daemon says in, names, bytes and stamps as a ROS 2 node on Zenoh would give them out. No ROS, no network, no clock.
+//! What a gripper's daemon reports in, names, bytes and stamps as a ROS 2 node on Zenoh would give them out. No ROS, no network, no clock.
 //!
-//! A ROS 2 computer whose middleware is `rmw_zenoh_cpp` finds nodes by liveliness tokens, and hears publications whose name is made of domain,
+//! A ROS 2 computer whose middleware is `rmw_zenoh_cpp` finds nodes by liveliness tokens, and receives publications whose name is made of domain,
 //! topic, type and a hash of the type's fields. Who keeps these rules is a node, whatever it is written in. Sources:
 //!
 //! * names, tokens and their form of the quality of service: `docs/design.md`, `liveliness_utils.cpp` and `qos.cpp` of

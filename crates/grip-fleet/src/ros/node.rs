@@ -10,7 +10,7 @@ const TOKENS: &str = "@ros2_lv";
 const NAME: &str = "gripd";
 /// No enclave, as rmw_zenoh writes it.
 const ENCLAVE: &str = "%";
-/// Reliable, volatile, the last ten, no deadlines. What rmw_zenoh has unless told otherwise is left out: of all this only the ten.
+/// Reliable, volatile, the last ten, no deadlines. What rmw_zenoh has by default is left out: of all this only the ten.
 const QOS: &str = "::,10:,:,:,,";
 
 /// The node of one gripper.
@@ -37,7 +37,7 @@ impl RosNode {
         format!("{}/{NAME}", self.namespace)
     }
 
-    /// The full name of a topic: what `ros2 topic echo` is told.
+    /// The full name of a topic: what `ros2 topic echo` is given.
     #[must_use]
     pub fn topic(&self, topic: RosTopic) -> String {
         format!("{}/{}", self.namespace, topic.name())
@@ -49,13 +49,13 @@ impl RosNode {
         format!("{}{}/{}/{}", self.domain, self.topic(topic), topic.dds_type(), topic.hash())
     }
 
-    /// The token that says that the node is there; `session` is the number of its Zenoh session, as that prints it.
+    /// The token that states that the node is there; `session` is the number of its Zenoh session, as that prints it.
     #[must_use]
     pub fn token(&self, session: &str) -> String {
         self.entity(session, 0, "NN")
     }
 
-    /// The token that says that it publishes a topic.
+    /// The token that states that it publishes a topic.
     #[must_use]
     pub fn publisher_token(&self, session: &str, topic: RosTopic) -> String {
         let entity = self.entity(session, topic as usize + 1, "MP");

@@ -48,7 +48,7 @@ impl RosTopic {
         format!("{package}::msg::dds_::{name}_")
     }
 
-    /// RIHS01 of its type: SHA-256 of names and kinds of all fields, those of the types in it included. Subscribers with another definition hear
+    /// RIHS01 of its type: SHA-256 of names and kinds of all fields, those of the types in it included. Subscribers with another definition receive
     /// nothing. The test `ros_types` computes it from the definitions.
     #[must_use]
     pub const fn hash(self) -> &'static str {

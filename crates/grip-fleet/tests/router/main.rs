@@ -226,7 +226,7 @@ fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
     drop(running);
 }
 
-/// A line to the router that can be cut: nothing passes, and nobody is told. What was under way then is lost.
+/// A line to the router that can be cut: nothing passes, and nobody is informed. What was under way then is lost.
 struct Line {
     port: u16,
     cut: Arc<AtomicBool>,
@@ -286,7 +286,7 @@ fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
     let mut daemons = [Daemon::start(folder.path(), &through, 1, 1)];
     let direct = network(folder.path(), port);
     let mut receivers = [Receiver::new(&direct, Since::Start), Receiver::new(&through, Since::Now)];
-    // Who wants only what is new must have heard of the gripper before.
+    // Who wants only what is new must have received of the gripper before.
     for at in 0..MOST {
         turn(&mut daemons, &mut receivers, at);
         if receivers[1].figures > 0 {
@@ -319,7 +319,7 @@ fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
             daemons[0].report();
             turn(&mut daemons, &mut receivers, at);
         }
-        // The last of them are told to nobody but the spool.
+        // The last of them are reported to nobody but the spool.
         for _ in 0..5 {
             daemons[0].sent += 1;
             let wire = event(daemons[0].sent);
@@ -363,7 +363,7 @@ fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once
 }
 
 /// More runs that were kept in memory only than a receiver names, between two that were kept on disk: the log knows none of those named, and more than a
-/// page of what it tells then was told before.
+/// page of what it reports then was reported before.
 #[test]
 fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
@@ -410,7 +410,7 @@ fn who_is_there_is_listed_with_what_it_states_of_itself() {
 }
 
 /// More than fit into Zenoh's own queue of answers (256).
-/// A client that asks as Zenoh's pages say, with what is set by default: it keeps one answer of each name.
+/// A client that asks as Zenoh's pages state, with what is set by default: it keeps one answer of each name.
 #[test]
 fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -480,7 +480,7 @@ fn three_hundred_are_listed_with_what_they_say() {
     let mut reported = 0;
     for _ in 0..MOST {
         for (number, (announced, member)) in hands.iter_mut().enumerate() {
-            // The last one is slow to say anything: what the others say must not stop its words.
+            // The last one is slow to report anything: what the others show must not stop its words.
             if number == 299 && reported < 299 {
                 continue;
             }
@@ -633,7 +633,7 @@ fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
     for len in [6 << 20, 600] {
         stranger.put(&key, vec![7_u8; len]).wait().unwrap();
     }
-    // What fits is told as something that cannot be read.
+    // What fits is reported as something that cannot be read.
     let mut unreadable = 0;
     for _ in 0..MOST {
         let reported = receivers[0].watch.next(STEP).unwrap();

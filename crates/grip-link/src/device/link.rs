@@ -236,13 +236,13 @@ impl DeviceLink {
             .set_travel_end(!(limits.travel_min_um..=limits.travel_max_um).contains(&position_um));
     }
 
-    /// Measured grip force \[mN\] for STATUS; without it STATUS tells the force set.
+    /// Measured grip force \[mN\] for STATUS; without it STATUS shows the force set.
     pub const fn report_force(&mut self, force_mn: i32) {
         self.measured_mn = Some(force_mn);
     }
 
-    /// Whether the fingers travel freely or the arm is known to move, for STATUS; until the first report STATUS says nothing about
-    /// motion. Fingers that press on something do not move, however the force changes: a host hears less well in motion.
+    /// Whether the fingers travel freely or the arm is known to move, for STATUS; until the first report STATUS shows nothing about
+    /// motion. Fingers that press on something do not move, however the force changes: a host detects less well in motion.
     pub fn report_motion(&mut self, tick: u64, moving: bool) {
         if self.moving.replace(moving) != Some(moving) {
             self.status_due = tick;

@@ -28,7 +28,7 @@ use crate::message::{
 };
 use thiserror::Error;
 
-/// What a firmware says about its gripper.
+/// What a firmware reports of its gripper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviceConfig {
     /// IDENT; state and fault are filled in when it is sent.

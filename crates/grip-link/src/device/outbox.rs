@@ -1,4 +1,4 @@
-//! What the microcontroller still has to say: short replies and events, oldest first.
+//! What the microcontroller still has to report: short replies and events, oldest first.
 
 use crate::message::{Ack, ConfigAck, Event, Nack, Ping};
 

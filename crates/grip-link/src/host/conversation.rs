@@ -218,7 +218,7 @@ impl Conversation {
         self.unexpected = self.unexpected.saturating_add(1);
     }
 
-    /// A gripper that streamed and says LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
+    /// A gripper that streamed and states LINKED has lost its CONFIG, as a repeated HELLO of this session makes it.
     fn on_status(
         &mut self,
         now_us: u64,
@@ -332,7 +332,7 @@ impl Conversation {
 pub struct Loss {
     /// Rows missing according to the row numbers.
     pub rows: u32,
-    /// Of these, rows the MCU says it dropped; the others were lost on the wire.
+    /// Of these, rows the MCU states it dropped; the others were lost on the wire.
     pub dropped_by_mcu: u32,
     /// The row numbers went back: the MCU counts afresh and nothing can be said about loss.
     pub restarted: bool,

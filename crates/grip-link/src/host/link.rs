@@ -221,7 +221,7 @@ impl HostLink {
     }
 
     /// Writes an ESTOP frame, with session 0 so that it is taken in any session. Repeat it until
-    /// [`HostEvent::Done`] or STATUS says ESTOP.
+    /// [`HostEvent::Done`] or STATUS shows ESTOP.
     pub fn estop(&mut self, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         self.talk.sender.within(0, |sender| sender.send(Kind::ESTOP, true, &[], out))
     }
@@ -253,7 +253,7 @@ impl HostLink {
         }
     }
 
-    /// Asks to clear the fault that STATUS or IDENT told; CONFIG follows by itself when it is cleared.
+    /// Asks to clear the fault that STATUS or IDENT reported; CONFIG follows by itself when it is cleared.
     pub fn clear_fault(&mut self, now_us: u64, fault: FaultCode) {
         if self.talk.is_linked() {
             self.talk.request = Some(Request::new(Kind::CLEAR_FAULT, fault.0, now_us));

@@ -6,7 +6,7 @@ use super::bits::bits;
 use slip_msg::message;
 
 message! {
-    /// GRIP (10), host to MCU: an absolute set point, sent every cycle. Not acknowledged: STATUS.last_cmd_id says what
+    /// GRIP (10), host to MCU: an absolute set point, sent every cycle. Not acknowledged: STATUS.last_cmd_id states what
     /// arrived. Values outside their range are judged by the force guard of the MCU.
     #[derive(Eq)]
     Grip {

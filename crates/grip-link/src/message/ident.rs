@@ -122,7 +122,7 @@ impl fmt::Display for Firmware {
     }
 }
 
-/// IDENT (81), MCU to host: the answer to HELLO. With session 0 it says that the MCU has no session: sent at most every
+/// IDENT (81), MCU to host: the answer to HELLO. With session 0 it reports that the MCU has no session: sent at most every
 /// 100 ms, in answer to a frame of an unknown session.
 ///
 /// | offset | size | type | field | unit, range |

@@ -1,4 +1,4 @@
-//! STATS, EVENT and LOG: what the microcontroller has to tell.
+//! STATS, EVENT and LOG: what the microcontroller has to report.
 
 use super::FaultCode;
 use super::wire::{PayloadError, Reader, Writer};

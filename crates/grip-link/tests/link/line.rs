@@ -7,7 +7,7 @@ use grip_link::frame::{Frame, MAX_WIRE};
 use grip_link::host::{CloseReason, GripCommand, HostConfig, HostEvent, HostLink, LinkState, Loss};
 use grip_link::message::{Kind, Status, StatusFlags};
 
-/// What the host was told, without borrowed parts.
+/// What the host was informed of, without borrowed parts.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Reported {
     State(LinkState),

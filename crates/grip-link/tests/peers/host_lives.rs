@@ -42,31 +42,31 @@ impl Life {
         self.turns
     }
 
-    fn say(&mut self, turns: &[u8]) {
+    fn put(&mut self, turns: &[u8]) {
         self.turns.extend(turns);
     }
 
     fn micros(&mut self, us: u16) {
-        self.say(&[0]);
-        self.say(&us.to_le_bytes());
+        self.put(&[0]);
+        self.put(&us.to_le_bytes());
     }
 
     fn millis(&mut self, ms: u16) {
-        self.say(&[1]);
-        self.say(&ms.to_le_bytes());
+        self.put(&[1]);
+        self.put(&ms.to_le_bytes());
     }
 
     fn attach(&mut self) {
         for _ in 0..5 {
             self.micros(200);
-            self.say(&[2]);
+            self.put(&[2]);
         }
     }
 
     fn stream(&mut self) {
         for _ in 0..=self.dice.below(5) {
             let rows = self.dice.pick(&[5, 10, 10, 25]);
-            self.say(&[8, rows, 2]);
+            self.put(&[8, rows, 2]);
         }
     }
 
@@ -80,48 +80,48 @@ impl Life {
             self.micros(us);
         }
         if self.dice.one_in(2) {
-            self.say(&[4, 0]);
+            self.put(&[4, 0]);
         }
         self.grip();
-        self.say(&[2]);
+        self.put(&[2]);
     }
 
     /// Rows that are lost on the line: DEGRADED until the next ones.
     fn gap(&mut self) {
-        self.say(&[8, 10, 2, 8, 10, 3, 11, 1, 8, 10, 2]);
+        self.put(&[8, 10, 2, 8, 10, 3, 11, 1, 8, 10, 2]);
         self.grip();
     }
 
     fn grip(&mut self) {
         let style = self.dice.pick(&[0, 0, 0, 1, 4, 8, 2, 3]);
-        self.say(&[6, style]);
+        self.put(&[6, style]);
         if style & 8 == 0 {
             let force_mn = self.dice.pick(&[0_u16, 700, 3000, 9000, 30_000]);
-            self.say(&force_mn.to_le_bytes());
+            self.put(&force_mn.to_le_bytes());
         } else {
             let force_mn = self.dice.pick(&[-1, i32::MIN, i32::MAX]);
-            self.say(&force_mn.to_le_bytes());
+            self.put(&force_mn.to_le_bytes());
         }
         let slew = self.dice.pick(&[0, 1]);
-        self.say(&[0, 0, slew, 0]);
+        self.put(&[0, 0, slew, 0]);
     }
 
     fn call(&mut self) {
         match self.dice.below(6) {
-            0 => self.say(&[10, 0, 2, 2]),
-            1 => self.say(&[10, 1, 2, 2]),
+            0 => self.put(&[10, 0, 2, 2]),
+            1 => self.put(&[10, 1, 2, 2]),
             2 => {
                 let force_max_mn = self.dice.pick(&[2000, 15_000, -1]);
                 let rate_hz = self.dice.pick(&[0_u32, 300, 1000, 20_000]);
                 let mask = self.dice.pick(&[1, 3, 7, 0]);
-                self.say(&[10, 3]);
-                self.say(&i32::to_le_bytes(force_max_mn));
-                self.say(&rate_hz.to_le_bytes());
-                self.say(&[mask, 0, 0, 0, 2, 2, 2]);
+                self.put(&[10, 3]);
+                self.put(&i32::to_le_bytes(force_max_mn));
+                self.put(&rate_hz.to_le_bytes());
+                self.put(&[mask, 0, 0, 0, 2, 2, 2]);
             }
-            3 => self.say(&[10, 4]),
-            4 => self.say(&[10, 5, 2, 2, 2, 10, 2, 2, 2, 2]),
-            _ => self.say(&[10, 6]),
+            3 => self.put(&[10, 4]),
+            4 => self.put(&[10, 5, 2, 2, 2, 10, 2, 2, 2, 2]),
+            _ => self.put(&[10, 6]),
         }
     }
 
@@ -129,15 +129,15 @@ impl Life {
     fn forge(&mut self) {
         let at = self.dice.below(12);
         let (oddity, seq) = (self.dice.pick(&[0x40, 0x40, 0x40, 0x41, 0x80]), self.dice.any());
-        self.say(&[5, u8::try_from(at).unwrap(), oddity]);
+        self.put(&[5, u8::try_from(at).unwrap(), oddity]);
         if oddity & 1 == 1 {
-            self.say(&[0]);
+            self.put(&[0]);
         }
-        self.say(&seq.to_le_bytes()[..2]);
+        self.put(&seq.to_le_bytes()[..2]);
         let payload =
             if at == 0 || at == 10 { self.ident() } else { self.payload(KINDS[at.min(5)]) };
-        self.say(&[u8::try_from(payload.len()).unwrap()]);
-        self.say(&payload);
+        self.put(&[u8::try_from(payload.len()).unwrap()]);
+        self.put(&payload);
     }
 
     fn payload(&mut self, kind: Kind) -> Vec<u8> {
@@ -172,14 +172,14 @@ impl Life {
     /// Another session, in which the first answer may come from another gripper.
     fn reopen(&mut self) {
         let session = self.dice.pick(&[1_u16, 0xBEEF, 0xFFFF, 0xFFFF, 0]);
-        self.say(&[10, 7]);
-        self.say(&session.to_le_bytes());
+        self.put(&[10, 7]);
+        self.put(&session.to_le_bytes());
         if self.dice.one_in(2) {
-            self.say(&[3]);
-            self.say(&[5, 0, 0x40, 1, 0]);
+            self.put(&[3]);
+            self.put(&[5, 0, 0x40, 1, 0]);
             let payload = self.ident();
-            self.say(&[u8::try_from(payload.len()).unwrap()]);
-            self.say(&payload);
+            self.put(&[u8::try_from(payload.len()).unwrap()]);
+            self.put(&payload);
         }
         self.attach();
         if self.dice.one_in(2) {
@@ -190,11 +190,11 @@ impl Life {
     /// The gripper starts anew, now and then at the end of the session numbers.
     fn reboot(&mut self) {
         if self.dice.one_in(2) {
-            self.say(&[10, 7, 0xFF, 0xFF]);
+            self.put(&[10, 7, 0xFF, 0xFF]);
             self.attach();
             self.stream();
         }
-        self.say(&[9, 3]);
+        self.put(&[9, 3]);
         self.grip();
         self.attach();
         self.attach();
@@ -203,59 +203,59 @@ impl Life {
     /// A fault, with a session that begins while it is latched, and its end.
     fn fault(&mut self) {
         let fault = self.dice.pick(&[0x0101_u16, 0x0201]);
-        self.say(&[9, 0]);
-        self.say(&fault.to_le_bytes());
+        self.put(&[9, 0]);
+        self.put(&fault.to_le_bytes());
         if self.dice.one_in(2) {
-            self.say(&[10, 7, 7, 0]);
+            self.put(&[10, 7, 7, 0]);
         }
         self.attach();
-        self.say(&[10, 2]);
+        self.put(&[10, 2]);
         self.attach();
     }
 
     /// Nobody answers until the link is given up; then mostly another try.
     fn silence(&mut self) {
         if self.dice.one_in(2) {
-            self.say(&[10, 7, 9, 0]);
+            self.put(&[10, 7, 9, 0]);
         }
         for _ in 0..4 {
             self.millis(1001);
-            self.say(&[4, 0]);
+            self.put(&[4, 0]);
         }
-        self.say(&[11, 0, 11, 1]);
+        self.put(&[11, 0, 11, 1]);
         if !self.dice.one_in(3) {
-            self.say(&[10, 7, 8, 0]);
+            self.put(&[10, 7, 8, 0]);
             self.attach();
         }
     }
 
-    /// A session whose START arrives and whose ACK does not: the samples tell.
+    /// A session whose START arrives and whose ACK does not: the samples show.
     fn unacknowledged(&mut self) {
-        self.say(&[10, 7, 5, 0, 2, 2, 2, 2, 2, 3, 11, 1, 8, 10, 2]);
+        self.put(&[10, 7, 5, 0, 2, 2, 2, 2, 2, 3, 11, 1, 8, 10, 2]);
     }
 
     /// A session in which nothing arrives any more, from somewhere in the handshake on.
     fn unanswered(&mut self) {
-        self.say(&[10, 7, 6, 0]);
+        self.put(&[10, 7, 6, 0]);
         for _ in 0..self.dice.below(5) + 1 {
-            self.say(&[2]);
+            self.put(&[2]);
         }
         for _ in 0..4 {
-            self.say(&[3, 11, 0, 11, 1]);
+            self.put(&[3, 11, 0, 11, 1]);
             self.millis(50);
         }
-        self.say(&[2]);
+        self.put(&[2]);
     }
 
     fn noise(&mut self) {
         if self.dice.one_in(2) {
             let (which, at) = (self.dice.pick(&[0, 1]), self.dice.pick(&[0, 3, 40, 200]));
-            self.say(&[8, 10, 2, 8, 10, 3, 7, which, at, 0, 64, 2]);
+            self.put(&[8, 10, 2, 8, 10, 3, 7, which, at, 0, 64, 2]);
         } else {
             let len = self.dice.pick(&[1, 8, 40]);
             let noise = self.dice.bytes(len);
-            self.say(&[4, u8::try_from(len).unwrap()]);
-            self.say(&noise);
+            self.put(&[4, u8::try_from(len).unwrap()]);
+            self.put(&noise);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! protocol/SPEC.md says what the crate does: each of its tables and worked examples against the code.
+//! protocol/SPEC.md states what the crate does: each of its tables and worked examples against the code.
 #![cfg(test)]
 
 mod claims;

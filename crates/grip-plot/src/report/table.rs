@@ -13,7 +13,7 @@ pub enum Cell {
     Count(usize),
     /// A share from 0 to 1, shown in percent with one decimal.
     Percent(f64),
-    /// Nothing to say.
+    /// Nothing to report.
     Empty,
 }
 

@@ -218,7 +218,7 @@ fn twins_without_serial_numbers_are_reported_by_their_sockets() {
     assert!(auto.find().unwrap().ends_with("ttyACM2"));
     tree.unplug(&back);
     drop(again);
-    // In a third socket only the name that the user gave can say that it is ours.
+    // In a third socket only the name that the user gave can state that it is ours.
     let moved = Device { socket: "1-7", ..ours };
     let _moved = tree.plug(&moved);
     assert_eq!(named.find().unwrap(), path);

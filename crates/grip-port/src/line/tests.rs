@@ -14,7 +14,7 @@ fn pair() -> (Line, UnixStream) {
     (Line::from_fd(OwnedFd::from(ours)).unwrap(), theirs)
 }
 
-/// A frame of one byte value, told from others by it.
+/// A frame of one byte value, distinguished from others by it.
 fn frame(value: u8) -> [u8; 200] {
     [value; 200]
 }

@@ -83,7 +83,7 @@ fn make_raw(line: &mut Termios) {
     line.make_raw();
     line.control_modes |= ControlModes::CLOCAL | ControlModes::CREAD;
     line.control_modes -= ControlModes::HUPCL | ControlModes::CSTOPB | ControlModes::CRTSCTS;
-    // A read that finds nothing must say so, and not look like the end of the line.
+    // A read that finds nothing must report it, and not look like the end of the line.
     line.special_codes[SpecialCodeIndex::VMIN] = 1;
     line.special_codes[SpecialCodeIndex::VTIME] = 0;
 }

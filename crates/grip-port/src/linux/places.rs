@@ -12,7 +12,7 @@ use std::{
 pub struct Places {
     /// Device nodes: `/dev`.
     pub dev: PathBuf,
-    /// What the kernel says of terminals: `/sys/class/tty`.
+    /// What the kernel states of terminals: `/sys/class/tty`.
     pub class_tty: PathBuf,
     /// Links whose names stay the same, made by udev: `/dev/serial/by-id`.
     pub by_id: PathBuf,
@@ -98,7 +98,7 @@ impl Places {
         None
     }
 
-    /// What the kernel says of the port that `path` leads to.
+    /// What the kernel states of the port that `path` leads to.
     #[must_use]
     pub fn look_up(&self, path: &Path) -> Option<PortInfo> {
         let name = self.name_of(path)?;
@@ -121,7 +121,7 @@ fn listed() -> io::Result<Vec<PortInfo>> {
     }
 }
 
-/// What `serialport` says of a device, and what only the kernel's files say: the speed, and words that are no UTF-8.
+/// What `serialport` states of a device, and what only the kernel's files state: the speed, and words that are no UTF-8.
 fn both(listed: Option<UsbPort>, kernel: Option<UsbPort>) -> Option<UsbPort> {
     let (listed, kernel) = match (listed, kernel) {
         (Some(listed), Some(kernel)) => (listed, kernel),
@@ -262,7 +262,7 @@ mod tests {
             [port("ttyACM0", Some(&usb)), port("ttyS0", None), port("ttyS1", None), elsewhere];
         assert_eq!(places.join(&listed).unwrap(), alone);
         assert!(alone[1].usb.as_ref().unwrap().product.as_ref().unwrap().starts_with("Gripper"));
-        // Where both tell, the library is believed.
+        // Where both report, the library is believed.
         let other = UsbPort { serial: Some("OTHER".to_owned()), ..usb };
         let believed = places.join(&[port("ttyACM0", Some(&other))]).unwrap();
         assert_eq!(believed[1].usb.as_ref().unwrap().serial.as_deref(), Some("OTHER"));

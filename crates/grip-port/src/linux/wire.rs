@@ -1,5 +1,5 @@
 //! An open descriptor in; bytes out and in, in system calls of the hot path: poll(2), read(2) and write(2), none of which waits longer
-//! than it is told to, and no allocation.
+//! than it is asked to, and no allocation.
 
 use crate::{
     Line, LineKind, PortError,
@@ -18,7 +18,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 #[derive(Debug)]
 pub(crate) struct Wire {
     fd: OwnedFd,
-    /// Whether the driver was told to refuse others, and must be told when that ends.
+    /// Whether the driver was asked to refuse others, and must be asked again when that ends.
     exclusive: bool,
 }
 

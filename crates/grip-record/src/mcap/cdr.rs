@@ -128,7 +128,7 @@ impl<'a> CdrWriter<'a> {
         self
     }
 
-    /// Appends a `builtin_interfaces/Time`: nanoseconds since 1970. From 2038 on, which its seconds cannot say, the last there is.
+    /// Appends a `builtin_interfaces/Time`: nanoseconds since 1970. From 2038 on, which its seconds cannot state, the last there is.
     pub fn time(&mut self, ns: u64) -> &mut Self {
         let seconds = i32::try_from(ns / 1_000_000_000).unwrap_or(i32::MAX);
         let nanos = (ns % 1_000_000_000) as u32;

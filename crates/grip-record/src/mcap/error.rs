@@ -52,7 +52,7 @@ pub enum McapError {
         /// What does not fit.
         what: String,
     },
-    /// A message that is not what its schema says.
+    /// A message that is not what its schema states.
     #[error("{}: the message on {} in the record at byte {offset} cannot be read: {source}", file.display(), topic.name())]
     Message {
         /// The file.

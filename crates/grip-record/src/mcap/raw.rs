@@ -215,7 +215,7 @@ impl<R: Read> RawReader<R> {
         self.finished
     }
 
-    /// Whether the data have the checksum that their end says, or it says none: also the indexes between chunks, which nothing
+    /// Whether the data have the checksum that their end states, or it reports none: also the indexes between chunks, which nothing
     /// else guards.
     pub(super) fn sound(&self) -> bool {
         self.sound
@@ -309,7 +309,7 @@ pub(super) fn footer(tail: &[u8]) -> Option<u64> {
     }
 }
 
-/// The chunks that the bytes from the index on tell of; `None` where a record is not whole.
+/// The chunks that the bytes from the index on report; `None` where a record is not whole.
 pub(super) fn summary_chunks(summary: &[u8]) -> Option<Vec<ChunkIndex>> {
     if !is_end(summary) {
         return None;

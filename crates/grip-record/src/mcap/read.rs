@@ -20,7 +20,7 @@ pub enum Entry<'a> {
     Message {
         /// Wall time at which the host had it (ns since 1970); never goes back.
         log_ns: u64,
-        /// What it says.
+        /// What it reports.
         record: Record<'a>,
     },
     /// A file inside the recording.
@@ -66,7 +66,7 @@ impl McapReader<BufReader<File>> {
 }
 
 impl<R: Read + Seek> McapReader<R> {
-    /// Goes on with the chunk, or other record, that begins at `offset`, as an index tells it. Topics that were announced in a part that
+    /// Goes on with the chunk, or other record, that begins at `offset`, as an index shows it. Topics that were announced in a part that
     /// was never read are not known there; gripd announces them at the start of a file.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl<R: Read> McapReader<R> {
         self.raw.position()
     }
 
-    /// Whether [`McapReader::next_entry`] may find more, also after an error that told damage: then what follows the damaged part. A file
+    /// Whether [`McapReader::next_entry`] may find more, also after an error that reported damage: then what follows the damaged part. A file
     /// that ends too early, or where no next record can be made out, goes on only after [`McapReader::jump`].
     #[must_use]
     pub fn goes_on(&self) -> bool {

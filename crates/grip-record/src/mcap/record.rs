@@ -11,7 +11,7 @@ use super::codes::{self, PRESSURE, REFERENCE, STYLUS, TRAVEL};
 use super::schema::Topic;
 use crate::channels::Channel;
 
-/// Bit of `esc_flags`: E_sc says nothing at this noise.
+/// Bit of `esc_flags`: E_sc shows nothing at this noise.
 const NO_INFORMATION: u8 = 1 << 2;
 
 /// One message of a recording.
@@ -27,7 +27,7 @@ pub enum Record<'a> {
     Command(CommandRecord),
     /// A client's command.
     Client(ClientCommand),
-    /// News of the link.
+    /// Updates of the link.
     Link(LinkRecord<'a>),
     /// Bytes of the line.
     Wire(WireRecord<'a>),
@@ -117,7 +117,7 @@ pub struct CommandRecord {
     pub cause_sample: u32,
 }
 
-/// News of the link.
+/// Updates of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinkRecord<'a> {
     /// What happened, as in the Link message.
@@ -339,7 +339,7 @@ impl EventRecord<'static> {
 }
 
 impl<'a> EventRecord<'a> {
-    /// The slip that it tells of; `None` where it is another event.
+    /// The slip that it reports; `None` where it is another event.
     #[must_use]
     pub fn slip(&self) -> Option<SlipReport> {
         let phase = match self.kind {

@@ -49,7 +49,7 @@ pub enum RecoverError {
 
 /// Copies every whole record from `input` to `out` and finishes it. `file` names the input in errors, `program` who writes.
 ///
-/// Topics and schemas may be anybody's. A damaged chunk in the middle is left out and told; messages whose topic was announced
+/// Topics and schemas may be anybody's. A damaged chunk in the middle is left out and reported; messages whose topic was announced
 /// only there are lost with it.
 ///
 /// # Errors

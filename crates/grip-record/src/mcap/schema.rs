@@ -13,7 +13,7 @@ pub enum Topic {
     Command,
     /// Commands of clients.
     Client,
-    /// News of the link.
+    /// Updates of the link.
     Link,
     /// Raw bytes of the line.
     Wire,

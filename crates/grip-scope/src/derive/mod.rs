@@ -2,7 +2,7 @@
 //! enclosure, spectra.
 //!
 //! The observer runs the pipeline with every stage on and without a controller, at a fixed cost a sample. It has the settings that the
-//! recording tells, or the shipped ones.
+//! recording reports, or the shipped ones.
 
 mod spectrum;
 
@@ -83,7 +83,7 @@ impl Observer {
         }
     }
 
-    /// Takes a sample and the frame of the array that came with it: what the pipeline says, where there is one. A sample that is not later
+    /// Takes a sample and the frame of the array that came with it: what the pipeline reports, where there is one. A sample that is not later
     /// than the one before changes nothing.
     pub(crate) fn push(&mut self, sample: &Sample, taxels: &[f32]) -> Option<Step> {
         if self.last_us.is_some_and(|last_us| sample.t.0 <= last_us) {

@@ -1,7 +1,7 @@
 //! Channels of a span in, a CSV file out: one row for each time at which any of them has a sample.
 //!
 //! `t_s` is the device's time on the axis of the model; a channel without a sample at a time has an empty cell, so rows of samples and
-//! states stand in one file. Where samples are thinned out, the file says in which columns: `NAME_min` and `NAME_max` of 32 samples each.
+//! states stand in one file. Where samples are thinned out, the file states in which columns: `NAME_min` and `NAME_max` of 32 samples each.
 
 use super::pieces::{Rest, SAME_S, reach};
 use super::{ExportError, fill};
@@ -12,7 +12,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// A channel with more samples than this in the span is told by its extremes: a file of some hundred MB helps nobody.
+/// A channel with more samples than this in the span is reported by its extremes: a file of some hundred MB helps nobody.
 const MOST: u64 = 20_000_000;
 /// Parts of thinned-out samples that are looked at in one piece.
 const PARTS: usize = 1024;

@@ -12,7 +12,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Steps from which on a piece tells the usual one.
+/// Steps from which on a piece shows the usual one.
 const STEPS: usize = 16;
 
 /// Writes the samples that the model keeps of the span as a recording, for sources that are no file: samples, and the frames of the array
@@ -168,7 +168,7 @@ impl Numbers {
     }
 }
 
-/// The usual time between two samples (s); a few of them tell nothing where it is `known`.
+/// The usual time between two samples (s); a few of them show nothing where it is `known`.
 fn median_step(points: &[[f64; 2]], known: Option<f64>) -> Option<f64> {
     let mut steps: Vec<f64> =
         points.iter().zip(points.iter().skip(1)).map(|(a, b)| b[0] - a[0]).collect();

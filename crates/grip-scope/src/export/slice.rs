@@ -27,7 +27,7 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
     fill(path, |file| {
         let mut slice = Slice::new((path, file), span)?;
         let mut reader = McapReader::open(from)?;
-        // Without an index damage is passed over as far as the file itself tells where it ends.
+        // Without an index damage is passed over as far as the file itself reports where it ends.
         let index = File::open(from).ok().and_then(|file| McapIndex::read(file).ok().flatten());
         let mut damage = Damage::default();
         loop {

@@ -1,4 +1,4 @@
-//! What a source tells, one item after the other: the only thing that passes from its thread to the model.
+//! What a source reports, one item after the other: the only thing that passes from its thread to the model.
 
 mod event;
 mod state;
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// One item. All times are device times (s) as the source has them; the model puts them on its axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Feed {
-    /// How the source is; told on every change.
+    /// How the source is; reported on every change.
     Status(SourceStatus),
     /// A conversation with a daemon begins.
     Welcome(DaemonInfo),

@@ -33,7 +33,7 @@ impl EscPoint {
 pub enum ObserverSettings {
     /// Those with which the source itself runs or ran.
     Source,
-    /// The shipped ones: the source does not tell its own.
+    /// The shipped ones: the source does not show its own.
     Shipped,
 }
 

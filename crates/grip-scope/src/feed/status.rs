@@ -1,4 +1,4 @@
-//! How a source is, who answers there and what it says to people.
+//! How a source is, who answers there and what it reports to people.
 
 use grip_link::message::daemon::RealTime;
 

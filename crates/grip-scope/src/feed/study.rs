@@ -29,7 +29,7 @@ pub struct StudyPlot {
 /// One curve of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StudyCurve {
-    /// What the legend says.
+    /// What the legend states.
     pub name: String,
     /// Points.
     pub points: Vec<[f64; 2]>,

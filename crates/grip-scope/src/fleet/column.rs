@@ -1,4 +1,4 @@
-//! A column of the table: its title, what it says of a gripper, and what it is ordered by.
+//! A column of the table: its title, what it reports of a gripper, and what it is ordered by.
 
 use super::row::{Presence, Row, Trouble};
 use core::cmp::Ordering;
@@ -59,7 +59,7 @@ impl Column {
         !matches!(self, Site | Gripper | Link | Scene | Grip | Model | Firmware)
     }
 
-    /// What it says of a gripper at this time (s).
+    /// What it reports of a gripper at this time (s).
     #[must_use]
     pub fn text(self, row: &Row, now_s: f64) -> String {
         let state = row.state.as_ref();
@@ -134,7 +134,7 @@ impl Key {
     }
 }
 
-/// For how long nothing was told (s); all that is gone stands behind what is silent.
+/// For how long nothing was reported (s); all that is gone stands behind what is silent.
 const fn away_s(presence: Presence) -> f64 {
     match presence {
         Presence::Here => 0.0,

@@ -1,4 +1,4 @@
-//! What many grippers tell in; a table with a row for each of them, in fixed memory a gripper, out. No network and no clock.
+//! What many grippers report in; a table with a row for each of them, in fixed memory a gripper, out. No network and no clock.
 //!
 //! ```text
 //! thread of the network -> bounded ring of FleetFeed -> Roster -> rows in the order of a Sorting
@@ -23,7 +23,7 @@ use crate::feed::SourceStatus;
 /// One item of the network: the only thing that passes from its thread to the roster. All times are seconds of one clock that never goes back.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FleetFeed {
-    /// How the way to the router is; told on every change.
+    /// How the way to the router is; reported on every change.
     Status(SourceStatus),
     /// Something of a gripper.
     Of {
@@ -34,13 +34,13 @@ pub enum FleetFeed {
         /// What.
         what: Received,
     },
-    /// Time goes on (s); told once a second.
+    /// Time goes on (s); reported once a second.
     Now(f64),
     /// Something came under one of our names that no gripd sends.
     Unreadable,
 }
 
-/// What is heard of a gripper.
+/// What is received of a gripper.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Received {
     /// It is there.

@@ -1,4 +1,4 @@
-//! What the network tells in, all grippers that are or were there in this session out.
+//! What the network reports in, all grippers that are or were there in this session out.
 
 use super::row::{Presence, Row, Trouble};
 use super::spark::{COLUMN_S, COLUMNS};

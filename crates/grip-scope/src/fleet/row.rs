@@ -1,4 +1,4 @@
-//! Messages of one gripper in, what the table says of it out.
+//! Messages of one gripper in, what the table states of it out.
 
 use super::minute::Minute;
 use super::spark::Spark;
@@ -7,15 +7,15 @@ use grip_link::message::daemon::{
     GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, SlipReport, ToClient,
 };
 
-/// STATE comes five times a second: a gripper that is there and tells none for so long is silent (s).
+/// STATE comes five times a second: a gripper that is there and reports none for so long is silent (s).
 const SILENCE_S: f64 = 3.0;
 
 /// Whether a gripper is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Presence {
-    /// It is, and tells what it does.
+    /// It is, and reports what it does.
     Here,
-    /// It is, but has told nothing of what it does for so long (s).
+    /// It is, but has shown nothing of what it does for so long (s).
     Silent(f64),
     /// It, or the way to it, is gone for so long (s).
     Gone(f64),
@@ -32,7 +32,7 @@ pub enum Trouble {
     Sensor,
     /// Its daemon has no samples of it: the line is closed, or it is silent.
     Link,
-    /// It is there and says nothing.
+    /// It is there and shows nothing.
     Silent,
     /// It is gone.
     Gone,
@@ -67,9 +67,9 @@ pub struct Row {
     pub state: Option<PipelineState>,
     /// Of the last HEALTH.
     pub figures: Option<Figures>,
-    /// Version of its firmware, where it has told one.
+    /// Version of its firmware, where it has shown one.
     pub firmware: Option<String>,
-    /// The model that estimates its force, where it has told that.
+    /// The model that estimates its force, where it has shown that.
     pub model: Option<String>,
     /// Events that nobody has any more.
     pub missing: u64,
@@ -83,12 +83,12 @@ pub struct Row {
     /// When the last STATE came (s).
     received_s: f64,
     slips: Minute,
-    /// A slip was counted whose end was not told yet.
+    /// A slip was counted whose end was not reported yet.
     slips_on: bool,
 }
 
 impl Row {
-    /// A gripper that was heard of first at this time (s).
+    /// A gripper of which something was received first at this time (s).
     #[must_use]
     pub fn new(member: Member, at_s: f64) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl Row {
         }
     }
 
-    /// Takes what is heard of it; `false` where that can be read by nobody.
+    /// Takes what is received of it; `false` where that can be read by nobody.
     pub fn take(&mut self, at_s: f64, what: &Received) -> bool {
         match what {
             Received::Came => self.life(at_s, true),
@@ -152,7 +152,7 @@ impl Row {
         self.state = Some(*state);
     }
 
-    /// A slip is told when it begins, when it becomes gross and when it ends: it counts once.
+    /// A slip is reported when it begins, when it becomes gross and when it ends: it counts once.
     fn take_slip(&mut self, at_s: f64, slip: &SlipReport) {
         let on = slip.phase != Phase::Ended;
         if on && !self.slips_on {
@@ -231,7 +231,7 @@ impl Row {
         self.state.map(|state| state.lost).max(self.figures.map(|figures| figures.lost))
     }
 
-    /// Slips that were told in the minute before this time (s).
+    /// Slips that were reported in the minute before this time (s).
     #[must_use]
     pub fn slips_last_minute(&self, now_s: f64) -> u32 {
         self.slips.before(now_s)

@@ -1,4 +1,4 @@
-//! Messages as they come from the network in, what the table says of them.
+//! Messages as they come from the network in, what the table states of them.
 
 use super::{
     About, Column, FleetFeed, Member, Message, Received, Roster, Sorting, Summary, Trouble, order,
@@ -57,7 +57,7 @@ fn receive(roster: &mut Roster, member: &Member, (at_s, what): (f64, Received)) 
     roster.take(FleetFeed::Of { member: member.clone(), at_s, what });
 }
 
-/// What the table says of a gripper, column by column.
+/// What the table states of a gripper, column by column.
 fn states(roster: &Roster, member: &Member) -> Vec<String> {
     let row = roster.row(member).unwrap();
     Column::ALL.map(|column| column.text(row, roster.now_s())).to_vec()
@@ -157,7 +157,7 @@ fn who_is_silent_or_gone_is_reported_and_keeps_what_was_known() {
     assert_eq!(there(&roster), "here");
     roster.take(FleetFeed::Now(4.5));
     assert_eq!(there(&roster), "silent");
-    // Figures do not say what the gripper does.
+    // Figures do not state what the gripper does.
     receive(&mut roster, &one, (62.0, health(0, 0)));
     assert_eq!(there(&roster), "silent 1 min");
     receive(&mut roster, &one, (70.0, Received::Gone));

@@ -172,7 +172,7 @@ impl Chunk {
     pub(super) fn time(&self, index: usize) -> f64 {
         match &self.times {
             Times::Growing(times) => times.get(index).copied().unwrap_or(self.last_s),
-            // Devices tell whole microseconds: so even times come back as they were.
+            // Devices report whole microseconds: so even times come back as they were.
             Times::Even => whole_micros(self.from_s + self.step_s * exact(index)),
             Times::Uneven(after) => {
                 after.get(index).map_or(self.last_s, |after| self.from_s + 1e-6 * f64::from(*after))

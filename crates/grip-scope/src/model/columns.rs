@@ -10,7 +10,7 @@ use crate::span::Span;
 
 /// Widths that differ by less than this share are one width: those of a span that moves do, by rounding.
 const SAME_WIDTH: f64 = 1e-9;
-/// Columns are numbered from time 0 on; beyond this number their edges are no longer told apart well.
+/// Columns are numbered from time 0 on; beyond this number their edges are no longer distinguished well.
 const MOST: f64 = 1e12;
 
 /// Columns of one series, kept from one look to the next.
@@ -112,7 +112,7 @@ mod tests {
         Just, Strategy, TestCaseError, any, prop_assert, prop_oneof, proptest,
     };
 
-    /// Values are the numbers of their samples: what a column holds can be told from its extremes.
+    /// Values are the numbers of their samples: what a column holds can be seen from its extremes.
     fn grow(series: &mut Series, times: &mut Vec<f64>, steps: &[(u32, bool)]) {
         for (step_us, broken) in steps {
             let t_s = times.last().map_or(1.0, |last_s| last_s + 1e-6 * f64::from(*step_us));

@@ -1,7 +1,7 @@
 //! A level and a span in; where a channel passes the level, or is beyond it, out.
 //!
-//! Where samples are thinned out, the extremes of 32 tell it: what is found stands where those 32 begin. Whether a channel came back to the
-//! level and left it again within the same 32, they do not tell.
+//! Where samples are thinned out, the extremes of 32 show it: what is found stands where those 32 begin. Whether a channel came back to the
+//! level and left it again within the same 32, they do not show.
 
 use super::chunk::{Chunk, NODE};
 use super::node::Node;
@@ -72,7 +72,7 @@ enum Last {
 /// A gap, as what lies before the first sample, hides on which side it was: behind it nothing has passed.
 const GAP: Last = Last::Beyond;
 
-/// A look from sample to sample, by groups of 32 where those tell enough.
+/// A look from sample to sample, by groups of 32 where those show enough.
 struct Search {
     side: Side,
     last: Last,

@@ -1,4 +1,4 @@
-//! Where curves open: behind samples that are missing, and nowhere else, in whatever order a source tells.
+//! Where curves open: behind samples that are missing, and nowhere else, in whatever order a source reports.
 
 use super::Model;
 use super::tests::{rows, state};
@@ -24,7 +24,7 @@ fn breaks(model: &Model, channel: Channel) -> Vec<f64> {
     points.iter().filter(|point| point[1].is_nan()).map(|point| point[0]).collect()
 }
 
-/// What is told of a state: every curve has the same points.
+/// What is reported of a state: every curve has the same points.
 fn states(times: &[f64]) -> Vec<Feed> {
     times.iter().map(|t_s| Feed::State(state(*t_s))).collect()
 }

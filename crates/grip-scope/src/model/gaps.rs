@@ -1,7 +1,7 @@
 //! Ends of gaps in the samples in; whether a point of a curve that is no row joins the one before it out.
 //!
 //! States and what is derived come in blocks behind the rows of their time: by the time of a gap, not by the order in which things come, the curve is
-//! told that opens and where.
+//! shown that opens and where.
 
 use std::collections::VecDeque;
 

@@ -59,7 +59,7 @@ impl Model {
         let row_s = self.axis.row_s();
         let times = self.place_rows(block, row_s.is_some());
         let first_s = times.iter().flatten().next().map(|(at_s, _)| *at_s);
-        // A leap of the device's time is told as such.
+        // A leap of the device's time is reported as such.
         let joined = leaps == self.axis.leaps();
         if let Some(first_s) = first_s.filter(|_| block.broken && row_s.is_some() && joined) {
             self.report_gap(Span::new(was_s, first_s), block.lost);
@@ -258,7 +258,7 @@ impl Model {
     }
 }
 
-/// What a state tells that the one before it did not: sensors that fail and recover, faults, and the answer to a slip.
+/// What a state shows that the one before it did not: sensors that fail and recover, faults, and the answer to a slip.
 fn changes(before: Option<&PipelineState>, now: &PipelineState, t_s: f64) -> Vec<EventMark> {
     let mut marks = Vec::new();
     let healthy = [SensorHealth::Good; 4];

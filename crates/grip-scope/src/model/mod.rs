@@ -1,4 +1,4 @@
-//! What sources tell in; everything a scope shows out: bounded history of each channel, events, spectra, health.
+//! What sources report in; everything a scope shows out: bounded history of each channel, events, spectra, health.
 //!
 //! Nothing here knows windows, threads or clocks. Memory is bounded: the samples of the oldest chunks are dropped first, their extremes,
 //! means and rms of 32 samples stay; when what is left of the samples fits a quarter of the memory, the oldest chunks go as a whole.
@@ -89,7 +89,7 @@ pub struct Model {
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
-    /// The next state belongs to another run than the last: nothing that has changed is told.
+    /// The next state belongs to another run than the last: nothing that has changed is reported.
     afresh: bool,
     /// Where curves that are no rows do not go on.
     gaps: Gaps,
@@ -232,7 +232,7 @@ impl Model {
         }
     }
 
-    /// Tells how many items the source had no room for.
+    /// Reports how many items the source had no room for.
     pub fn set_dropped(&mut self, dropped: u64) {
         self.revision += u64::from(self.health.set_lost_in_scope(dropped));
     }

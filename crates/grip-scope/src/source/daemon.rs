@@ -1,4 +1,4 @@
-//! The address of a daemon in; what it tells out, for as long as the scope looks, however often the daemon goes and comes.
+//! The address of a daemon in; what it reports out, for as long as the scope looks, however often the daemon goes and comes.
 
 use super::outlet::Outlet;
 use super::reception::Reception;
@@ -24,7 +24,7 @@ const REST: Duration = Duration::from_millis(20);
 const READS: usize = 64;
 /// How long a pause looks away from the scope.
 const STEP: Duration = Duration::from_millis(25);
-/// A daemon tells its health every second; one that says nothing for so long is gone.
+/// A daemon reports its health every second; one that sends nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(6);
 /// An answer to SUBSCRIBE takes no longer.
 const GREETING: Duration = Duration::from_secs(3);

@@ -73,7 +73,7 @@ impl SourceHandle {
     }
 
     /// The same with every `every_nth` sample of a daemon only, for slow connections (1 to 65535; 0 counts as 1). Nothing is derived from
-    /// decimated samples, which is told.
+    /// decimated samples, which is reported.
     ///
     /// # Errors
     /// Where the system starts no thread.
@@ -151,13 +151,13 @@ impl Drop for SourceHandle {
             return;
         }
         if let Some(thread) = self.thread.take() {
-            // A thread that has panicked has nothing left to say.
+            // A thread that has panicked has nothing left to report.
             let _ended = thread.join();
         }
     }
 }
 
-/// A panic in a source is a fault of this program: told as a state, so that nobody waits for data that never come.
+/// A panic in a source is a fault of this program: reported as a state, so that nobody waits for data that never come.
 fn guarded(outlet: &mut Outlet, run: impl FnOnce(&mut Outlet)) {
     // What the source has left behind is not looked at again; the outlet is whole between two items.
     let ended = panic::catch_unwind(AssertUnwindSafe(|| run(outlet)));

@@ -53,7 +53,7 @@ impl Outlet {
     }
 
     /// Offers an item without waiting. News wait in a backlog for room; samples, states and what is derived of them are dropped and
-    /// counted, and the next samples say that something is missing before them.
+    /// counted, and the next samples show that something is missing before them.
     pub(super) fn offer(&mut self, feed: Feed) {
         self.catch_up();
         let mut feed = feed;
@@ -110,7 +110,7 @@ impl Outlet {
         }
     }
 
-    /// Tells how the source is, where that is new.
+    /// Reports how the source is, where that is new.
     pub(super) fn status(&mut self, status: SourceStatus) {
         if self.status != status {
             self.status = status.clone();
@@ -119,7 +119,7 @@ impl Outlet {
         }
     }
 
-    /// Tells how the source is for the last time: nothing comes behind it, so it waits for room.
+    /// Reports how the source is for the last time: nothing comes behind it, so it waits for room.
     pub(super) fn last(&mut self, status: SourceStatus) {
         while let Some(feed) = self.backlog.pop_front() {
             if !self.put(feed) {
@@ -130,7 +130,7 @@ impl Outlet {
         self.wake();
     }
 
-    /// Tells how far a file has been read, where there is room.
+    /// Reports how far a file has been read, where there is room.
     pub(super) fn progress(&mut self, done: f32) {
         let status = SourceStatus::Loading { done };
         if self.status != status && self.ring.push(Feed::Status(status.clone())).is_ok() {

@@ -21,7 +21,7 @@ use slip_core::{Signal, units::Hertz};
 /// Without rows for so long the stream has stalled.
 const STALL: Duration = Duration::from_secs(1);
 
-/// What was heard and not passed on yet.
+/// What was received and not passed on yet.
 pub(super) struct Reception {
     place: String,
     every_nth: u16,
@@ -43,7 +43,7 @@ pub(super) struct Reception {
 }
 
 impl Reception {
-    /// What is heard at this place, of every n-th sample.
+    /// What is received at this place, of every n-th sample.
     pub(super) fn new(place: String, every_nth: u16) -> Self {
         // Whatever was there before this connection, something is missing since.
         let mut stream = Stream::default();
@@ -123,7 +123,7 @@ impl Reception {
         }
     }
 
-    /// News of link and clients as marks in time.
+    /// Updates of link and clients as marks in time.
     fn event_of(&mut self, kind: NoticeKind, text: &str) {
         let kind = match kind {
             NoticeKind::Link => EventKind::Link,
@@ -264,14 +264,14 @@ impl Reception {
         }
     }
 
-    /// Passes on what was heard, and tells whether the stream flows.
+    /// Passes on what was received, and reports whether the stream flows.
     pub(super) fn deliver(&mut self, outlet: &mut Outlet) {
         let now = outlet.clock.now();
         self.pass_on(outlet);
         self.report_flow(now, outlet);
     }
 
-    /// Passes on what was heard.
+    /// Passes on what was received.
     pub(super) fn pass_on(&mut self, outlet: &mut Outlet) {
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();

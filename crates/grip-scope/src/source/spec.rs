@@ -49,7 +49,7 @@ impl SourceSpec {
     /// The source that a text names: `tcp:HOST:PORT`, `unix:PATH`, `FILE.mcap`, `FILE.csv`, `FILE.json`, `demo`, `demo:SCENE`.
     ///
     /// # Errors
-    /// Where it names none; the sentence says what is possible.
+    /// Where it names none; the sentence states what is possible.
     pub fn parse(text: &str) -> Result<Self, SpecError> {
         let text = text.trim();
         if text.is_empty() {
@@ -82,7 +82,7 @@ impl SourceSpec {
         !matches!(self, Self::Recording(_) | Self::Study(_))
     }
 
-    /// Whether its thread may wait for something that takes long to say no.
+    /// Whether its thread may wait for something that takes long to report no.
     pub(super) const fn may_hang(&self) -> bool {
         #[cfg(feature = "zenoh")]
         return matches!(self, Self::Gripper(_));

@@ -23,7 +23,7 @@ impl Stream {
         }
     }
 
-    /// Takes a sample and the frame of the array that came with it: what the observer says.
+    /// Takes a sample and the frame of the array that came with it: what the observer states.
     pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) -> Option<Step> {
         self.blocks.push(sample, taxels);
         self.observer.as_mut().and_then(|observer| observer.push(sample, taxels))

@@ -1,6 +1,6 @@
 //! The report of a study (JSON) in; its learning curves and findings out.
 //!
-//! Read are `gripctl study` (results with nets, each with a learning curve) and nothing else: another JSON file is told as such.
+//! Read are `gripctl study` (results with nets, each with a learning curve) and nothing else: another JSON file is reported as such.
 
 use super::outlet::Outlet;
 use crate::feed::{Feed, SourceStatus, StudyCurve, StudyCurves, StudyPlot};

@@ -1,4 +1,4 @@
-//! A daemon that is there, goes, comes back, stalls, says nothing, speaks otherwise.
+//! A daemon that is there, goes, comes back, stalls, shows nothing, speaks otherwise.
 
 use crate::rig::{Watch, pause};
 use core::time::Duration;
@@ -266,7 +266,7 @@ fn what_is_no_daemon_is_reported_and_tried_again() {
     let sentence = watch.model.status().sentence();
     assert!(sentence.ends_with("not as gripd does; trying again"), "{sentence}");
     assert!(watch.model.status().is_trouble());
-    // A connection that is closed at once is told too.
+    // A connection that is closed at once is reported too.
     drop(listener.accept().unwrap());
     watch.until(|| {}, |model| model.status().sentence().contains("closed the connection"));
 }

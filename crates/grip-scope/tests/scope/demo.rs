@@ -1,4 +1,4 @@
-//! The demo: grasps in real time, with everything that a daemon tells, and commands.
+//! The demo: grasps in real time, with everything that a daemon reports, and commands.
 
 use crate::rig::Watch;
 use grip_link::message::DeviceState;
@@ -46,7 +46,7 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
     let all = watch.model.span().unwrap();
     assert!(!watch.model.turns(all, usize::MAX).is_empty());
     assert_eq!(watch.model.health().stray_states(), 0);
-    // The value told lies within the enclosure that the observer derives for the same slip.
+    // The value reported lies within the enclosure that the observer derives for the same slip.
     watch.handle.command(ClientCommand::Stop).unwrap();
     watch.until(|| {}, |model| model.notices().any(|line| line.text.starts_with("stop")));
     let refused = watch.handle.command(ClientCommand::AtLeast(f32::NAN));

@@ -60,7 +60,7 @@ fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
     let chunks = McapIndex::read(fs::File::open(&path).unwrap()).unwrap().unwrap().chunks;
     let mut bytes = fs::read(&path).unwrap();
     let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
-    // Samples of a chunk, and the length of another one: there only the index tells where the next one begins.
+    // Samples of a chunk, and the length of another one: there only the index shows where the next one begins.
     bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
     bytes[at(chunks[60].offset, 8)] = 0x7f;
     fs::write(&path, &bytes).unwrap();
@@ -164,7 +164,7 @@ fn every_rate_from_ten_hertz_to_twenty_kilohertz_is_shown() {
         assert_eq!(watch.samples(Channel::Stylus), 3000, "{rate_hz}: {}", sentence(&watch));
         assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
         assert!(!watch.model.spectrogram().is_empty());
-        // Below 20 Hz there is nothing that the detector could hear, and the window says so.
+        // Below 20 Hz there is nothing that the detector could receive, and the window reports it.
         let reported = watch.model.notices().any(|line| line.text.contains("only spectra"));
         let derived = watch.model.series(Channel::BandEnergy(0)).is_some();
         assert_eq!((derived, reported), (rate_hz >= 20.0, rate_hz < 20.0), "{rate_hz}");

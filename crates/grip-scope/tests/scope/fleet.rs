@@ -1,4 +1,4 @@
-//! A real router in this process and a made-up gripper on it: the table and the view of one are filled, and told when all of it goes.
+//! A real router in this process and a made-up gripper on it: the table and the view of one are filled, and informed when all of it goes.
 
 use super::rig::{Watch, pause};
 use grip_fleet::net::{Announced, NetError, Session, router};
@@ -28,7 +28,7 @@ fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
     out[..len].to_vec()
 }
 
-/// A daemon that tells a state in each turn.
+/// A daemon that reports a state in each turn.
 struct Daemon {
     announced: Announced,
     _session: Session,
@@ -114,7 +114,7 @@ fn place(folder: &Path) -> (String, Network) {
     (endpoint.clone(), Network { router: Some(endpoint), file: Some(file) })
 }
 
-/// Looks at the table until it says this of the gripper.
+/// Looks at the table until it reports this of the gripper.
 fn until(
     (handle, roster): (&mut FleetHandle, &mut Roster),
     mut meanwhile: impl FnMut(),

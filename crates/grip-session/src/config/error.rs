@@ -115,7 +115,7 @@ fn stylus_name(vibration: bool) -> &'static str {
 }
 
 impl HostConfigError {
-    /// What the TOML reader says of `text`, with the place in `file` and the line.
+    /// What the TOML reader states of `text`, with the place in `file` and the line.
     pub(super) fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let span = error.span().unwrap_or(0..0);
         let at = line_and_column(text, span.start);

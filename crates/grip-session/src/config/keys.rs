@@ -59,7 +59,7 @@ pub enum RealtimeMode {
     /// No.
     #[default]
     Off,
-    /// Yes; what is not granted is told, and gripd goes on without.
+    /// Yes; what is not granted is reported, and gripd goes on without.
     Warn,
     /// Yes; what is not granted ends gripd.
     Strict,
@@ -105,7 +105,7 @@ impl Default for RealtimeConfig {
 pub struct FleetConfig {
     /// The name of the place; where it is absent, nothing leaves this computer.
     pub site: Option<Site>,
-    /// Where a Zenoh router listens, such as `tcp/10.0.0.1:7447`; what `network` says, where absent.
+    /// Where a Zenoh router listens, such as `tcp/10.0.0.1:7447`; what `network` states, where absent.
     pub router: Option<String>,
     /// Zenoh configuration file, for names, retries and the rest.
     pub network: Option<PathBuf>,
@@ -115,7 +115,7 @@ pub struct FleetConfig {
     pub spool_mib: u16,
     /// The folder that keeps models which come over the network, where `allow_models` lets clients bring one; none is taken, where absent.
     pub models: Option<PathBuf>,
-    /// Every n-th sample is told, 0 to 65,535; none for 0.
+    /// Every n-th sample is reported, 0 to 65,535; none for 0.
     pub samples_every: u16,
     /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
     pub commands: bool,
@@ -161,7 +161,7 @@ impl UsbFilter {
     pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
 }
 
-/// How much gripd says on standard error.
+/// How much gripd reports on standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LogLevel {

@@ -79,10 +79,10 @@ pub struct HostConfig {
     pub model: Option<PathBuf>,
     /// Calibration file: floor, gate and thresholds of this gripper.
     pub calibration: Option<PathBuf>,
-    /// What that file says; see [`HostConfig::with_calibration`].
+    /// What that file states; see [`HostConfig::with_calibration`].
     #[serde(skip)]
     pub calibrated: Option<Calibration>,
-    /// The methods that may tell a slip, where the gripper has their channels.
+    /// The methods that may show a slip, where the gripper has their channels.
     pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,
@@ -245,7 +245,7 @@ impl HostConfig {
         self.methods.iter().fold(Methods::NONE, |set, &method| set.with(method))
     }
 
-    /// The pipeline of a gripper with these settings, whose stylus measures `signal`. Settings in metres say nothing of a vibration.
+    /// The pipeline of a gripper with these settings, whose stylus measures `signal`. Settings in metres show nothing of a vibration.
     #[must_use]
     pub fn pipeline(&self, signal: Signal, sample_rate: Hertz) -> PipelineConfig {
         let (floor, health) = match signal {

@@ -60,7 +60,7 @@ impl Figure {
         (!self.is_unknown()).then(|| (value / self.value).ln().abs() / sigma)
     }
 
-    /// Whether it can be what a file says: a positive value with a deviation, or nothing.
+    /// Whether it can be what a file states: a positive value with a deviation, or nothing.
     pub(super) fn is_possible(&self) -> bool {
         let within = |value: f64, most: f64| value.is_finite() && value > 0.0 && value <= most;
         self.is_unknown() && self.value == 0.0

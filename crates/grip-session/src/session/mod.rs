@@ -80,9 +80,9 @@ pub enum SessionError {
 pub enum Update<'a> {
     /// A pipeline begins: the next samples go through it.
     Began(&'a Beginning),
-    /// A gripper told who it is.
+    /// A gripper has named itself.
     Gripper {
-        /// What it told.
+        /// What it reported.
         ident: &'a Ident,
         /// Whether it has restarted since it was seen last.
         rebooted: bool,
@@ -154,7 +154,7 @@ pub struct Session {
 /// What has to be done once the bytes are taken.
 #[derive(Clone, Copy, Debug, Default)]
 struct Due {
-    /// Whether the gripper that told who it is has restarted.
+    /// Whether the gripper that has named itself has restarted.
     identified: Option<bool>,
     configured: bool,
     /// A stop or a fault has been cleared.
@@ -573,7 +573,7 @@ impl Session {
         self.path.step.as_ref()
     }
 
-    /// The normal force (N) that was measured with the last sample; `None` where no sensor tells.
+    /// The normal force (N) that was measured with the last sample; `None` where no sensor shows.
     #[must_use]
     pub fn applied_n(&self) -> Option<f32> {
         self.path.sample.normal_force_n

@@ -152,7 +152,7 @@ fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32]) -> &'a [f32] {
 
 // What clients ask for in; what of it stands, and when a stop is sent again, out.
 
-/// A stop is sent this often until the gripper says that it has stopped (us).
+/// A stop is sent this often until the gripper reports that it has stopped (us).
 const STOP_EVERY_US: u64 = 20_000;
 
 /// What was asked for and still stands.

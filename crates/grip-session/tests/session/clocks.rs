@@ -23,7 +23,7 @@ struct Bench {
     mcu: VirtualMcu,
     session: Session,
     decoder: Decoder,
-    /// Times of health lines of the clock (host us) and what they say.
+    /// Times of health lines of the clock (host us) and what they report.
     lines: Vec<(u64, &'static str)>,
     closed: Vec<CloseReason>,
     /// Steps between usable samples: the longest (us), and the last time.

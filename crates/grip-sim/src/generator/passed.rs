@@ -1,4 +1,4 @@
-//! A surface and a path on it in, what its irregularities say out.
+//! A surface and a path on it in, what its irregularities show out.
 
 use crate::stylus::StylusConfig;
 use crate::surface::Surface;

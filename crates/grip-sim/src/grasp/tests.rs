@@ -307,7 +307,7 @@ fn a_second_stylus_meets_the_same_places_later_and_changes_no_other_channel() {
     assert!(compared > 50, "{compared}");
 }
 
-/// Needed force from the impulse balance over a stretch of sliding under `target_n`, as a share of what `needed` says of the stretch.
+/// Needed force from the impulse balance over a stretch of sliding under `target_n`, as a share of what `needed` states of the stretch.
 fn balance(text: &str, target_n: f64, from_s: f64, needed: impl Fn(f64) -> f64) -> f64 {
     let scene = scene(&format!(
         "lift_at_s = 0.1\nlift_ramp_s = 0.0\nfinger_length_mm = 400.0\n[pad]\ndamping_n_s_m = 0.0\n{text}"

@@ -2,7 +2,7 @@
 //!
 //! The virtual device speaks the real protocol through [`grip_link::device::DeviceLink`], which also enforces limits
 //! and failsafe; the force it allows drives the [`Grasp`], whose samples go out in batches. Nothing here reads a
-//! clock: [`VirtualMcu::advance`] says what time it is. The same scene, identity and bytes at the same times give
+//! clock: [`VirtualMcu::advance`] states what time it is. The same scene, identity and bytes at the same times give
 //! the same answer, byte for byte.
 //!
 //! Opening and torque off both mean no force: the object falls unless its support still stands.
@@ -50,7 +50,7 @@ pub struct VirtualMcu {
     booted_at: Micros,
     fed_at: Micros,
     target_n: f64,
-    /// Rows since CONFIG: tells how full the open batch is.
+    /// Rows since CONFIG: reports how full the open batch is.
     rows: u32,
     refused_rows: u32,
 }

@@ -191,7 +191,7 @@ fn a_reset_in_mid_grip_takes_the_torque_off_and_is_seen() {
     bench.run(None, 120);
     let truth = bench.mcu.truth();
     assert!(truth.dropped(), "{truth:?}");
-    // Commands of the old session make the device say that it knows none.
+    // Commands of the old session make the device state that it knows none.
     bench.run(Some(8.0), 100);
     assert!(bench.rebooted > 0, "{:?} {:?}", bench.host.state(), bench.mcu.link().state());
     assert_eq!(bench.mcu.boot_id(), 8);

@@ -353,7 +353,7 @@ impl Scene {
     /// The same scene with another seed: another object where the scene has distributions.
     ///
     /// # Errors
-    /// None in practice, since the ranges do not depend on the seed; the type says what [`Scene::new`] says.
+    /// None in practice, since the ranges do not depend on the seed; the type states what [`Scene::new`] states.
     pub fn reseeded(&self, seed: u64) -> Result<Self, SceneError> {
         Self::new(SceneConfig { seed, ..self.config.clone() })
     }

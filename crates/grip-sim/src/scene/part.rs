@@ -1,6 +1,6 @@
 //! The name or file of a gripper or of its sensors in; a scene that has it out.
 //!
-//! A part states some keys of a scene, as a scene file does, without `name`. What it states takes the place of what the scene says.
+//! A part states some keys of a scene, as a scene file does, without `name`. What it states takes the place of what the scene states.
 
 use super::{Scene, SceneConfig, SceneError, builtin};
 use serde::de::Error as _;

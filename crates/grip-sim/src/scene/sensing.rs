@@ -1,4 +1,4 @@
-//! What a scene says of the gripper's sensors: which there are, their noise and their errors of scale.
+//! What a scene states of the gripper's sensors: which there are, their noise and their errors of scale.
 
 use super::{Draw, table::settings};
 use rand_chacha::ChaCha8Rng;

@@ -171,7 +171,7 @@ impl Rig {
         self.inject(&to_device(Kind::GRIP, seq, SESSION), &payload(grip));
     }
 
-    /// Whether the device told of an event of this kind.
+    /// Whether the device reported an event of this kind.
     pub(crate) fn reported(&self, kind: EventKind) -> bool {
         self.events.iter().any(|event| event.kind == kind)
     }

@@ -19,7 +19,7 @@ pub const CONDITIONS: [&str; 3] = ["paper", "default", "default-noise-1"];
 pub const VALIDATION: f64 = 0.25;
 
 /// Trains every learner under every one of `conditions` on the first draw under `seed` and puts the tables into a chapter.
-/// `done` is told each learner that is ready, as `condition: name`.
+/// `done` is given each learner that is ready, as `condition: name`.
 ///
 /// # Errors
 /// [`OutlookError`] of the first learner that fails, or of a condition without rows.

@@ -20,7 +20,7 @@ pub struct Sets<'a> {
     pub test: &'a DataSet,
 }
 
-/// How far the spread of an ensemble tells its error.
+/// How far the spread of an ensemble shows its error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Uncertainty {
     /// Root mean square of the standard deviation of the members, in the raw unit of the target.
@@ -48,7 +48,7 @@ pub struct Comparison {
     pub seconds: f64,
 }
 
-/// How far the spread of `learner` tells its error on `test`; none where it has no spread.
+/// How far the spread of `learner` shows its error on `test`; none where it has no spread.
 ///
 /// # Errors
 /// [`OutlookError::Predict`] for the first row without a prediction.

@@ -171,7 +171,7 @@ fn searched(rows: Rows<'_>, config: &LearnersConfig) -> Result<Trained, OutlookE
 }
 
 /// Trains every learner on the same rows; `validation` decides when training stops, which start is kept and which
-/// settings win. `elapsed` is any clock; `done` is told each name when its learner is ready. They train in parallel, so times
+/// settings win. `elapsed` is any clock; `done` is given each name when its learner is ready. They train in parallel, so times
 /// are those of a busy machine.
 ///
 /// # Errors

@@ -230,7 +230,7 @@ fn check(config: &SearchConfig) -> Result<(), OutlookError> {
     Err(mlp::train::SettingError { name, value, range: "0 or a positive number" }.into())
 }
 
-/// Searches for the net with the least cost. `progress` is told of each generation, from any thread.
+/// Searches for the net with the least cost. `progress` is given each generation, from any thread.
 ///
 /// # Errors
 /// [`OutlookError::Count`] and [`OutlookError::Setting`] for settings out of range; [`OutlookError::Fit`] where the rows do not
@@ -242,7 +242,7 @@ pub fn search(
     progress: &(dyn Fn(Generation) + Sync),
 ) -> Result<Search, OutlookError> {
     check(config)?;
-    // What is wrong with the rows themselves is told here, not counted as a failed candidate.
+    // What is wrong with the rows themselves is reported here, not counted as a failed candidate.
     Fitting::new(train, Some(validation), &config.fit)?;
     let tried = Mutex::new(Tried::default());
     let shared = Shared { train, validation, config, progress, tried };

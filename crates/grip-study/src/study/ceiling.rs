@@ -2,7 +2,7 @@
 //!
 //! Two estimates, both honest lower bounds since each answers rows that had no part in making it; the higher one counts:
 //!
-//! - **closed form**: f = kappa F / (1 - a/g) from the measured force and the acceleration as the features tell it (a, or
+//! - **closed form**: f = kappa F / (1 - a/g) from the measured force and the acceleration as the features report it (a, or
 //!   v/T, or v^2 / 2d with the known travel d). Exact without noise.
 //! - **neighbours**, an estimate of Bayes' answer: among many thousand other rows those whose features are nearest, and
 //!   the answer that is within 10 % of most of them. It knows the noise and how common which object is. Features are

@@ -1,4 +1,4 @@
-//! What the source study says of its Figs. 3 to 7 and Tables 1 and 2, each sentence held against many draws of rows.
+//! What the source study states of its Figs. 3 to 7 and Tables 1 and 2, each sentence held against many draws of rows.
 //!
 //! Every net is trained from every start on every draw, and the run nearest the average is kept, as in the study. Then each
 //! claim is true or not for a draw. Goal and number of epochs are not in the study: without a goal of its own a claim about it is

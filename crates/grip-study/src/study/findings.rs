@@ -22,7 +22,7 @@ pub struct Distance {
     pub offset: f64,
 }
 
-/// What the study says.
+/// What the study states.
 ///
 /// The published test figures are 38, 35, 41 and 40 divided by 59.4.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -77,7 +77,7 @@ fn four(result: &ConditionResult) -> &[NetResult] {
 }
 
 impl Findings {
-    /// What `study` says.
+    /// What `study` states.
     #[must_use]
     pub fn of(study: &Study) -> Self {
         let distances = distances(study);

@@ -34,7 +34,7 @@ pub const NETS: [Net; 6] = [
     Net { name: "LBFGS", trainer: "L-BFGS", figure: "6b", published: None },
 ];
 
-/// M2 with the other form of momentum: the study does not say which it has.
+/// M2 with the other form of momentum: the study does not state which it has.
 pub const HEAVY_BALL: Net =
     Net { name: "M2b", trainer: "GDM heavy ball", figure: "4b", published: None };
 

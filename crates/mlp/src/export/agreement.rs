@@ -1,6 +1,6 @@
 //! A model and features in; how far another implementation in `f32` may differ from ours out.
 //!
-//! Differences are told in scaled units (the training range of a target is 2 wide), so that targets of any unit and both
+//! Differences are reported in scaled units (the training range of a target is 2 wide), so that targets of any unit and both
 //! transforms compare. The bound adds up the worst roundings of both implementations: each operation and each of `logf`,
 //! `expf` and tanh may be 2^-22 off (two units in the last place, four at the start of a binade), errors grow through a layer with the largest row sum of
 //! its weights, and tanh and the logistic function keep them below the width of their range. It holds for sums in any order.

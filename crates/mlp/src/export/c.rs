@@ -36,7 +36,7 @@ pub fn prefix_of(name: &str) -> String {
     prefix
 }
 
-/// Writes `file` as C. Every name begins with `prefix`; the source includes `header_name`; `origin` says in a comment where the
+/// Writes `file` as C. Every name begins with `prefix`; the source includes `header_name`; `origin` states in a comment where the
 /// model comes from.
 ///
 /// # Errors

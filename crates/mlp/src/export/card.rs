@@ -1,6 +1,6 @@
 //! A model file and what is known of its training in, a model card as JSON out.
 //!
-//! The card says what a model takes and gives, in which units and ranges, from which rows it was made, how they were split, with
+//! The card states what a model takes and gives, in which units and ranges, from which rows it was made, how they were split, with
 //! which seed, and how well it did. What is not known is `null`; nothing is guessed.
 //!
 //! | field | holds |
@@ -204,7 +204,7 @@ impl From<&DataSet> for CardRows {
 }
 
 impl Card {
-    /// What the model file itself tells: `name` and `text` are its name and contents.
+    /// What the model file itself reports: `name` and `text` are its name and contents.
     #[must_use]
     pub fn new(file: &ModelFile, name: &str, text: &str) -> Self {
         let widths = file.layers.iter().map(|layer| layer.biases.len());
@@ -292,7 +292,7 @@ impl Card {
         self
     }
 
-    /// Says how rows came to be test rows.
+    /// Reports how rows came to be test rows.
     #[must_use]
     pub fn with_split(mut self, split: &str) -> Self {
         self.data.split = Some(split.to_owned());

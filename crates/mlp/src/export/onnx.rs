@@ -5,7 +5,7 @@
 //!     -> (Exp of the logarithmic ones) -> targets [N, outputs]
 //!     -> GreaterOrEqual, LessOrEqual, And -> in_range [N, inputs]
 //! ```
-//! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` tells for each feature whether the training rows covered it. A model with logarithmic and other
+//! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` reports for each feature whether the training rows covered it. A model with logarithmic and other
 //! columns takes the logarithm of all and picks with Where. A feature that was constant in training has no influence: its weights
 //! in the first layer are written as zeros. Operator set 17; names, units and ranges stand in `metadata_props`.
 
@@ -29,7 +29,7 @@ pub const IR_VERSION: i64 = 8;
 /// Version of the operator set, that of ONNX 1.12: every runtime since 2022 has it.
 pub const OPSET: i64 = 17;
 
-/// Writes `file` as ONNX. `origin` says in the file where the model comes from.
+/// Writes `file` as ONNX. `origin` states in the file where the model comes from.
 ///
 /// # Errors
 /// [`ExportError::File`] when `file` holds no valid model.

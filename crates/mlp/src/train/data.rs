@@ -11,7 +11,7 @@ use super::scaling::{Method, Scaling};
 use super::topology::{MOST_INPUTS, MOST_OUTPUTS};
 use crate::model::Transform;
 
-/// What a classifier tells apart.
+/// What a classifier distinguishes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Classes {
     /// The column whose text is the class of a row.

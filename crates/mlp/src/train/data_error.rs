@@ -164,7 +164,7 @@ pub enum DataSetError {
         file: String,
         /// Line, counted from 1, or 0 when unknown.
         line: u64,
-        /// What the reader says.
+        /// What the reader states.
         message: String,
     },
 }

@@ -98,7 +98,7 @@ pub enum FitError {
         /// Largest number.
         limit: usize,
     },
-    /// A rule for squares where classes are to be told apart.
+    /// A rule for squares where classes are to be distinguished.
     #[error("{algorithm} minimises squares only: classes need another rule")]
     Squares {
         /// Name of the rule.
@@ -249,7 +249,7 @@ impl<'a> Fitting<'a> {
         self.run_timed(repeat, &|| Duration::ZERO)
     }
 
-    /// The same with a clock: `elapsed` tells the time since the training began.
+    /// The same with a clock: `elapsed` reports the time since the training began.
     #[must_use]
     pub fn run_timed(&self, repeat: usize, elapsed: &dyn Fn() -> Duration) -> Run {
         let seed = self.seed(repeat);

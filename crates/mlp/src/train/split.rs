@@ -1,7 +1,7 @@
 //! Labels of rows, a share or a number of folds and a seed in, which rows train and which are held out.
 //!
 //! Rows with the same label (an object, a grasp, a session) always stay on the same side: rows of one slip resemble each
-//! other, and a test that holds some of them out while others train says nothing of new objects. Without labels every
+//! other, and a test that holds some of them out while others train shows nothing of new objects. Without labels every
 //! row stands for itself. Equal seeds give equal splits.
 
 use std::collections::BTreeMap;

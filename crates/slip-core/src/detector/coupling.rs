@@ -193,7 +193,7 @@ const EARLIEST_S: f32 = 105e-3;
 const MARGIN_S: f32 = 2.5e-3;
 /// Delays that far apart are the same (s).
 const SAME_S: f32 = 1e-3;
-/// Least variance of the logarithm of the reference that says anything.
+/// Least variance of the logarithm of the reference that states anything.
 const LEAST_VARIANCE: f32 = 0.3;
 
 /// What the stylus shows of the motion that the reference shows.

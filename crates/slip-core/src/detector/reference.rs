@@ -21,7 +21,7 @@ use crate::{
 pub struct MotionInput {
     /// The motion reference (own unit); `None` where there is none, or its reading is unusable.
     pub reference: Option<f32>,
-    /// Arm or fingers were told to move.
+    /// Arm or fingers were commanded to move.
     pub commanded: bool,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Reference {
     doubtful: bool,
     hold_len: u32,
     hold: u32,
-    /// What the command says of the motion, and samples for which its end is not long ago.
+    /// What the command states of the motion, and samples for which its end is not long ago.
     commanded: bool,
     stopped: u32,
     pause_len: u32,
@@ -147,7 +147,7 @@ impl Reference {
         self.hold > 0 || (self.doubtful && self.health == SensorHealth::Good)
     }
 
-    /// Whether the channel still says anything, once its noise is known.
+    /// Whether the channel still states anything, once its noise is known.
     #[inline]
     fn judge(&mut self, reading: Option<f32>) {
         if self.limits2[0] == f32::INFINITY {
@@ -189,7 +189,7 @@ impl Reference {
         self.stopped > 0
     }
 
-    /// Whether a motion goes on that has not just stopped; `None` where that cannot be told.
+    /// Whether a motion goes on that has not just stopped; `None` where that is not known.
     pub(super) fn is_going_on(&self, command_known: bool) -> Option<bool> {
         let quiet_for = self.hold_len.saturating_sub(self.hold);
         if self.commanded {
@@ -333,7 +333,7 @@ const LEFT: f32 = 0.3;
 /// threshold h on energy over floor, motion may show h gain times as strongly at the stylus as at the reference. The peak holds
 /// over the time between the peaks of two filters, so that the front of a tap does not slip through.
 ///
-/// A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion says nothing of it. It shows as a jump of the
+/// A knock reaches stylus and reference by ways of its own, so that the gain of the robot's motion shows nothing of it. It shows as a jump of the
 /// reference: for some time after a peak of [`KNOCK`] times its mean, and after motion has begun, the gain is [`KNOCK_GAIN`] times as high.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gate {

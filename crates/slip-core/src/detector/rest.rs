@@ -155,7 +155,7 @@ const QUIETER: f32 = 0.4;
 
 /// The doubt and its memory.
 ///
-/// The energy of noise in a part of a stretch scatters as the number of its independent readings n says: the logarithm
+/// The energy of noise in a part of a stretch scatters as the number of its independent readings n states: the logarithm
 /// has the deviation sqrt(2 / n). What slides or moves becomes louder and quieter. A floor is doubtful where parts
 /// scatter twice as far before three steady stretches in a row have confirmed it, and where something quieter than it
 /// has come. A knock or a slip of a quarter of a stretch changes no quartile.
@@ -165,7 +165,7 @@ pub(super) struct Doubt {
     readings: f32,
     health: FloorHealth,
     steady: u8,
-    /// A slip went on in this stretch, which says nothing of the floor then.
+    /// A slip went on in this stretch, which shows nothing of the floor then.
     disturbed: bool,
 }
 

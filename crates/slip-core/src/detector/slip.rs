@@ -225,7 +225,7 @@ impl SlipDetector {
         self.floor.lowered()
     }
 
-    /// State of the motion reference. One that is frozen, lost or uncoupled counts as none: only a command says that the
+    /// State of the motion reference. One that is frozen, lost or uncoupled counts as none: only a command states that the
     /// robot moves, and then the floor of every band is raised by `blind_margin`.
     #[must_use]
     #[inline]

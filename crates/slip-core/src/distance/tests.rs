@@ -186,7 +186,7 @@ fn normal(encoder: &mut Encoder) -> f32 {
     1.732 * sum
 }
 
-/// A sensor that is noisier than configured: no slip at rest, one that begins is told, and it ends.
+/// A sensor that is noisier than configured: no slip at rest, one that begins is reported, and it ends.
 #[test]
 fn noise_that_nobody_configured_is_learned_at_rest() {
     for sigma_m in [2e-6_f32, 1e-5, 2e-5] {

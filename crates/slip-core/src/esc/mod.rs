@@ -11,8 +11,8 @@
 //!
 //! - an **enclosure**: the exact value of the formula for the numbers that went in lies within `lo..=hi`;
 //! - the **condition** number: how much larger than a relative error of S that of the value is, |2 S / sin 2S|;
-//! - **sigma_S**: the deviation of S (rad) that the sensor noise causes; infinite where a ratio is unknown mod pi. Above 1 the value says nothing about the surface;
-//! - [`Flags`] that say so in words.
+//! - **sigma_S**: the deviation of S (rad) that the sensor noise causes; infinite where a ratio is unknown mod pi. Above 1 the value shows nothing about the surface;
+//! - [`Flags`] that report it in words.
 //!
 //! [`literal`] holds the evaluators of the equation as printed, [`Reading`] the other readings of it that have been
 //! proposed, [`EscSums`] all of them at once. Nothing replaces the literal value: another reading stands beside it.
@@ -36,7 +36,7 @@ pub use slip_msg::Reading;
 pub use sums::{EscSum, EscSums};
 pub use trial::{Noise, Trial};
 
-/// One reading of E_sc with the figures that tell how far it can be trusted.
+/// One reading of E_sc with the figures that show how far it can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Esc<T = f64> {
     /// Which reading.

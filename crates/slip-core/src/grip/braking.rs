@@ -29,7 +29,7 @@ const EARLY: f32 = 0.7;
 /// covered by both.
 const SOUGHT: f32 = 1.11;
 /// The first answer where such an object has slid before, and for how long (s) it is given time to slide: static friction gives way before anything
-/// slides, and what is stopped at once says nothing of the friction of sliding.
+/// slides, and what is stopped at once shows nothing of the friction of sliding.
 const GENTLY: f32 = 1.05;
 const GENTLY_S: f32 = 8e-3;
 /// Over the force that a known object is held with it needs so much more at least, where the stylus alone shows that it needs more.
@@ -44,7 +44,7 @@ const SHEAR_TURNS: f32 = 4.0;
 const BACK_M: f32 = 6e-6;
 /// A first estimate, which no other confirms, counts up to the reflex times this.
 const FIRST: f32 = 1.25;
-/// Without news of how the object slides for this long (s) it does not.
+/// Without updates of how the object slides for this long (s) it does not.
 const UNSEEN_S: f32 = 0.005;
 /// An object that comes back further than this (m) does not swing: no pad is that soft, the sensor has jumped.
 const MOST_SWING_M: f32 = 2e-4;
@@ -52,7 +52,7 @@ const MOST_SWING_M: f32 = 2e-4;
 const GROWTH_OF: usize = 4;
 /// Time from one estimate to the next (s).
 const ESTIMATES_EVERY_S: f32 = 1e-3;
-/// An estimate that is older than this (s) has no say.
+/// An estimate that is older than this (s) has no state.
 const ESTIMATE_LASTS_S: f32 = 0.01;
 /// A target that has not risen for this long (s) is what the estimates ask for.
 const STANDS_S: f32 = 0.01;
@@ -90,7 +90,7 @@ const FALLING_TAU_S: f32 = 0.02;
 /// Why an object is held as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum HeldBy {
-    /// By what its slips have told.
+    /// By what its slips have shown.
     #[default]
     Slips,
     /// Less and less, until it slips.
@@ -101,7 +101,7 @@ pub(super) enum HeldBy {
     Memory,
 }
 
-/// What earlier slips have told of the object.
+/// What earlier slips have shown of the object.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
     /// Whether the command is on its way back from an alarm in which nothing moved.
@@ -138,7 +138,7 @@ pub(super) struct Braking {
     hold_before_n: f32,
     /// What the weight of the object needs by an earlier slip, with its margin (N).
     weight_n: Option<f32>,
-    /// For how long the object has become faster and faster (s), and since when nothing says how it slides (s).
+    /// For how long the object has become faster and faster (s), and since when nothing states how it slides (s).
     falling_s: f32,
     unseen_s: f32,
     /// Whether the object was seen to move, where that is measured.
@@ -187,7 +187,7 @@ pub(super) struct Braking {
     slid_from_m: f32,
     /// Where it was last fast or stood (m).
     slow_from_m: f32,
-    /// Where the object last did what the estimates say (m), and whether it has contradicted them since.
+    /// Where the object last did what the estimates show (m), and whether it has contradicted them since.
     obeyed_m: f32,
     disobeyed_s: f32,
     refuted: bool,
@@ -235,7 +235,7 @@ impl Braking {
         }
     }
 
-    /// The alarm follows a stop so closely that pads may swing: nothing rises before the stylus says that the object moves.
+    /// The alarm follows a stop so closely that pads may swing: nothing rises before the stylus shows that the object moves.
     pub(super) fn wait(&mut self) {
         (self.step_n, self.target_n) = (self.base_n, self.base_n);
     }
@@ -271,7 +271,7 @@ impl Braking {
         self.swing_m
     }
 
-    /// Whether the slip tells what is needed; `searched` says that the search waits for one, moved or not. Pads give way when an object is lifted:
+    /// Whether the slip shows what is needed; `searched` states that the search waits for one, moved or not. Pads give way when an object is lifted:
     /// what is held as somebody asked for, or with what it is known to need, slips only where more than that is needed. And the search does not wait for alarms on the way back from one.
     pub(super) fn is_believed(&self, searched: bool) -> bool {
         if self.drifted {
@@ -456,7 +456,7 @@ impl Braking {
             || self.standing_s >= self.reach.wait_s(input.late_s)
     }
 
-    /// By what share of itself the target grows in a second where no estimate says how far.
+    /// By what share of itself the target grows in a second where no estimate shows how far.
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
@@ -532,7 +532,7 @@ impl Braking {
         (load_n.is_finite() && load_n > 0.0).then_some(load_n)
     }
 
-    /// Takes an estimate with its margin. What it and the one before say at least, since a single one may be noise and the target never falls; and how
+    /// Takes an estimate with its margin. What it and the one before state at least, since a single one may be noise and the target never falls; and how
     /// much the estimates have grown in the time of the last [`GROWTH_OF`] (N).
     fn learn(&mut self, with_margin: f32) -> (f32, f32) {
         self.estimates = (self.estimates + 1.0).min(MEAN_OF);
@@ -587,7 +587,7 @@ impl Braking {
         !by_friction && (self.overloaded || heavier)
     }
 
-    /// The least force that may do (N), where the slip has told the need roughly only.
+    /// The least force that may do (N), where the slip has shown the need roughly only.
     pub(super) fn least_n(&self) -> Option<f32> {
         let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded && !self.refuted)?;
         let need_n = mean_n / KAPPA;

@@ -63,7 +63,7 @@ impl Feeling {
     }
 
     /// The next target after `target_n`, where `applied_n` is measured and `hold_n` was to be held before the slip (N). It goes up as far as the lower
-    /// quantile allows, which is low at first and runs away only where the stylus says that the object is heavy; down slowly while the object moves; and
+    /// quantile allows, which is low at first and runs away only where the stylus shows that the object is heavy; down slowly while the object moves; and
     /// to the balance of impulse once it stands. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.
     pub(super) fn target_n(
         &mut self,
@@ -74,7 +74,7 @@ impl Feeling {
     ) -> f32 {
         if !felt.moves {
             let Some(held_n) = felt.held_n else { return target_n };
-            // Pads that swing say nothing new.
+            // Pads that swing show nothing new.
             let least_n = if felt.swung { hold_n.min(felt.from_n) } else { LEAST * felt.from_n };
             let held_n = (KAPPA * held_n).max(least_n).min(target_n);
             self.held_n = Some(held_n);

@@ -18,7 +18,7 @@ pub enum SlipNow {
     Evident,
 }
 
-/// What a stretch of the slip says of the force that is needed.
+/// What a stretch of the slip shows of the force that is needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
     /// Adequate force (N).
@@ -35,7 +35,7 @@ impl Evidence {
     /// The estimate with the margin for its uncertainty (N).
     pub(super) fn with_margin(&self, config: &GripConfig) -> f32 {
         let sigma = self.sigma_n.max(0.0);
-        // An estimate that says nothing adds no more than itself.
+        // An estimate that shows nothing adds no more than itself.
         self.estimate_n + (config.margin_sigmas * sigma).min(self.estimate_n)
     }
 }
@@ -49,7 +49,7 @@ pub struct Sliding {
     pub acceleration_g: f32,
 }
 
-/// What the controller is told with each sample.
+/// What the controller is given with each sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "states of sensors that change one by one")]
 pub struct GripInput {
@@ -57,15 +57,15 @@ pub struct GripInput {
     pub dt_s: f32,
     /// The slip as of this sample.
     pub slip: SlipNow,
-    /// Distance moved since the slip began (m); `None` where no sensor tells.
+    /// Distance moved since the slip began (m); `None` where no sensor shows.
     pub moved_m: Option<f32>,
     /// New evidence of the force that is needed.
     pub evidence: Option<Evidence>,
-    /// How the object slides, where the moved distance tells it.
+    /// How the object slides, where the moved distance shows it.
     pub sliding: Option<Sliding>,
     /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.
     pub motion: Option<Motion>,
-    /// What the stylus says of the needed force; `None` where another sensor tells how the object moves.
+    /// What the stylus shows of the needed force; `None` where another sensor shows how the object moves.
     pub felt: Option<Felt>,
     /// Peaks and valleys that the stylus passes; `None` where they cannot be counted.
     pub passing: Option<Passing>,
@@ -95,7 +95,7 @@ pub struct GripInput {
     pub touch_n: f32,
     /// Whether any slip sensor is usable.
     pub healthy: bool,
-    /// The force that the load on the fingers needs (N), where no slip sensor is usable and the tangential force tells it.
+    /// The force that the load on the fingers needs (N), where no slip sensor is usable and the tangential force shows it.
     pub loaded_n: Option<f32>,
     /// Whether a slip sensor is not: then no less is held.
     pub impaired: bool,

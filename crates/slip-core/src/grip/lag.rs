@@ -126,7 +126,7 @@ const RESPONSE_PROMPT_S: f32 = 0.005;
 /// A drive that moves from the first moment on, only slowly, reaches a force sooner when more is commanded meanwhile. A
 /// line that is late, or a drive with dead time, does not: what is commanded on top arrives as it is. Both are equally
 /// late when the fingers close; in a slip they differ in when the measured force begins to rise. A first-order lag of
-/// the whole delay says when it would without dead time; what it is later by is dead time d, and the rest of the delay,
+/// the whole delay states when it would without dead time; what it is later by is dead time d, and the rest of the delay,
 /// tau, is lag:
 /// ```text
 /// command <= F + (target - F) tau / (d + 3 ms)

@@ -9,10 +9,10 @@
 //!
 //! `docs/control.md` has every transition with its condition and its test.
 //!
-//! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor says that nothing has moved yet,
+//! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor shows that nothing has moved yet,
 //! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the
 //! command leads it by what is missing. Without an estimate the force grows exponentially as long as
-//! the slip shows. After the slip the force falls slowly to what the slip has told, and then, until it just slips, to what is really needed.
+//! the slip shows. After the slip the force falls slowly to what the slip has shown, and then, until it just slips, to what is really needed.
 //!
 //! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s` of host time, and rises only while closing to the trial
 //! force, on slip evidence that is not older than 20 ms, or towards a force that somebody asked for with [`GripController::at_least`]. No fault of
@@ -363,7 +363,7 @@ impl GripController {
         }
     }
 
-    /// Watches whether there is an object. Where it is gone nothing slips and nothing rises; `true` says that this was the step.
+    /// Watches whether there is an object. Where it is gone nothing slips and nothing rises; `true` states that this was the step.
     fn feel_object(&mut self, dt_s: f32) -> bool {
         match self.state {
             GripState::Closing => {
@@ -509,7 +509,7 @@ impl GripController {
         untried && self.excused < EXCUSED && self.command_n >= AS_KNOWN * self.known_n
     }
 
-    /// Whether less than `force_n` (N) may be tried. Where nothing tells how an object slides it costs too much to let it.
+    /// Whether less than `force_n` (N) may be tried. Where nothing shows how an object slides it costs too much to let it.
     fn may_search_below(&self, force_n: f32) -> bool {
         self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, force_n)
     }

@@ -119,7 +119,7 @@ impl Touch {
 
 // Slips and alarms of an object in; how much less force may be tried out.
 //
-// An object that does not slip says nothing of the force it needs. So what holds it falls slowly until it just slips: static friction gives way
+// An object that does not slip shows nothing of the force it needs. So what holds it falls slowly until it just slips: static friction gives way
 // at the force that is needed over the ratio of static and kinetic friction, whatever the object is. One that slips while its weight is put on is searched for a second time, since the
 // estimate of such a slip is of the load that was there.
 

@@ -18,7 +18,7 @@ const LATE_TURN: f32 = 0.35;
 /// Nothing lies closer together than this (m).
 const LEAST_M: f32 = 1e-7;
 
-/// What the turns of the stylus say of the surface, the same for all candidates.
+/// What the turns of the stylus show of the surface, the same for all candidates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
     /// Of the logarithm of the distance between turns, as a sum of reciprocal variances.
@@ -73,7 +73,7 @@ impl Start {
     }
 }
 
-/// What a block says to every candidate.
+/// What a block states to every candidate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
     /// What is left of the sums before, and the weight of the block.
@@ -261,7 +261,7 @@ pub(super) fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> 
 const NEGLIGIBLE: f32 = -80.0;
 
 impl Need {
-    /// What a block says whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
+    /// What a block states whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
     pub(super) fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
         let d_s = self.block_s;
         let keep = libm::expf(-d_s / FORGET_S);

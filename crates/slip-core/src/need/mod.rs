@@ -1,6 +1,6 @@
 //! Readings of one stylus and the grip force during a slip in; the force that the object needs, as a distribution, out.
 //!
-//! One stylus cannot show how fast an object slides, since the surface is not known. It tells the *course* of the speed: the faster the object, the
+//! One stylus cannot show how fast an object slides, since the surface is not known. It shows the *course* of the speed: the faster the object, the
 //! more the heights change from block to block, and the faster peaks and valleys follow each other. And the course follows from the needed
 //! force: an object that needs `N` and is pressed with `F` has the acceleration `g (L - F/N)`, where `L` is the share of its load that is there.
 //! Each of [`CANDIDATES`] pairs of a needed force and a time in which the load comes predicts a speed for each block of 0.3 ms, and is as likely as
@@ -39,14 +39,14 @@ const CATCH_UP: usize = 16;
 const BLOCK_S: f32 = 3e-4;
 /// Block means that are kept, to see whether the stylus stands.
 const KEPT: usize = 40;
-/// Speed below which a block says as much as at this one (m/s).
+/// Speed below which a block states as much as at this one (m/s).
 const CREEP_M_S: f32 = 5e-4;
 /// Bounds of the slope of a surface (rms), and the weight of what is believed of it before (blocks).
 const SLOPE: [f32; 2] = [0.005, 0.3];
 const SLOPE_BLOCKS: f32 = 0.25;
 /// Distance that the object has moved when the alarm comes (m).
 const ALARM_M: f32 = 6e-6;
-/// Distance in which the heights of a surface change (m): blocks that are closer say the same, down to this share.
+/// Distance in which the heights of a surface change (m): blocks that are closer state the same, down to this share.
 const CHANGES_M: f32 = 1e-4;
 const LEAST_SHARE: f32 = 0.03;
 /// Time constant of all sums (s).
@@ -55,7 +55,7 @@ const FORGET_S: f32 = 0.08;
 const TURN_SPREAD: f32 = 0.45;
 const SURFACE_SPREAD: f32 = 0.8;
 const TURN_LN: f32 = -9.210_34;
-/// How far ahead the needed force is told (s).
+/// How far ahead the needed force is reported (s).
 const AHEAD_S: f32 = 4e-3;
 
 /// The object stands where the block means stay within this many deviations of their noise ...
@@ -82,7 +82,7 @@ const AGAIN: f32 = 0.5;
 /// The range since the stop is forgotten in this time (s); what exceeds this many deviations of the noise is movement.
 const AGAIN_TAU_S: f32 = 0.06;
 const AGAIN_NOISES: f32 = 9.0;
-/// What then passes fewer peaks than this within the mean swing was a swing of the pads; so often at most, since nothing else says so.
+/// What then passes fewer peaks than this within the mean swing was a swing of the pads; so often at most, since nothing else shows it.
 const SWUNG_TURNS: f32 = 2.0;
 const SWUNG_SPAN: f32 = 1.1;
 const SWUNG_TIMES: u8 = 2;
@@ -94,7 +94,7 @@ const SLOW_M_S: f32 = 0.01;
 /// Speed that weighs the first block (m/s).
 const FIRST_M_S: f32 = 0.02;
 
-/// What the slip says.
+/// What the slip shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
 pub struct Felt {
@@ -259,7 +259,7 @@ impl Default for Need {
 }
 
 impl Need {
-    /// An alarm: what came before says nothing more, but for the last stop.
+    /// An alarm: what came before shows nothing more, but for the last stop.
     pub fn begin(&mut self, alarm: &Alarm) {
         let Alarm { signal, sigma, force_n, dt_s, rested_s } = *alarm;
         let since_s = self.stopped.since_s + rested_s;
@@ -295,13 +295,13 @@ impl Need {
         }
     }
 
-    /// What the slip says so far; `None` while another sensor tells, and after that until this has caught up.
+    /// What the slip shows so far; `None` while another sensor shows, and after that until this has caught up.
     #[must_use]
     pub fn felt(&self) -> Option<Felt> {
         self.history.is_empty().then_some(self.felt)
     }
 
-    /// Keeps the next reading (m) and the force of a finger (N) for later: another sensor tells how the object moves.
+    /// Keeps the next reading (m) and the force of a finger (N) for later: another sensor shows how the object moves.
     #[inline]
     pub fn keep(&mut self, x_m: f32, force_n: f32) {
         self.history.keep(x_m, force_n);

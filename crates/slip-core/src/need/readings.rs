@@ -28,7 +28,7 @@ pub(super) enum Seen {
     Between,
     /// Further than all since the last turn.
     Extreme,
-    /// So far back from the extreme that the stylus has turned there; `ends` says whether another turn came before.
+    /// So far back from the extreme that the stylus has turned there; `ends` states whether another turn came before.
     Turn { ends: bool },
 }
 
@@ -107,7 +107,7 @@ impl Swings {
 const MOST: f32 = 1e6;
 /// Time constant of the mean that is taken off (s): gravity and slow motion.
 const MEAN_S: f32 = 1.6e-3;
-/// Neighbouring blocks say nearly the same: weight of one.
+/// Neighbouring blocks state nearly the same: weight of one.
 const WEIGHT: f32 = 0.25;
 /// Vibration over noise (rms) at this speed (m/s), least and most.
 const SPEED_M_S: f32 = 0.1;

@@ -1,4 +1,4 @@
-//! Objects with known needs slip under a simple law; what the distribution says of them.
+//! Objects with known needs slip under a simple law; what the distribution states of them.
 
 use super::{Alarm, Felt, Need};
 use crate::{estimate::G_M_S2, sample::Signal};
@@ -128,7 +128,7 @@ fn slip(mut draw: Draw, mut excited: Excited, (need, ramp_s): (f64, f64)) -> (Fe
     (state.felt().unwrap(), peak / need)
 }
 
-/// Sorted ratios of what is told over the truth.
+/// Sorted ratios of what is reported over the truth.
 fn held_over_need(ramp_s: f64, excite: impl Fn(&mut Draw) -> Excited) -> [f64; 60] {
     let mut draw = Draw(77);
     let mut ratios = core::array::from_fn(|seed| {
@@ -156,7 +156,7 @@ fn objects_whose_load_is_there_at_once_are_known_after_the_stop() {
     assert!((0.97..1.05).contains(&median) && low > 0.9 && high < 1.35, "{ratios:?}");
 }
 
-/// An object that is stopped before its load is there has told the load that was: the next slip tells the rest.
+/// An object that is stopped before its load is there has shown the load that was: the next slip shows the rest.
 #[test]
 fn a_load_that_comes_in_50_ms_is_not_taken_for_more() {
     let ratios = held_over_need(0.05, |draw| Excited::Stylus(Surface::draw(draw)));
@@ -251,7 +251,7 @@ fn an_alarm_soon_after_a_stop_waits_until_something_moves() {
     );
 }
 
-/// What was kept while another sensor told is made up for, to the last bit.
+/// What was kept while another sensor was in use is made up for, to the last bit.
 #[test]
 fn a_slip_that_another_sensor_reported_first_is_caught_up_with() {
     let mut draw = Draw(3);

@@ -13,7 +13,7 @@ use crate::{
     units::{Hertz, Micros, Newtons},
 };
 
-/// A mean over at most this long (s) says how an object slides now.
+/// A mean over at most this long (s) states how an object slides now.
 const LATELY_S: f32 = 0.01;
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -143,13 +143,13 @@ fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
     friction.loaded_n()
 }
 
-/// What the step says of the force that is needed. An answer that nothing vouches for must not move the fingers.
+/// What the step states of the force that is needed. An answer that nothing vouches for must not move the fingers.
 fn evidence_of(step: &Step) -> Option<Evidence> {
     let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
     Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.noise_n })
 }
 
-/// How the object slides. A mean over more than some milliseconds says too little of now.
+/// How the object slides. A mean over more than some milliseconds states too little of now.
 fn sliding_of(features: &Features) -> Option<Sliding> {
     (features.contact_time_s <= LATELY_S).then(|| Sliding {
         force_n: features.trial_force_n,

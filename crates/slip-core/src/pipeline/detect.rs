@@ -146,7 +146,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         verdict
     }
 
-    /// What stylus, travel and pressure say together, where the scene needs it.
+    /// What stylus, travel and pressure state together, where the scene needs it.
     #[inline]
     pub(super) fn fuse(
         &mut self,
@@ -170,7 +170,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if !self.decides {
             return None;
         }
-        // Before a slip the methods are asked when the stylus has news, or an array; the travel waits for them.
+        // Before a slip the methods are asked when the stylus has something new, or an array; the travel waits for them.
         let in_block = stylus.is_some() && self.detector.in_block();
         if !in_block || self.slip.is_some() || !taxels.is_empty() {
             self.detection = self.fusion.detect(stylus);
@@ -202,7 +202,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The health of the sensor, and where nothing is wrong with that, whether it has a say.
+    /// The health of the sensor, and where nothing is wrong with that, whether it has a part.
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
@@ -223,7 +223,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 }
 
-/// What a sample tells of the robot's motion.
+/// What a sample shows of the robot's motion.
 #[inline]
 fn motion_of(sample: &Sample) -> MotionInput {
     MotionInput {

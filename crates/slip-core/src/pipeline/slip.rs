@@ -31,7 +31,7 @@ pub(super) struct Slip {
     pub(super) gross: bool,
     /// Whether the stylus sees it now.
     pub(super) felt: bool,
-    /// Whether the stylus can tell the needed force, whether it is the only sensor that does, and whether it has been in this slip.
+    /// Whether the stylus can show the needed force, whether it is the only sensor that does, and whether it has been in this slip.
     pub(super) feels: bool,
     pub(super) alone: bool,
     followed: bool,
@@ -323,7 +323,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The speed of the two styli, where no other sensor tells it.
+    /// The speed of the two styli, where no other sensor shows it.
     #[inline]
     fn speed_of_two_styli(&self, sample: &Sample) -> Option<Velocity> {
         if sample.travel_m.is_some() || sample.velocity_m_s.is_some() {

@@ -1,4 +1,4 @@
-//! Frames of a taxel array in; slip, told by a change of the pressure pattern, out.
+//! Frames of a taxel array in; slip, reported by a change of the pressure pattern, out.
 //!
 //! With p the frame and p' = p - mean(p):
 //!
@@ -10,13 +10,13 @@
 //! u is the shape of the pattern. Removing the mean and the projection on u removes whatever all taxels share: an offset
 //! (temperature) and a factor (grip force, vibration of hand or arm), so only a change of the *distribution* is left, that is
 //! |p'| sin of the angle between p' and u. u follows slowly, so that creep of the pads is not called slip. A
-//! single broken taxel is limited to 36/n. sigma is learned at rest or given. A second, fast u tells whether the pattern
+//! single broken taxel is limited to 36/n. sigma is learned at rest or given. A second, fast u shows whether the pattern
 //! still changes: the slip ends when it no longer does, and the pattern found then becomes u.
 //!
 //! A slow slip hardly leaves the shape that follows it. Where the range at rest is known, a second statistic (`range`) takes
 //! its way instead of its place: the mean over taxels of the range of r in the last seconds, over that at rest.
 //!
-//! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is no news.
+//! Frames may come more slowly than samples; a frame that repeats the one before bit by bit is nothing new.
 
 mod frames;
 
@@ -188,7 +188,7 @@ impl<const N: usize> PressurePattern<N> {
         }
     }
 
-    /// The grip force changes, so that the pattern tells nothing: where no slip goes on, it starts afresh when the force stands.
+    /// The grip force changes, so that the pattern shows nothing: where no slip goes on, it starts afresh when the force stands.
     pub fn wait(&mut self) {
         if self.state == SlipState::Quiet {
             self.prime();
@@ -246,7 +246,7 @@ impl<const N: usize> PressurePattern<N> {
         self.state != SlipState::Quiet && t.since(self.changing_at) < within
     }
 
-    /// Takes the next frame, at most `N` taxels; more are left out. `learning` says whether the object is at rest in the grasp, so
+    /// Takes the next frame, at most `N` taxels; more are left out. `learning` states whether the object is at rest in the grasp, so
     /// that the noise may be learned where it is not known: no slip goes on, whose answer changes the force.
     pub fn step(&mut self, t: Micros, frame: &[f32], learning: bool) {
         let frame = frame.get(..N).unwrap_or(frame);
@@ -290,7 +290,7 @@ impl<const N: usize> PressurePattern<N> {
         self.ranged > before.max(1.0)
     }
 
-    /// Whether the frame tells nothing new; follows whether the array is alive.
+    /// Whether the frame shows nothing new; follows whether the array is alive.
     fn repeated(&mut self, t: Micros, frame: &[f32]) -> bool {
         let Some(last_t) = self.last_t else { return false };
         let same = frame.len() == self.len
@@ -354,7 +354,7 @@ impl<const N: usize> PressurePattern<N> {
             self.changing_at = t;
         }
         if self.state != SlipState::Quiet && t.since(self.changing_at) > self.release {
-            // What the pattern has become is the new rest; the end of the slip is told.
+            // What the pattern has become is the new rest; the end of the slip is reported.
             self.slow = self.fast;
             self.range = Range::new();
             self.stand();

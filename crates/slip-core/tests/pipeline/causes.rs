@@ -1,4 +1,4 @@
-//! Knocks, changes of the grip force, closing fingers and stops of the arm, with and without a slip: what an alarm says of its causes.
+//! Knocks, changes of the grip force, closing fingers and stops of the arm, with and without a slip: what an alarm states of its causes.
 
 use slip_core::{
     Cause::{self, ArmStop, Closing, GripChange, Knock, Motion},

@@ -1,4 +1,4 @@
-//! A stylus that fails while an object is held, and while it slips: the fault is counted and told, the force does not
+//! A stylus that fails while an object is held, and while it slips: the fault is counted and reported, the force does not
 //! rise, and what comes after is felt as before.
 
 use crate::object::{Loop, Object};
@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 /// What happens to the stylus, sample by sample of the fault.
 type Fault = fn(u32, f32) -> f32;
 
-/// Name, fault, the health it leads to (none for lone spikes) and the counter that tells it.
+/// Name, fault, the health it leads to (none for lone spikes) and the counter that reports it.
 type Case = (&'static str, Fault, Option<SensorHealth>, fn(&HealthCounters) -> u64);
 
 const CASES: [Case; 8] = [
@@ -244,7 +244,7 @@ fn a_drifting_stylus_moves_nothing_and_comes_back_after_three_calm_seconds() {
     let mut reported_s = None;
     for i in 0..50_000_u16 {
         let t = 1e-4 * f32::from(i);
-        // Without a kink, which would be a jerk that the detector hears.
+        // Without a kink, which would be a jerk that the detector receives.
         let drift = 5e-5 * if t < 1.0 { 0.5 * t * t } else { t - 0.5 };
         let step = grip.step(|sample| Sample { stylus: sample.stylus + drift, ..sample });
         assert!(step.event.is_none() && step.command.unwrap().0 <= held, "{step:?}");
@@ -380,7 +380,7 @@ fn the_tangential_force_carries_on_where_every_slip_sensor_is_lost() {
     }
     let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
     assert!(speed_m_s == 0.0 && travel_m < 0.05, "{:?}", grip.object);
-    // While it slides nothing says how heavy it is.
+    // While it slides nothing states how heavy it is.
     assert!((1.0..2.5).contains(&(applied_n / needed_n)), "{applied_n} N");
     // While the object is held, with a load that then grows.
     let mut grip = holding(0.7);

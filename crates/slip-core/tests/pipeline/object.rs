@@ -13,7 +13,7 @@ const TEXTURE_M: (f64, f64) = (4e-4, 8e-6);
 /// Lag of the fingers behind the command (s).
 const LAG_S: f64 = 0.005;
 
-/// An object of which friction and weight are told by one number, the force that just holds it. It leaves its support at
+/// An object of which friction and weight are described by one number, the force that just holds it. It leaves its support at
 /// `lifted_s` and slides where the fingers press less.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Object {

@@ -14,7 +14,7 @@ use slip_rp2040::{
 
 const FIFO_STATUS: u8 = 0x39;
 
-/// A sensor that answers as itself, whose queue says that it holds `entries`, each 2 steps.
+/// A sensor that answers as itself, whose queue states that it holds `entries`, each 2 steps.
 struct Bus {
     entries: u8,
 }

@@ -1,4 +1,4 @@
-//! A port in; what its gripper says of itself, and how well samples and clocks come through in some seconds, out. Nothing is commanded.
+//! A port in; what its gripper reports of itself, and how well samples and clocks come through in some seconds, out. Nothing is commanded.
 
 use super::{
     super::clock::Clock,
@@ -30,7 +30,7 @@ pub(crate) struct Wish<'a> {
     pub(crate) seconds: f64,
 }
 
-/// What was heard.
+/// What was received.
 #[derive(Debug)]
 struct Received {
     session: Session,

@@ -85,7 +85,7 @@ fn modem_manager(system: &System, processes: &Processes) -> Finding {
     }
 }
 
-/// A udev rule about grippers that tells ModemManager to stay away.
+/// A udev rule about grippers that asks ModemManager to stay away.
 fn rule_file(system: &System) -> Option<PathBuf> {
     let folders =
         ["etc/udev/rules.d", "run/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d"];

@@ -178,7 +178,7 @@ fn wait(pause: Duration) {
     thread::sleep(pause);
 }
 
-/// Says what happens, for people or machines.
+/// Reports what happens, for people or machines.
 struct Printer {
     json: bool,
     model: String,

@@ -65,7 +65,7 @@ impl<'a> Line<'a> {
 #[serde(tag = "type", rename = "summary")]
 struct Summary {
     grippers: u64,
-    /// Those that give nothing away, or did not say what they have.
+    /// Those that give nothing away, or did not state what they have.
     without: u64,
     copied: u64,
     bytes: u64,
@@ -231,7 +231,7 @@ impl<'a> Copying<'a> {
     }
 
     /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
-    /// gripper tells waits for no more than that; less, where the line is too slow for one, and more again where an answer comes much sooner than it must.
+    /// gripper reports waits for no more than that; less, where the line is too slow for one, and more again where an answer comes much sooner than it must.
     fn ask(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
         let start = clock::monotonic();
         loop {
@@ -250,7 +250,7 @@ impl<'a> Copying<'a> {
                 }
             };
             let now = clock::monotonic();
-            // What nobody has heard ends sooner, and was not too long.
+            // What nobody has received ends sooner, and was not too long.
             let is_slow = now.saturating_sub(asked) >= self.answer();
             if is_slow {
                 self.most.set((most / 4).max(LEAST));

@@ -5,10 +5,10 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 /// Complaints that wait; more are as good as these.
 const ROOM: usize = 64;
-/// The part of the library that says when it drops messages for an app, at most every 30 s and in no other way.
+/// The part of the library that states when it drops messages for an app, at most every 30 s and in no other way.
 const DROPS: &str = "foxglove::websocket::connected_client::send_lossy";
 
-/// Something that the library says.
+/// Something that the library states.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Complaint {
     /// Messages were dropped for an app.
@@ -21,7 +21,7 @@ pub(super) enum Complaint {
 pub(super) struct Complaints(Receiver<Complaint>);
 
 impl Complaints {
-    /// Hears what the library says from now on; once in a program.
+    /// Receives what the library states from now on; once in a program.
     pub(super) fn listen() -> Result<Self, log::SetLoggerError> {
         let (stated, receive) = sync_channel(ROOM);
         log::set_boxed_logger(Box::new(Ear(stated)))?;

@@ -26,7 +26,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(50);
 /// Apps are left alone after this time at the end.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// What is told where other computers may connect.
+/// What is reported where other computers may connect.
 const REMOTE: &str = "other computers can connect: nothing is encrypted and nobody is asked who he is; whoever reaches this port sees everything that the gripper sends";
 
 pub(crate) fn run(args: &FoxgloveArgs) -> anyhow::Result<Exit> {
@@ -73,7 +73,7 @@ struct View<'a> {
 }
 
 impl View<'_> {
-    /// Shows what the daemon tells, however often it goes and comes.
+    /// Shows what the daemon reports, however often it goes and comes.
     fn show(&mut self) {
         let mut translator = Translator::default();
         let mut backoff = Backoff::new(FIRST, LONGEST);
@@ -91,7 +91,7 @@ impl View<'_> {
                     self.server.publish(topic, log_ns, bytes);
                 });
             }
-            // New apps are told as well; people once.
+            // New apps are informed as well; people once.
             self.server.warn("daemon", &format!("{reason}; trying again"));
             if was_greeted || reason != before {
                 eprintln!("gripctl: {reason}; trying again");
@@ -117,7 +117,7 @@ impl View<'_> {
         }
     }
 
-    /// Tells people and apps that something is missing.
+    /// Informs people and apps that something is missing.
     fn missing(&mut self, name: &str, text: &str) {
         self.lost = true;
         eprintln!("gripctl: {text}");

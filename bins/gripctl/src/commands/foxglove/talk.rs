@@ -12,7 +12,7 @@ use grip_link::message::{NackReason, Versions};
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How long one look for bytes waits.
 const TURN: Duration = Duration::from_millis(20);
-/// A daemon tells its health every second; one that says nothing for so long is gone.
+/// A daemon reports its health every second; one that sends nothing for so long is gone.
 const SILENCE: Duration = Duration::from_secs(6);
 /// An answer to SUBSCRIBE takes no longer.
 const GREETING: Duration = Duration::from_secs(3);
@@ -26,7 +26,7 @@ pub(super) struct Talk<'a, 'b> {
     received: Received,
 }
 
-/// What the daemon says of this connection.
+/// What the daemon reports of this connection.
 #[derive(Default)]
 struct Received {
     greeted: Option<String>,
@@ -95,7 +95,7 @@ impl<'a, 'b> Talk<'a, 'b> {
         Ok(String::new())
     }
 
-    /// Waits for bytes and publishes what they tell; `false` where none came.
+    /// Waits for bytes and publishes what they report; `false` where none came.
     fn look(&mut self, client: &mut Client) -> Result<bool, ClientError> {
         let Self { view, translator, received, .. } = self;
         let (server, wall) = (&view.server, view.wall);

@@ -101,7 +101,7 @@ fn collect(
     Ok(())
 }
 
-/// Why nothing came, as far as it can be told from the bytes.
+/// Why nothing came, as far as the bytes show it.
 fn silence(client: &Client, args: &StatusArgs) -> anyhow::Error {
     let counters = client.link().counters();
     let (bad, others) = (counters.bad_blocks(), counters.echo.saturating_add(counters.stale));

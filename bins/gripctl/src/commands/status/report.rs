@@ -6,7 +6,7 @@ use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport
 use serde::Serialize;
 use slip_core::units::Micros;
 
-/// Everything that QUERY tells.
+/// Everything that QUERY reports.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Report {
     #[serde(skip)]

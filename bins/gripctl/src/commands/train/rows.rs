@@ -65,7 +65,7 @@ pub(super) fn wrong(
     WrongArgument(format!("{flag} {value}: {error}"))
 }
 
-/// What the model file says of the split, if there was one.
+/// What the model file states of the split, if there was one.
 pub(super) fn note(split: &SplitArgs) -> Option<SplitNote> {
     let SplitArgs { split_by, holdout, validation, split_seed, .. } = split;
     (holdout.is_some() || validation.is_some()).then(|| SplitNote {

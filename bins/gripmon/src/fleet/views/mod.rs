@@ -111,7 +111,7 @@ const fn wide(column: Column) -> f32 {
     }
 }
 
-/// Whether what it says stands at its right edge.
+/// Whether what it reports stands at its right edge.
 const fn is_right(column: Column) -> bool {
     matches!(
         column,

@@ -33,7 +33,7 @@ pub(super) fn row(
     response.clicked().then(|| TableAction::Open(row.member.clone()))
 }
 
-/// What the row says, for those who cannot see it.
+/// What the row states, for those who cannot see it.
 fn label(row: &Row, now_s: f64) -> String {
     let part = |column: Column| format!("{} {}", column.title(), column.text(row, now_s));
     let reported = Column::ALL.into_iter().filter(|column| *column != Column::Trouble).map(part);
@@ -68,7 +68,7 @@ const fn tone(trouble: Trouble) -> Tone {
     }
 }
 
-/// A lamp whose form tells as much as its colour: a square has stopped, a ring is gone or silent.
+/// A lamp whose form shows as much as its colour: a square has stopped, a ring is gone or silent.
 fn lamp(painter: &Painter, cell: Rect, trouble: Trouble, palette: &Palette) {
     let (at, colour) = (cell.center(), palette.tone(tone(trouble)));
     match trouble {

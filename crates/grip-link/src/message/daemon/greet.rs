@@ -1,4 +1,4 @@
-//! SUBSCRIBE and WELCOME: a client says what it wants to hear, the daemon who it is.
+//! SUBSCRIBE and WELCOME: a client reports what it wants to receive, the daemon who it is.
 
 use super::RealTime;
 use crate::message::{Versions, bits::bits};

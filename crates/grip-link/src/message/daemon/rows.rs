@@ -1,7 +1,7 @@
 //! ROWS: samples as the pipeline got them, read in place.
 //!
 //! A layout of its own and not that of SAMPLES: numbers and times of the rows need not be evenly spaced (rows get lost, clients ask
-//! for every n-th), values are in SI units without the scales of IDENT, and each frame says itself which channels it
+//! for every n-th), values are in SI units without the scales of IDENT, and each frame states itself which channels it
 //! holds, so that a client can begin anywhere.
 
 use crate::frame::MAX_PAYLOAD;

@@ -29,7 +29,7 @@ const TURN: Duration = Duration::from_millis(8);
 /// After a longer pause of this program the simulation goes on where it was (us).
 const ASLEEP_US: u64 = 500_000;
 
-/// Makes the gripper of a scene with the object of a seed and the number of its start, and says something about the object; or why there
+/// Makes the gripper of a scene with the object of a seed and the number of its start, and states something about the object; or why there
 /// is none. The program brings it along, so that the scope needs no simulator.
 pub type Grippers = fn(&str, u64, u32) -> Result<(Box<dyn Peer>, String), String>;
 

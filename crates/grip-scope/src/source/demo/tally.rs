@@ -1,4 +1,4 @@
-//! Sessions of one grasp after the other in, the figures a daemon would tell out.
+//! Sessions of one grasp after the other in, the figures a daemon would report out.
 
 use grip_daemon::{Latency, clients};
 use grip_link::message::daemon::{BadFrames, ClockOffset, Dropped, Health, Recording};

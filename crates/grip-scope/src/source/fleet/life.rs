@@ -32,7 +32,7 @@ pub(super) struct Life {
 }
 
 impl Life {
-    /// Nothing was heard yet.
+    /// Nothing was received yet.
     pub(super) const fn new(now: Duration) -> Self {
         Self { begun: now, alive: false, first: None, last: None }
     }

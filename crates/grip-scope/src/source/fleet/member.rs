@@ -49,7 +49,7 @@ struct Talk<'a> {
     looked: Duration,
     /// Whether the router was there at the last look.
     connected: bool,
-    /// Every n-th sample is told, as far as it is known; 0 for none.
+    /// Every n-th sample is reported, as far as it is known; 0 for none.
     every_nth: Option<u16>,
 }
 
@@ -88,7 +88,7 @@ impl<'a> Talk<'a> {
         let now = outlet.clock.now();
         let mut patience = TURN;
         for _ in 0..READS {
-            // Nothing may have come that is told: the next look tells.
+            // Nothing may have come that is reported: the next look shows.
             let Some(reported) = self.watch.next(patience)? else { break };
             patience = Duration::ZERO;
             self.take(reported, now)?;
@@ -123,7 +123,7 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// What it is, which it tells nobody who comes later unless they ask.
+    /// What it is, which it sends nobody who comes later unless they ask.
     fn meet(&mut self) -> Result<(), NetError> {
         self.life.turn(true);
         let listed = list(&self.session, &selector(self.at))?;

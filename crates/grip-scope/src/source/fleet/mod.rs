@@ -1,4 +1,4 @@
-//! A router's address in; what many grippers tell, for a [`Roster`](crate::fleet::Roster), or one of them as a source, out.
+//! A router's address in; what many grippers report, for a [`Roster`](crate::fleet::Roster), or one of them as a source, out.
 
 mod life;
 mod member;

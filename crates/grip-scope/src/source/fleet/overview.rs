@@ -1,4 +1,4 @@
-//! A network in, what all its grippers tell out, through a bounded ring, from a thread of its own.
+//! A network in, what all its grippers report out, through a bounded ring, from a thread of its own.
 //!
 //! Where the ring is full the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
 
@@ -46,7 +46,7 @@ impl core::fmt::Display for FleetPlace {
     }
 }
 
-/// A network that is being watched. Dropping it tells its thread to end; a thread that waits for a router ends after that.
+/// A network that is being watched. Dropping it asks its thread to end; a thread that waits for a router ends after that.
 #[derive(Debug)]
 pub struct FleetHandle {
     ring: Consumer<FleetFeed>,
@@ -123,7 +123,7 @@ struct Watcher {
 }
 
 impl Watcher {
-    /// A panic here is a fault of this program: told as a state, so that nobody takes a table that stands still for one that is live.
+    /// A panic here is a fault of this program: reported as a state, so that nobody takes a table that stands still for one that is live.
     fn guarded(&mut self) {
         let ended = panic::catch_unwind(AssertUnwindSafe(|| self.run()));
         if let Err(payload) = ended {
@@ -229,7 +229,7 @@ impl Watcher {
         self.outlet.put(FleetFeed::Of { member, at_s, what }, self.clock);
     }
 
-    /// Tells how the way to the router is, where that is new.
+    /// Reports how the way to the router is, where that is new.
     fn report(&mut self, status: SourceStatus) {
         if self.status != status {
             self.status = status.clone();

@@ -65,7 +65,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             Ok(recording) => tape.play(&recording, outlet, share(read, len))?,
             Err(error) => {
                 let first = tape.rows == 0;
-                // Where nothing before the bad row can be used either, that row is what is to be told.
+                // Where nothing before the bad row can be used either, that row is what is to be reported.
                 if let Some(Ok(recording)) =
                     before(&piece, &error).map(|whole| parse_csv(file, whole, &options))
                 {
@@ -140,7 +140,7 @@ fn before<'a>(piece: &'a [u8], error: &CsvError) -> Option<&'a [u8]> {
     piece.get(..=end)
 }
 
-/// Lines are counted from the start of a piece: beyond the first one they say nothing.
+/// Lines are counted from the start of a piece: beyond the first one they show nothing.
 fn stop(error: &str, first: bool, tape: &Tape) -> Stop {
     let rows = tape.rows;
     match (rows, first) {
@@ -164,7 +164,7 @@ struct Tape {
     first_us: Option<u64>,
     log: EventLog,
     rows: u64,
-    /// The median step of the first piece (us), by which gaps are told.
+    /// The median step of the first piece (us), by which gaps are reported.
     step_us: u64,
     last_us: Option<u64>,
     reported: Option<PipelineState>,

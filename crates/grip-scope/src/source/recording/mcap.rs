@@ -9,7 +9,7 @@ use grip_record::mcap::{Entry, McapError, McapIndex, McapReader};
 use std::fs::File;
 use std::path::Path;
 
-/// Reads the recording to its end; damaged parts are passed over, told and counted.
+/// Reads the recording to its end; damaged parts are passed over, reported and counted.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     let failed = |error: &dyn core::fmt::Display| Stop::Failed(error.to_string());
     let mut reader = McapReader::open(file).map_err(|error| failed(&error))?;
@@ -18,7 +18,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     };
     let input = File::open(file).map_err(unreadable)?;
     let len = input.metadata().map_err(unreadable)?.len();
-    // A file without an index is read from its start all the same, which tells what is wrong with it.
+    // A file without an index is read from its start all the same, which reports what is wrong with it.
     let index = McapIndex::read(&input).ok().flatten();
     if let Some(index) = &index {
         preview::show(file, index, outlet)?;

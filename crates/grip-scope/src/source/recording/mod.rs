@@ -17,7 +17,7 @@ use std::path::Path;
 pub(super) enum Stop {
     /// The scope lets go.
     Gone,
-    /// What was read stands; the sentence says what is wrong with the rest.
+    /// What was read stands; the sentence states what is wrong with the rest.
     Short(String),
     /// Nothing can be shown.
     Failed(String),
@@ -40,7 +40,7 @@ pub(super) fn run(file: &Path, outlet: &mut Outlet) {
     outlet.wake();
 }
 
-/// Puts items in and tells how far reading is.
+/// Puts items in and reports how far reading is.
 pub(super) fn deliver(outlet: &mut Outlet, feeds: Vec<Feed>, done: f64) -> Result<(), Stop> {
     let some = !feeds.is_empty();
     for feed in feeds {

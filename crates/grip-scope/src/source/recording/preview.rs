@@ -20,7 +20,7 @@ const BUDGET: Duration = Duration::from_millis(1200);
 
 type Reader = McapReader<BufReader<File>>;
 
-/// Shows where the recording begins and ends, and some of what lies between. What cannot be read here is told when the whole is read.
+/// Shows where the recording begins and ends, and some of what lies between. What cannot be read here is reported when the whole is read.
 pub(super) fn show(file: &Path, index: &McapIndex, outlet: &mut Outlet) -> Result<(), Stop> {
     let Some((reader, from_us)) = begin(file) else { return Ok(()) };
     let mut looker = Looker { reader, before_us: from_us };

@@ -2,7 +2,7 @@
 //!
 //! Flags win over the environment, that over `./gripd.toml`, the user's and `/etc/gripd/gripd.toml`; each layer replaces single
 //! keys of the ones below it. Tables are merged, everything else (arrays too) is replaced as a whole. Each file is read and checked
-//! for unknown keys and types by itself, so a mistake is told in the file where it stands, also where a higher layer hides it.
+//! for unknown keys and types by itself, so a mistake is reported in the file where it stands, also where a higher layer hides it.
 
 mod tree;
 
@@ -40,7 +40,7 @@ enum Source {
     Given(String),
 }
 
-/// Everything that has a say, the lowest first.
+/// Everything that has a part, the lowest first.
 #[derive(Clone, Debug, Default)]
 pub struct Layers {
     layers: Vec<Layer>,
@@ -60,7 +60,7 @@ pub struct Setting {
 }
 
 impl Layers {
-    /// What `/etc/gripd/gripd.toml`, `gripd/gripd.toml` in `user_directory` and `./gripd.toml` say, as far as they exist.
+    /// What `/etc/gripd/gripd.toml`, `gripd/gripd.toml` in `user_directory` and `./gripd.toml` state, as far as they exist.
     ///
     /// # Errors
     /// Where one exists and cannot be read.
@@ -77,7 +77,7 @@ impl Layers {
         Ok(layers)
     }
 
-    /// Only what `file` says; without one, what [`Layers::search`] finds for the user of this program.
+    /// Only what `file` states; without one, what [`Layers::search`] finds for the user of this program.
     ///
     /// # Errors
     /// As these.
@@ -88,7 +88,7 @@ impl Layers {
         file.map_or_else(|| Self::search(user.as_deref()), Self::file)
     }
 
-    /// Only what `file` says.
+    /// Only what `file` states.
     ///
     /// # Errors
     /// Where it cannot be read.
@@ -98,7 +98,7 @@ impl Layers {
         Ok(layers)
     }
 
-    /// Puts what `file` says on top.
+    /// Puts what `file` states on top.
     ///
     /// # Errors
     /// Where it cannot be read.
@@ -201,7 +201,7 @@ impl Layers {
         }
     }
 
-    /// A relative path is meant from the folder of the file that says it.
+    /// A relative path is meant from the folder of the file that states it.
     fn beside(&self, key: &str, path: PathBuf) -> PathBuf {
         let names = key.split('.').count();
         let states = self.layers.iter().rev().find(|layer| layer.depth(key).0 == names);

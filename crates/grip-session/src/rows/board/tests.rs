@@ -118,7 +118,7 @@ fn rows_become_samples_and_slips_at_the_times_of_the_rows() {
         let first = bench.slips_s[0] - first_s;
         assert!((1.5..1.6).contains(&first), "{first}");
         assert_eq!(bench.session.counters().commands, 0);
-        // A file runs in real time, and says so once.
+        // A file runs in real time, and reports it once.
         assert!((1_500_000..2_200_000).contains(&bench.now_us), "{}", bench.now_us);
         assert_eq!(bench.reports.len(), 1, "{:?}", bench.reports);
     }

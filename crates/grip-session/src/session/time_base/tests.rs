@@ -220,7 +220,7 @@ fn any_step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
-    /// Whatever the counters do: time goes forward, by no more than host time, row numbers and the allowances say, and no more than
+    /// Whatever the counters do: time goes forward, by no more than host time, row numbers and the allowances state, and no more than
     /// 50 ms of frames in a row are refused.
     #[test]
     fn pipeline_time_only_goes_forward(

@@ -30,7 +30,7 @@ fn columns_are_found_by_name_and_scaled() {
 #[test]
 fn the_hash_is_that_of_the_bytes() {
     let data = read("x,y\n1,2\n", &["x"], &["y"]).unwrap();
-    // As `printf 'x,y\n1,2\n' | sha256sum` says.
+    // As `printf 'x,y\n1,2\n' | sha256sum` states.
     let known = "81bf9fa83c6f7f151bd491a98cd7d933de3965289e3ebd77c6c425f7eaa16392";
     assert_eq!(data.sha256, known);
 }

@@ -119,7 +119,7 @@ impl<T: Real> Lbfgs<T> {
         weights: &[T],
         (mse, slope): (f64, f64),
     ) -> Found {
-        // Without memory the direction has the length of the gradient, which says nothing about the distance.
+        // Without memory the direction has the length of the gradient, which shows nothing about the distance.
         let first = if self.pairs.is_empty() { (1.0 / (-slope).sqrt()).min(1.0) } else { 1.0 };
         let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first);
         let mut found = Found { mse, gradients: 0, lower: false };

@@ -173,7 +173,7 @@ fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
     }
 }
 
-/// A reference that dies while the object is held: told, and from then on as if there had never been one.
+/// A reference that dies while the object is held: reported, and from then on as if there had never been one.
 #[test]
 fn a_dead_reference_is_reported_and_blinds_no_more_than_none() {
     use crate::health::SensorHealth;
@@ -245,7 +245,7 @@ fn a_knock_that_the_reference_shows_less_than_motion_is_no_slip() {
     assert_eq!(alarms_in(knock), (0, true));
 }
 
-/// Two or three alarms of ten swings tell that this robot's motion shows more at the stylus than the gate assumes.
+/// Two or three alarms of ten swings show that this robot's motion shows more at the stylus than the gate assumes.
 #[test]
 fn motion_that_shows_more_at_the_stylus_is_learned() {
     let swing = |time_s: f32| {

@@ -40,7 +40,7 @@ pub struct LiteralSum<T = f64> {
 }
 
 impl<T: Real> LiteralSum<T> {
-    /// Adds an irregularity of height `delta_m` (m) and spacing `spacing_m` (m) and says so; one without positive finite
+    /// Adds an irregularity of height `delta_m` (m) and spacing `spacing_m` (m) and reports it; one without positive finite
     /// lengths is counted as degenerate and left out.
     #[inline]
     pub fn push(&mut self, delta_m: T, spacing_m: T) -> bool {

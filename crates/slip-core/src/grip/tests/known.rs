@@ -213,7 +213,7 @@ fn alarms_without_movement_do_not_add_up_on_a_known_object() {
     assert!(grip.command_n() <= most_n, "{} N", grip.command_n());
 }
 
-/// What is expected next, and settings that change, say nothing of the object in hand: it is answered like any other.
+/// What is expected next, and settings that change, show nothing of the object in hand: it is answered like any other.
 #[test]
 fn what_is_held_is_no_known_object_because_another_one_is_named_or_settings_change() {
     let mut named = held_with(config());

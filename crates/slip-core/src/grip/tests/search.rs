@@ -38,7 +38,7 @@ fn wait(grip: &mut GripController, seconds: f32) {
     }
 }
 
-/// A slip that is answered until it stops; `estimate_n` (N) is what the network says of it.
+/// A slip that is answered until it stops; `estimate_n` (N) is what the network states of it.
 fn slip(grip: &mut GripController, moved_m: f32, estimate_n: Option<f32>) {
     for _ in 0..50 {
         grip.step(&GripInput { travel: true, ..slipping(moved_m, estimate_n) });
@@ -183,7 +183,7 @@ fn what_slips_again_is_given_time_to_slide_and_then_held_with_what_that_needs() 
     }
 }
 
-/// Whatever one estimate seems to say: the force was falling, so a little more than the reflex is enough.
+/// Whatever one estimate seems to report: the force was falling, so a little more than the reflex is enough.
 #[test]
 fn what_the_search_has_found_is_not_held_with_much_more_by_a_single_estimate() {
     let mut grip = held(searching());
