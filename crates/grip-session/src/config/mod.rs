@@ -73,7 +73,7 @@ pub struct HostConfig {
     pub record: Option<RecordTemplate>,
     /// Where the last frames and the state are written on a fault.
     pub dump_dir: Option<PathBuf>,
-    /// How much is said on standard error.
+    /// What is logged on standard error.
     pub log_level: LogLevel,
     /// Model file that replaces the embedded network.
     pub model: Option<PathBuf>,
@@ -82,7 +82,7 @@ pub struct HostConfig {
     /// What that file says; see [`HostConfig::with_calibration`].
     #[serde(skip)]
     pub calibrated: Option<Calibration>,
-    /// The methods that may tell a slip, where the gripper has their channels.
+    /// The methods that may detect a slip, where the gripper has their channels.
     pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,

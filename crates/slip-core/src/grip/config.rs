@@ -50,7 +50,7 @@ pub struct GripConfig {
     pub ahead: f32,
     /// Moved distance that confirms a slip where a sensor measures it (m).
     pub confirm_m: f32,
-    /// Without touch for this long (ms) while the fingers are told to press, there is no object.
+    /// Without touch for this long (ms) while the fingers are commanded to press, there is no object.
     pub lost_ms: f32,
 }
 

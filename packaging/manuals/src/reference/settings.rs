@@ -1,0 +1,210 @@
+//! The structs of the configuration and of a scene in, with their defaults and ranges; the pages of their keys out.
+//!
+//! Meanings are the doc comments of the fields. Ranges are what a refusal names.
+
+use super::{
+    page, plain,
+    source::{Item, all},
+};
+use grip_session::config::{HostConfig, NEEDS_RESTART};
+use grip_sim::Scene;
+use std::path::Path;
+use toml::{Table, Value};
+
+const CONFIGURATION: [&str; 12] = [
+    include_str!("../../../../crates/grip-session/src/config/mod.rs"),
+    include_str!("../../../../crates/grip-session/src/config/keys.rs"),
+    include_str!("../../../../crates/slip-core/src/floor.rs"),
+    include_str!("../../../../crates/slip-core/src/detector/config.rs"),
+    include_str!("../../../../crates/slip-core/src/detector/reference.rs"),
+    include_str!("../../../../crates/slip-core/src/health.rs"),
+    include_str!("../../../../crates/slip-core/src/drift.rs"),
+    include_str!("../../../../crates/slip-core/src/distance.rs"),
+    include_str!("../../../../crates/slip-core/src/pressure/mod.rs"),
+    include_str!("../../../../crates/slip-core/src/velocity/mod.rs"),
+    include_str!("../../../../crates/slip-core/src/observation.rs"),
+    include_str!("../../../../crates/slip-core/src/grip/config.rs"),
+];
+const SCENE: [&str; 4] = [
+    include_str!("../../../../crates/grip-sim/src/scene/mod.rs"),
+    include_str!("../../../../crates/grip-sim/src/scene/load.rs"),
+    include_str!("../../../../crates/grip-sim/src/scene/sensing.rs"),
+    include_str!("../../../../crates/grip-sim/src/scene/texture.rs"),
+];
+
+/// Values that no key takes; the refusal of one names what it takes.
+const WRONG: [&str; 9] =
+    ["-1e30", "1e30", "-1", "0", "255", "65535", "4294967295", "\"no\"", "[\"no\"]"];
+
+/// A key as the code describes it.
+#[derive(Clone, Debug)]
+pub(super) struct Key {
+    /// Its name, dotted.
+    pub(super) name: String,
+    pub(super) is_table: bool,
+    note: &'static str,
+    about: String,
+}
+
+/// The keys of a struct and of the structs within it, in their order.
+fn keys(items: &[Item], path: &str, name: &str) -> Vec<Key> {
+    let fields = items.iter().filter(|item| item.name == name).flat_map(|item| &item.rows);
+    let keys = fields.flat_map(|row| {
+        let (field, kind) = row.field();
+        let kind = kind.trim_start_matches("Option<").trim_end_matches('>');
+        let name = format!("{path}{field}");
+        let is_table = items.iter().any(|item| item.name == kind);
+        let within = if is_table { keys(items, &format!("{name}."), kind) } else { Vec::new() };
+        let about = format!("{}.", plain(&row.texts.join(" ")).trim_end_matches('.'));
+        let note = if kind == "Draw" { "drawn" } else { "" };
+        [vec![Key { name, is_table, note, about }], within].concat()
+    });
+    keys.collect()
+}
+
+pub(super) fn configuration_keys() -> Vec<Key> {
+    keys(&all(&CONFIGURATION), "", "HostConfig")
+}
+
+pub(super) fn scene_keys() -> Vec<Key> {
+    keys(&all(&SCENE), "", "SceneConfig")
+}
+
+/// The value at a dotted name, as TOML writes it.
+fn value(table: &Table, name: &str) -> Option<String> {
+    let (last, path) =
+        name.rsplit_once('.').map_or((name, None), |(path, last)| (last, Some(path)));
+    let table = path
+        .into_iter()
+        .flat_map(|path| path.split('.'))
+        .try_fold(table, |table, key| table.get(key)?.as_table())?;
+    table.get(last).map(short)
+}
+
+/// A value of single precision with as many digits as the code has.
+fn short(value: &Value) -> String {
+    match value {
+        #[expect(clippy::cast_possible_truncation, reason = "compared with what it was")]
+        Value::Float(wide) if f64::from(*wide as f32) == *wide => format!("{:?}", *wide as f32),
+        Value::Array(values) => {
+            format!("[{}]", values.iter().map(short).collect::<Vec<_>>().join(", "))
+        }
+        Value::Table(table) => {
+            let pairs = table.iter().map(|(key, value)| format!("{key} = {}", short(value)));
+            format!("{{ {} }}", pairs.collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// What a key takes, by the refusals of other values: a range, or names.
+fn range(key: &str, refusal: &impl Fn(&str) -> Option<String>) -> String {
+    let refusals: Vec<String> =
+        WRONG.iter().filter_map(|wrong| refusal(&format!("{key} = {wrong}\n"))).collect();
+    let outside = |text: &String| {
+        let (_, value) = text.split_once(&format!("{key} = "))?;
+        let range = value.split_once(" is outside ")?.1.lines().next()?;
+        Some(range.split(" (").next()?.trim_end_matches('.').to_owned())
+    };
+    let names = |text: &String| {
+        let known = text.split_once("expected one of ")?.1.lines().next()?;
+        Some(known.to_owned())
+    };
+    refusals
+        .iter()
+        .find_map(outside)
+        .or_else(|| refusals.iter().find_map(names))
+        .unwrap_or_default()
+}
+
+/// The table of keys, with what `refusal` has against a value.
+fn table(keys: &[Key], defaults: &Table, refusal: impl Fn(&str) -> Option<String>) -> String {
+    let mut text = "| key | default | range | | means |\n|---|---|---|---|---|\n".to_owned();
+    for Key { name, is_table, note, about } in keys {
+        if *is_table {
+            text += &format!("| **{name}** | | | {note} | {about} |\n");
+            continue;
+        }
+        let default = value(defaults, name).map(|value| format!("`{value}`")).unwrap_or_default();
+        let range = range(name, &refusal);
+        // It has a column.
+        let about = about.replace(&format!(", {range}"), "");
+        text += &format!("| `{name}` | {default} | {range} | {note} | {about} |\n");
+    }
+    text
+}
+
+/// The page of gripd's configuration.
+pub(super) fn configuration() -> String {
+    let defaults = Table::try_from(HostConfig::default()).unwrap_or_default();
+    let refusal = |text: &str| Some(HostConfig::parse(Path::new("x"), text).err()?.to_string());
+    let mut keys = configuration_keys();
+    for key in &mut keys {
+        let first = key.name.split('.').next().unwrap_or("");
+        key.note = if NEEDS_RESTART.contains(&first) { "restart" } else { "" };
+    }
+    let about = "Every key of [gripd.toml](../gripd.toml). Ranges hold with the other keys at their defaults; a key without a \
+                 default is absent. *restart*: a running gripd keeps the value until it starts anew \
+                 ([configuration](../configuration.md)).";
+    page("Keys of the configuration", about) + &table(&keys, &defaults, refusal)
+}
+
+/// The page of the keys of a scene.
+pub(super) fn scenes() -> String {
+    let parse = |text: &str| Scene::from_toml(&format!("name = \"x\"\n{text}"));
+    let all = parse("[vibration]\n").ok();
+    let defaults = all.and_then(|scene| Table::try_from(scene.config()).ok()).unwrap_or_default();
+    let refusal = |text: &str| Some(parse(text).err()?.to_string());
+    let about = "Every key of a [scene](../scenes.md). Ranges hold with the other keys at their defaults; a key without a default \
+                 is absent, but `name`, which every scene has. *drawn*: a number or a [distribution](../scenes.md#quantities). \
+                 Times of what happens count from the lift.";
+    page("Keys of a scene", about) + &table(&scene_keys(), &defaults, refusal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{configuration_keys, scene_keys, scenes, value};
+    use grip_session::config::HostConfig;
+    use std::collections::BTreeSet;
+    use toml::{Table, Value};
+
+    /// Names of the values of a table; distributions and bands in a list are values.
+    fn names(path: &str, table: &Table) -> BTreeSet<String> {
+        let is_draw = |table: &Table| table.keys().any(|key| key.contains("uniform"));
+        let of = |(key, value): (&String, &Value)| match value {
+            Value::Table(inner) if !is_draw(inner) => names(&format!("{path}{key}."), inner),
+            _ => BTreeSet::from([format!("{path}{key}")]),
+        };
+        table.iter().flat_map(of).collect()
+    }
+
+    #[test]
+    fn every_value_that_serde_knows_is_a_key_with_a_meaning() {
+        let configuration = Table::try_from(HostConfig::default()).unwrap();
+        let scene = grip_sim::Scene::from_toml("name = \"x\"\n[vibration]\n").unwrap();
+        let scene = Table::try_from(scene.config()).unwrap();
+        for (keys, known, absent) in
+            [(configuration_keys(), configuration, 26), (scene_keys(), scene, 3)]
+        {
+            let names = names("", &known);
+            let keys: Vec<_> = keys.into_iter().filter(|key| !key.is_table).collect();
+            let ours: BTreeSet<String> = keys.iter().map(|key| key.name.clone()).collect();
+            assert!(names.is_subset(&ours), "{:?}", names.difference(&ours));
+            assert_eq!((ours.len(), ours.len() - names.len()), (keys.len(), absent));
+            assert!(keys.iter().all(|key| key.about.ends_with('.')), "{keys:?}");
+        }
+    }
+
+    #[test]
+    fn a_key_has_its_default_its_range_and_its_meaning() {
+        let page = scenes();
+        for row in [
+            "| `drive.lag_ms` | `5.0` | 0.1 to 200 |  | Lag of the drive (ms). |",
+            "| `friction_ratio` | `{ uniform = [1.0, 1.2] }` | 1 to 2 | drawn | Static over kinetic friction. |",
+        ] {
+            assert!(page.lines().any(|line| line == row), "{row}");
+        }
+        let defaults = Table::try_from(HostConfig::default()).unwrap();
+        assert_eq!(value(&defaults, "observation.stylus_damping_n_s_m").unwrap(), "0.14142136");
+    }
+}
