@@ -1,5 +1,5 @@
-//! The command lines of gripd, gripctl, gripfleet and gripmon in; their man pages, shell completions and pages of the
-//! reference, in a folder, out.
+//! The command lines of gripd, gripctl, gripfleet and gripmon and the tables of the code in; man pages, shell completions
+//! and the pages of the reference, in a folder, out.
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 

@@ -5,13 +5,13 @@ use core::fmt::Write as _;
 use grip_daemon::{
     Board, HotCounters, Item, LinkNote, board::About, exposition::Exposition, metrics,
 };
-use grip_link::message::{DeviceState, FaultCode, Firmware, ForceClamp, Status, StatusFlags};
+use grip_link::message::{Firmware, Status};
 use slip_core::{PipelineState, grip::GripState};
 
 /// The page of gripd's metrics.
 pub(super) fn metrics() -> String {
     let mut exposition = Exposition::default();
-    metrics::write(&board(), 1, &mut exposition);
+    metrics::write(&board().unwrap_or_default(), 1, &mut exposition);
     let mut text = page(
         "Metrics of gripd",
         "Every metric of `/metrics`, in its order ([observability](../observability.md)). Counters of the link and of the \
@@ -48,35 +48,19 @@ fn labels(written: &str, name: &str) -> String {
     }
 }
 
-/// Everything is known.
-fn board() -> Board {
+/// Everything is known: zeros of messages are values.
+fn board() -> Option<Board> {
     let mut board = Board::new(About { version: "0".to_owned(), ..About::default() });
-    let firmware = Firmware { major: 0, minor: 0, patch: 0 };
-    let status = Status {
-        last_cmd_id: 0,
-        state: DeviceState::Active,
-        clamp: ForceClamp(0),
-        fault: FaultCode::NONE,
-        applied_mn: 0,
-        target_mn: 0,
-        age_us: 0,
-        flags: StatusFlags(0),
-        rejected: 0,
-    };
+    let firmware = Firmware::parse(&[0; Firmware::SIZE]).ok()?;
+    let status = Status::parse(&[0; Status::SIZE]).ok()?;
     let found = LinkNote::Identified { uid: [0; 16], boot_id: 0, firmware, rebooted: false };
     for note in [found, LinkNote::Status(status)] {
         board.take(&Item::Link { host_us: 0, note: &note });
     }
-    board.take(&Item::State(&PipelineState {
-        grip: GripState::Holding,
-        statistic: Some(0.0),
-        command_n: Some(0.0),
-        applied_n: Some(0.0),
-        estimate_n: Some(0.0),
-        ..PipelineState::UNKNOWN
-    }));
+    let state = PipelineState::parse(&[0; PipelineState::WHOLE]).ok()?;
+    board.take(&Item::State(&PipelineState { grip: GripState::Holding, ..state }));
     for host_us in [0, 1_000_000] {
         board.count(&HotCounters { host_us, samples: host_us, ..HotCounters::default() });
     }
-    board
+    Some(board)
 }

@@ -4,33 +4,22 @@
 
 use super::{
     page, plain,
-    source::{Item, all},
+    source::{Item, Row, items, sources},
 };
 use grip_session::config::{HostConfig, NEEDS_RESTART};
 use grip_sim::Scene;
 use std::path::Path;
 use toml::{Table, Value};
 
-const CONFIGURATION: [&str; 12] = [
-    include_str!("../../../../crates/grip-session/src/config/mod.rs"),
-    include_str!("../../../../crates/grip-session/src/config/keys.rs"),
-    include_str!("../../../../crates/slip-core/src/floor.rs"),
-    include_str!("../../../../crates/slip-core/src/detector/config.rs"),
-    include_str!("../../../../crates/slip-core/src/detector/reference.rs"),
-    include_str!("../../../../crates/slip-core/src/health.rs"),
-    include_str!("../../../../crates/slip-core/src/drift.rs"),
-    include_str!("../../../../crates/slip-core/src/distance.rs"),
-    include_str!("../../../../crates/slip-core/src/pressure/mod.rs"),
-    include_str!("../../../../crates/slip-core/src/velocity/mod.rs"),
-    include_str!("../../../../crates/slip-core/src/observation.rs"),
-    include_str!("../../../../crates/slip-core/src/grip/config.rs"),
-];
-const SCENE: [&str; 4] = [
-    include_str!("../../../../crates/grip-sim/src/scene/mod.rs"),
-    include_str!("../../../../crates/grip-sim/src/scene/load.rs"),
-    include_str!("../../../../crates/grip-sim/src/scene/sensing.rs"),
-    include_str!("../../../../crates/grip-sim/src/scene/texture.rs"),
-];
+const CONFIGURATION: &[&str] = &sources! {
+    "grip-session/src/config/mod.rs" "grip-session/src/config/keys.rs" "slip-core/src/floor.rs" "slip-core/src/health.rs"
+    "slip-core/src/detector/config.rs" "slip-core/src/detector/reference.rs" "slip-core/src/drift.rs"
+    "slip-core/src/distance.rs" "slip-core/src/pressure/mod.rs" "slip-core/src/velocity/mod.rs"
+    "slip-core/src/observation.rs" "slip-core/src/grip/config.rs"
+};
+const SCENE: &[&str] = &sources! {
+    "grip-sim/src/scene/mod.rs" "grip-sim/src/scene/load.rs" "grip-sim/src/scene/sensing.rs" "grip-sim/src/scene/texture.rs"
+};
 
 /// Values that no key takes; the refusal of one names what it takes.
 const WRONG: [&str; 9] =
@@ -38,10 +27,10 @@ const WRONG: [&str; 9] =
 
 /// A key as the code describes it.
 #[derive(Clone, Debug)]
-pub(super) struct Key {
+struct Key {
     /// Its name, dotted.
-    pub(super) name: String,
-    pub(super) is_table: bool,
+    name: String,
+    is_table: bool,
     note: &'static str,
     about: String,
 }
@@ -50,7 +39,7 @@ pub(super) struct Key {
 fn keys(items: &[Item], path: &str, name: &str) -> Vec<Key> {
     let fields = items.iter().filter(|item| item.name == name).flat_map(|item| &item.rows);
     let keys = fields.flat_map(|row| {
-        let (field, kind) = row.field();
+        let (field, kind) = Row::field(&row.head);
         let kind = kind.trim_start_matches("Option<").trim_end_matches('>');
         let name = format!("{path}{field}");
         let is_table = items.iter().any(|item| item.name == kind);
@@ -60,25 +49,6 @@ fn keys(items: &[Item], path: &str, name: &str) -> Vec<Key> {
         [vec![Key { name, is_table, note, about }], within].concat()
     });
     keys.collect()
-}
-
-pub(super) fn configuration_keys() -> Vec<Key> {
-    keys(&all(&CONFIGURATION), "", "HostConfig")
-}
-
-pub(super) fn scene_keys() -> Vec<Key> {
-    keys(&all(&SCENE), "", "SceneConfig")
-}
-
-/// The value at a dotted name, as TOML writes it.
-fn value(table: &Table, name: &str) -> Option<String> {
-    let (last, path) =
-        name.rsplit_once('.').map_or((name, None), |(path, last)| (last, Some(path)));
-    let table = path
-        .into_iter()
-        .flat_map(|path| path.split('.'))
-        .try_fold(table, |table, key| table.get(key)?.as_table())?;
-    table.get(last).map(short)
 }
 
 /// A value of single precision with as many digits as the code has.
@@ -98,34 +68,26 @@ fn short(value: &Value) -> String {
 }
 
 /// What a key takes, by the refusals of other values: a range, or names.
-fn range(key: &str, refusal: &impl Fn(&str) -> Option<String>) -> String {
-    let refusals: Vec<String> =
-        WRONG.iter().filter_map(|wrong| refusal(&format!("{key} = {wrong}\n"))).collect();
-    let outside = |text: &String| {
-        let (_, value) = text.split_once(&format!("{key} = "))?;
-        let range = value.split_once(" is outside ")?.1.lines().next()?;
-        Some(range.split(" (").next()?.trim_end_matches('.').to_owned())
+fn range(key: &str, refusal: impl Fn(&str) -> Option<String>) -> String {
+    let refusals = WRONG.iter().filter_map(|wrong| refusal(&format!("{key} = {wrong}\n")));
+    let between = |text: &str| {
+        let refused = text.split_once(&format!("{key} = ")).map_or("", |(_, refused)| refused);
+        let range = refused.split_once(" is outside ").or(text.split_once("expected one of "))?.1;
+        range.lines().next()?.split(" (").next().map(str::to_owned)
     };
-    let names = |text: &String| {
-        let known = text.split_once("expected one of ")?.1.lines().next()?;
-        Some(known.to_owned())
-    };
-    refusals
-        .iter()
-        .find_map(outside)
-        .or_else(|| refusals.iter().find_map(names))
-        .unwrap_or_default()
+    refusals.filter_map(|text| between(&text)).next().unwrap_or_default()
 }
 
 /// The table of keys, with what `refusal` has against a value.
-fn table(keys: &[Key], defaults: &Table, refusal: impl Fn(&str) -> Option<String>) -> String {
+fn table(keys: &[Key], defaults: &Value, refusal: impl Fn(&str) -> Option<String>) -> String {
     let mut text = "| key | default | range | | means |\n|---|---|---|---|---|\n".to_owned();
     for Key { name, is_table, note, about } in keys {
         if *is_table {
             text += &format!("| **{name}** | | | {note} | {about} |\n");
             continue;
         }
-        let default = value(defaults, name).map(|value| format!("`{value}`")).unwrap_or_default();
+        let default = name.split('.').try_fold(defaults, |value, key| value.get(key));
+        let default = default.map(|value| format!("`{}`", short(value))).unwrap_or_default();
         let range = range(name, &refusal);
         // It has a column.
         let about = about.replace(&format!(", {range}"), "");
@@ -136,9 +98,9 @@ fn table(keys: &[Key], defaults: &Table, refusal: impl Fn(&str) -> Option<String
 
 /// The page of gripd's configuration.
 pub(super) fn configuration() -> String {
-    let defaults = Table::try_from(HostConfig::default()).unwrap_or_default();
+    let defaults = Value::Table(Table::try_from(HostConfig::default()).unwrap_or_default());
     let refusal = |text: &str| Some(HostConfig::parse(Path::new("x"), text).err()?.to_string());
-    let mut keys = configuration_keys();
+    let mut keys = keys(&items(CONFIGURATION), "", "HostConfig");
     for key in &mut keys {
         let first = key.name.split('.').next().unwrap_or("");
         key.note = if NEEDS_RESTART.contains(&first) { "restart" } else { "" };
@@ -154,16 +116,18 @@ pub(super) fn scenes() -> String {
     let parse = |text: &str| Scene::from_toml(&format!("name = \"x\"\n{text}"));
     let all = parse("[vibration]\n").ok();
     let defaults = all.and_then(|scene| Table::try_from(scene.config()).ok()).unwrap_or_default();
+    let defaults = Value::Table(defaults);
     let refusal = |text: &str| Some(parse(text).err()?.to_string());
     let about = "Every key of a [scene](../scenes.md). Ranges hold with the other keys at their defaults; a key without a default \
                  is absent, but `name`, which every scene has. *drawn*: a number or a [distribution](../scenes.md#quantities). \
                  Times of what happens count from the lift.";
-    page("Keys of a scene", about) + &table(&scene_keys(), &defaults, refusal)
+    page("Keys of a scene", about)
+        + &table(&keys(&items(SCENE), "", "SceneConfig"), &defaults, refusal)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{configuration_keys, scene_keys, scenes, value};
+    use super::{CONFIGURATION, SCENE, configuration, items, keys, scenes, short};
     use grip_session::config::HostConfig;
     use std::collections::BTreeSet;
     use toml::{Table, Value};
@@ -183,9 +147,10 @@ mod tests {
         let configuration = Table::try_from(HostConfig::default()).unwrap();
         let scene = grip_sim::Scene::from_toml("name = \"x\"\n[vibration]\n").unwrap();
         let scene = Table::try_from(scene.config()).unwrap();
-        for (keys, known, absent) in
-            [(configuration_keys(), configuration, 26), (scene_keys(), scene, 3)]
-        {
+        for (keys, known, absent) in [
+            (keys(&items(CONFIGURATION), "", "HostConfig"), configuration, 26),
+            (keys(&items(SCENE), "", "SceneConfig"), scene, 3),
+        ] {
             let names = names("", &known);
             let keys: Vec<_> = keys.into_iter().filter(|key| !key.is_table).collect();
             let ours: BTreeSet<String> = keys.iter().map(|key| key.name.clone()).collect();
@@ -197,14 +162,15 @@ mod tests {
 
     #[test]
     fn a_key_has_its_default_its_range_and_its_meaning() {
-        let page = scenes();
+        let pages = configuration() + &scenes();
         for row in [
             "| `drive.lag_ms` | `5.0` | 0.1 to 200 |  | Lag of the drive (ms). |",
             "| `friction_ratio` | `{ uniform = [1.0, 1.2] }` | 1 to 2 | drawn | Static over kinetic friction. |",
+            "| `log_level` | `\"info\"` | `error`, `warn`, `info`, `debug` |  | What is logged on standard error. |",
+            "| `max_clients` | `32` | 1 to 1024 | restart | Clients at a time. |",
         ] {
-            assert!(page.lines().any(|line| line == row), "{row}");
+            assert!(pages.lines().any(|line| line == row), "{row}");
         }
-        let defaults = Table::try_from(HostConfig::default()).unwrap();
-        assert_eq!(value(&defaults, "observation.stylus_damping_n_s_m").unwrap(), "0.14142136");
+        assert_eq!(short(&Value::Float(f64::from(0.141_421_36_f32))), "0.14142136");
     }
 }

@@ -29,22 +29,34 @@ pub(super) struct Row {
     pub(super) appended: bool,
 }
 
+impl Item {
+    /// Whether it is written as a struct, and not in a table of a macro.
+    pub(super) fn is_struct(&self) -> bool {
+        self.header.starts_with("pub struct ")
+    }
+}
+
 impl Row {
     /// Name and type of a field.
-    pub(super) fn field(&self) -> (&str, &str) {
-        let (name, kind) = self.head.split_once(':').unwrap_or((&self.head, ""));
+    pub(super) fn field(head: &str) -> (&str, &str) {
+        let (name, kind) = head.split_once(':').unwrap_or((head, ""));
         let kind = kind.split(" = ").next().unwrap_or("");
         (name.trim().rsplit(' ').next().unwrap_or(""), kind.trim().trim_end_matches(','))
     }
 }
 
-/// Every item of several sources.
-pub(super) fn all(sources: &[&str]) -> Vec<Item> {
-    sources.iter().flat_map(|source| items(source)).collect()
+/// Texts of files below `crates`.
+macro_rules! sources {
+    ($($file:literal)+) => { [$(include_str!(concat!("../../../../crates/", $file))),+] };
+}
+pub(super) use sources;
+
+/// Every item with a doc comment.
+pub(super) fn items(sources: &[&str]) -> Vec<Item> {
+    sources.iter().flat_map(|source| of(source)).collect()
 }
 
-/// Every item of a source that has a doc comment.
-pub(super) fn items(source: &str) -> Vec<Item> {
+fn of(source: &str) -> Vec<Item> {
     let mut items: Vec<Item> = Vec::new();
     let (mut about, mut row) = (Vec::new(), String::new());
     let (mut in_macro, mut in_item, mut attribute, mut appended) = (false, false, false, false);
