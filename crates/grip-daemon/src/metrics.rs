@@ -100,7 +100,7 @@ fn counts(board: &Board, page: &mut Exposition) {
     page.histogram(named, &hot.evidence_age);
     let named = (
         "gripd_late_commands_total",
-        "Commands that did not raise the force: that row was 20 ms older than usual.",
+        "Commands that did not raise the force: the newest usable row was 20 ms older than usual.",
     );
     page.one(Counter, named, hot.late_commands);
     let clocks =

@@ -101,7 +101,7 @@ pub struct SceneConfig {
     /// A second stylus this far behind the first, along the slip (mm), 0.05 to 20; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_stylus_mm: Option<f64>,
-    /// An accelerometer in the finger instead of the stylus, which does not feel the motion of the robot; absent where there is a stylus.
+    /// An accelerometer in the finger instead of the stylus, without the motion of the robot; absent where there is a stylus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vibration: Option<VibrationConfig>,
     /// White Gaussian noise of the sensors, rms.

@@ -40,7 +40,7 @@ pub(super) fn messages() -> String {
             section(&format!("{:02X} {name}", kind.0), item, &items, &mut text);
         }
     }
-    for item in rest {
+    for item in &rest {
         section(&item.name, item, &items, &mut text);
     }
     text += "\n## FaultCode\n\n| code | means |\n|---|---|\n";
@@ -48,6 +48,10 @@ pub(super) fn messages() -> String {
         if let Some((code, about)) = line.split_once(": ").filter(|(code, _)| code.len() == 4) {
             let _ = writeln!(text, "| {code} | {about} |");
         }
+    }
+    // Names of codes in the words of others.
+    for Item { name, .. } in rest {
+        text = text.replace(&format!("`{name}`"), &format!("[{name}](#{})", name.to_lowercase()));
     }
     text
 }
@@ -102,7 +106,7 @@ fn shown(kind: &str, items: &[Item]) -> String {
             let link = format!("[{inner}](#{})", inner.to_lowercase());
             match items.iter().any(|item| item.name == inner && !item.is_struct()) {
                 true => kind.replace(inner, &link),
-                false => format!("`{kind}`"),
+                false => kind,
             }
         }
     }

@@ -18,7 +18,7 @@ pub(super) fn metrics() -> String {
          pipeline begin anew with each link and each pipeline, as counters do after a restart: `rate()` and `increase()` know \
          that.",
     );
-    text += "| metric | type | labels | means |\n|---|---|---|---|\n";
+    text += "\n| metric | type | labels | means |\n|---|---|---|---|\n";
     let written = exposition.text();
     let mut lines = written.lines().filter_map(|line| line.strip_prefix("# "));
     while let (Some(help), Some(kind)) = (lines.next(), lines.next()) {

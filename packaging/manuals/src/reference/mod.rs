@@ -17,9 +17,10 @@ pub(crate) fn pages() -> [(&'static str, String); 4] {
 
 /// The beginning of a page.
 fn page(title: &str, about: &str) -> String {
-    let made = "Made of the code: `cargo run -p grip-manuals -- --reference docs/reference` writes this page.";
-    let lines = [about.to_owned(), made.to_owned()];
-    format!("# {title}\n\n{}\n\n", wrapped(&lines))
+    let about = wrapped(&[about.to_owned()]);
+    format!(
+        "# {title}\n\n{about}\n\nMade of the code: `cargo run -p grip-manuals -- --reference docs/reference` writes this page.\n"
+    )
 }
 
 /// A doc comment without links into the code, for a cell of a table.

@@ -73,14 +73,20 @@ fn range(key: &str, refusal: impl Fn(&str) -> Option<String>) -> String {
     let between = |text: &str| {
         let refused = text.split_once(&format!("{key} = ")).map_or("", |(_, refused)| refused);
         let range = refused.split_once(" is outside ").or(text.split_once("expected one of "))?.1;
-        range.lines().next()?.split(" (").next().map(str::to_owned)
+        range.lines().next()?.split(" (").next().map(|range| range.replace("` `", "`, `"))
     };
     refusals.filter_map(|text| between(&text)).next().unwrap_or_default()
 }
 
+/// A number of many digits as a power of ten.
+fn rounded(word: &str) -> String {
+    let number = word.parse::<f64>().ok().filter(|_| word.len() > 8);
+    number.map_or_else(|| word.to_owned(), |number| format!("{number:e}"))
+}
+
 /// The table of keys, with what `refusal` has against a value.
 fn table(keys: &[Key], defaults: &Value, refusal: impl Fn(&str) -> Option<String>) -> String {
-    let mut text = "| key | default | range | | means |\n|---|---|---|---|---|\n".to_owned();
+    let mut text = "\n| key | default | range | | means |\n|---|---|---|---|---|\n".to_owned();
     for Key { name, is_table, note, about } in keys {
         if *is_table {
             text += &format!("| **{name}** | | | {note} | {about} |\n");
@@ -89,8 +95,10 @@ fn table(keys: &[Key], defaults: &Value, refusal: impl Fn(&str) -> Option<String
         let default = name.split('.').try_fold(defaults, |value, key| value.get(key));
         let default = default.map(|value| format!("`{}`", short(value))).unwrap_or_default();
         let range = range(name, &refusal);
-        // It has a column.
-        let about = about.replace(&format!(", {range}"), "");
+        // The range has a column.
+        let about =
+            if range.is_empty() { about } else { &about.replace(&format!(", {range}"), "") };
+        let range = range.split(' ').map(rounded).collect::<Vec<_>>().join(" ");
         text += &format!("| `{name}` | {default} | {range} | {note} | {about} |\n");
     }
     text
@@ -116,7 +124,7 @@ pub(super) fn scenes() -> String {
     let parse = |text: &str| Scene::from_toml(&format!("name = \"x\"\n{text}"));
     let all = parse("[vibration]\n").ok();
     let defaults = all.and_then(|scene| Table::try_from(scene.config()).ok()).unwrap_or_default();
-    let defaults = Value::Table(defaults);
+    let defaults = Value::Table(defaults.into_iter().filter(|(key, _)| key != "name").collect());
     let refusal = |text: &str| Some(parse(text).err()?.to_string());
     let about = "Every key of a [scene](../scenes.md). Ranges hold with the other keys at their defaults; a key without a default \
                  is absent, but `name`, which every scene has. *drawn*: a number or a [distribution](../scenes.md#quantities). \
@@ -166,6 +174,8 @@ mod tests {
         for row in [
             "| `drive.lag_ms` | `5.0` | 0.1 to 200 |  | Lag of the drive (ms). |",
             "| `friction_ratio` | `{ uniform = [1.0, 1.2] }` | 1 to 2 | drawn | Static over kinetic friction. |",
+            "| `seed` | `0` |  |  | Seed of the object, its surface, the sensor noise and what happens. |",
+            "| `detector.gross` | `25.0` | 1.5 to 1e9 |  | Energy of the vibration band, or of one of the two highest octaves, over its floor at which a slip is gross. |",
             "| `log_level` | `\"info\"` | `error`, `warn`, `info`, `debug` |  | What is logged on standard error. |",
             "| `max_clients` | `32` | 1 to 1024 | restart | Clients at a time. |",
         ] {
