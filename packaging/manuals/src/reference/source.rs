@@ -75,7 +75,7 @@ fn of(source: &str) -> Vec<Item> {
         } else if in_item {
             row = format!("{row} {line}");
             if line.ends_with([',', ';']) {
-                let texts = std::mem::take(&mut about);
+                let texts = core::mem::take(&mut about);
                 if let (false, Some(item)) = (skipped, items.last_mut()) {
                     item.rows.push(row_of(&row, &texts.join(" "), appended));
                 }
@@ -88,7 +88,7 @@ fn of(source: &str) -> Vec<Item> {
             let named = kind || (in_macro && header.starts_with(char::is_uppercase));
             let named = named && line.ends_with('{') && !about.is_empty();
             if named {
-                items.push(item_of(header, std::mem::take(&mut about)));
+                items.push(item_of(header, core::mem::take(&mut about)));
             }
             in_item = named || appended;
             about.clear();
