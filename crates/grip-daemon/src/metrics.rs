@@ -93,18 +93,29 @@ fn counts(board: &Board, page: &mut Exposition) {
     page.each(Counter, named, "ring", rings);
     let named = ("gripd_latency_seconds", "From the last byte of a frame to its command written.");
     page.histogram(named, &hot.latency);
-    let named = ("gripd_evidence_age_seconds", "Age of the newest usable row at each command.");
+    let named = (
+        "gripd_evidence_age_seconds",
+        "Age of the newest usable row at each command, by the host's clock.",
+    );
     page.histogram(named, &hot.evidence_age);
-    let named =
-        ("gripd_late_commands_total", "Commands at which it was too old to raise the force.");
+    let named = (
+        "gripd_late_commands_total",
+        "Commands that did not raise the force: the newest usable row was 20 ms older than usual.",
+    );
     page.one(Counter, named, hot.late_commands);
     let clocks =
         ClockHealth::ALL.map(|health| (health.name(), u8::from(health == hot.clock_health)));
-    let named = ("gripd_gripper_clock", "1 for the state of the gripper's clock.");
+    let named = (
+        "gripd_gripper_clock",
+        "1 for the state of the gripper's clock; fast and slow: by more than 1 %.",
+    );
     page.each(Gauge, named, "state", clocks);
     let named = ("gripd_gripper_clock_faults_total", "Faults of the gripper's clock.");
     page.one(Counter, named, hot.clock_faults);
-    let named = ("gripd_blind", "Whether no usable row came for more than 50 ms.");
+    let named = (
+        "gripd_blind",
+        "Whether no usable row came for more than 50 ms while samples should flow.",
+    );
     page.one(Gauge, named, u8::from(hot.blind));
 }
 

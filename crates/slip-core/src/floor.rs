@@ -27,7 +27,7 @@ const QUARTILES: f32 = 1.349;
     serde(default, deny_unknown_fields)
 )]
 pub struct FloorConfig {
-    /// Length of the stretch of rest the floor is learned from (ms), 10 to 10,000.
+    /// Length of the stretch of rest the floor is learned from (ms), 10 to 10000.
     pub learn_ms: f32,
     /// Smallest noise that is believed (signal unit, rms): the resolution of the sensor. 0: what its readings show, the smallest step
     /// between two of them over sqrt(12). That also counts where it is more, and most readings equal the one before: a coarse converter.

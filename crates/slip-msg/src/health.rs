@@ -64,8 +64,8 @@ message! {
     #[derive(Default)]
     Appended {
         0 p999_us: Option<f32>, "us", "999 of 1000 frames were faster.";
-        4 clock: Option<ClockOffset>, "us", "The clocks; `None` before the first answer of the gripper.";
-        16 histogram: [u64; Appended::BUCKETS], "", "Frames by their latency: see [`Appended::upper_ns`].";
+        4 clock: Option<ClockOffset>, "us", "Half of the shortest round trip, NaN before the first answer of the gripper; host time minus device time of the newest sample.";
+        16 histogram: [u64; Appended::BUCKETS], "", "Frames by their latency: below 256 ns, and below twice as much from each bucket to the next; the last has no bound.";
     }
 }
 

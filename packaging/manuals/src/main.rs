@@ -1,5 +1,5 @@
-//! The command lines of gripd, gripctl, gripfleet and gripmon in; their man pages, shell completions and pages of the
-//! reference, in a folder, out.
+//! The command lines of gripd, gripctl, gripfleet and gripmon and the tables of the code in; man pages, shell completions
+//! and the pages of the reference, in a folder, out.
 //!
 //! A program of its own, so that what is installed carries neither the generators nor a hidden command.
 
@@ -13,6 +13,7 @@ mod gripfleet;
 #[path = "../../../bins/gripmon/src/cli.rs"]
 #[expect(dead_code, unreachable_pub, reason = "of the command line only the names are wanted here")]
 mod gripmon;
+mod reference;
 
 use anyhow::Context as _;
 use clap::{Command, CommandFactory as _, Parser};
@@ -39,8 +40,14 @@ struct Cli {
 
 fn main() -> anyhow::Result<()> {
     let cli = Cli::parse();
-    let write = if cli.reference { write_reference } else { write_all };
-    commands().into_iter().try_for_each(|command| write(&cli.out, command))
+    if cli.reference {
+        fs::create_dir_all(&cli.out).with_context(|| cli.out.display().to_string())?;
+        return pages().into_iter().try_for_each(|(name, text)| {
+            let page = cli.out.join(name).with_extension("md");
+            fs::write(&page, text).with_context(|| page.display().to_string())
+        });
+    }
+    commands().into_iter().try_for_each(|command| write_all(&cli.out, command))
 }
 
 /// gripctl, which has subcommands, stands last.
@@ -65,14 +72,15 @@ fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
     fs::rename(bash.join(format!("{name}.bash")), bash.join(&name)).context("bash")
 }
 
-fn write_reference(out: &Path, command: Command) -> anyhow::Result<()> {
-    let page = out.join(command.get_name()).with_extension("md");
-    fs::create_dir_all(out).with_context(|| out.display().to_string())?;
-    fs::write(&page, reference(command)).with_context(|| page.display().to_string())
+/// Name and text of each page of the reference.
+fn pages() -> Vec<(String, String)> {
+    let programs = commands().map(|command| (command.get_name().to_owned(), help(command)));
+    let tables = reference::pages().map(|(name, text)| (name.to_owned(), text));
+    programs.into_iter().chain(tables).collect()
 }
 
 /// The page of a program: what `--help` prints of it and of each of its commands.
-fn reference(command: Command) -> String {
+fn help(command: Command) -> String {
     let name = command.get_name();
     let mut page = format!(
         "# {name}\n\nWhat `--help` prints, with all features. `cargo run -p grip-manuals -- --reference docs/reference` writes this page.\n"
@@ -99,16 +107,15 @@ fn sections(command: Command, page: &mut String) {
 
 #[cfg(test)]
 mod tests {
-    use super::{commands, gripctl, reference, write_all};
+    use super::{commands, gripctl, pages, write_all};
     use clap::CommandFactory as _;
     use std::{fs::read_to_string, path::Path};
 
     #[test]
-    fn the_reference_is_what_help_prints() {
-        let pages = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference");
-        for command in commands() {
-            let page = pages.join(command.get_name()).with_extension("md");
-            let text = reference(command);
+    fn the_reference_is_what_help_prints_and_the_tables_hold() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference");
+        for (name, text) in pages() {
+            let page = folder.join(name).with_extension("md");
             let written = read_to_string(&page).unwrap_or_default();
             assert!(
                 written == text,

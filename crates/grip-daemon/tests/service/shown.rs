@@ -177,8 +177,8 @@ fn a_link_that_closed_is_reported_with_its_reason() {
 
 #[test]
 fn the_documentation_has_every_metric_with_its_type_and_no_other() {
-    let guide = include_str!("../../../../docs/observability.md");
-    let documented = guide.lines().filter_map(|line| {
+    let page_of_all = include_str!("../../../../docs/reference/metrics.md");
+    let documented = page_of_all.lines().filter_map(|line| {
         let (name, rest) = line.strip_prefix("| `gripd_")?.split_once("` | ")?;
         Some(format!("gripd_{name} {}", rest.split(' ').next()?))
     });

@@ -81,7 +81,7 @@ impl Clamped {
 /// |---|---|---|---|---|
 /// | 0 | 4 | u32 | CRC-32C of bytes 8..36 | equals that of the CONFIG payload when nothing was clamped |
 /// | 4 | 2 | u16 | seq of the CONFIG answered | |
-/// | 6 | 1 | u8 | clamped fields | [`Clamped`] |
+/// | 6 | 1 | u8 | clamped fields | b0 rate, b1 batch, b2 mask, b3 F_max, b4 slew, b5 ttl, b6 hold cap, b7 loss delay |
 /// | 7 | 1 | | reserved | 0 |
 /// | 8 | 28 | | the CONFIG in force | [`Config`] |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,7 @@ message! {
     #[derive(Eq)]
     Grip {
         0 cmd_id: u32, "+1 a command, wraps; older or equal is ignored", "Command number.";
-        4 mode: u8, "`GripMode` code; others are rejected", "Mode code as on the wire; the MCU rejects what `GripMode::from_code` does not know.";
+        4 mode: u8, "`GripMode` code; others are rejected", "Mode, as it travels.";
         5 flags: u8, "others 0", "b0 answers a slip.";
         6 ttl_ms: u16, "ms, 0 = that of CONFIG, else clamped to 20..=100", "Life.";
         8 force_mn: i32, "mN, 0..= F_max; above is clamped, negative is rejected", "Force.";

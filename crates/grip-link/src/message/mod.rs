@@ -18,7 +18,7 @@
 //! | 8F | NACK | to host | 4 | | [`Nack`] |
 //! | 90 | SAMPLES | to host | 20 + rows | | [`Samples`] |
 //! | 91 | STATUS | to host | 24 | | [`Status`] |
-//! | 92 | STATS | to host | 64 | | [`Stats`] |
+//! | 92 | STATS | to host | 76 | | [`Stats`] |
 //! | 93 | EVENT | to host | 20 | | [`Event`] |
 //! | 94 | LOG | to host | 10 + text | | [`Log`] |
 //! | A0..FF | | daemon and clients | | | not for the serial line: [`daemon`] |

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LinkConfig {
-    /// Samples per second, 1,000 to 20,000.
+    /// Samples per second, 1000 to 20000.
     pub sample_rate_hz: u32,
     /// Samples per frame, 1 to 32.
     pub batch: u8,
@@ -26,11 +26,11 @@ impl Default for LinkConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordingConfig {
-    /// Size at which the next file begins (MiB), 1 to 1,048,576.
+    /// Size at which the next file begins (MiB), 1 to 1048576.
     pub max_mib: u32,
-    /// Age at which the next file begins (s), 1 to 31,536,000.
+    /// Age at which the next file begins (s), 1 to 31536000.
     pub max_age_s: u32,
-    /// Time between two flushes (ms), 50 to 10,000: what a crash may cost.
+    /// Time between two flushes (ms), 50 to 10000: what a crash may cost.
     pub flush_ms: u32,
     /// Size (MiB) of all files of this run together above which the oldest of them are deleted, `max_mib` to 1,073,741,824; none is, where absent.
     pub keep_mib: Option<u32>,
@@ -59,7 +59,7 @@ pub enum RealtimeMode {
     /// No.
     #[default]
     Off,
-    /// Yes; what is not granted is reported, and gripd goes on without.
+    /// Yes; what is not granted is logged, and gripd goes on without.
     Warn,
     /// Yes; what is not granted ends gripd.
     Strict,
@@ -115,7 +115,7 @@ pub struct FleetConfig {
     pub spool_mib: u16,
     /// The folder that keeps models which come over the network, where `allow_models` lets clients bring one; none is taken, where absent.
     pub models: Option<PathBuf>,
-    /// Every n-th sample is reported, 0 to 65,535; none for 0.
+    /// Every n-th sample is published; none for 0.
     pub samples_every: u16,
     /// Whether commands for the fingers are taken from the network too, where `allow_commands` lets clients command at all.
     pub commands: bool,

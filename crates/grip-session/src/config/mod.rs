@@ -50,9 +50,9 @@ pub struct HostConfig {
     pub port: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.
     pub baud: Option<u32>,
-    /// The only gripper to talk to; any, where absent.
+    /// The only gripper to talk to, 32 hexadecimal digits; any, where absent.
     pub uid: Option<Uid>,
-    /// Where clients may connect.
+    /// Where clients may connect: `tcp:IP:PORT`, `unix:PATH` or `off`.
     pub listen: Listen,
     /// Whether clients may command the gripper.
     pub allow_commands: bool,
@@ -66,23 +66,23 @@ pub struct HostConfig {
     pub allow_remote: bool,
     /// Clients at a time, 1 to 1024.
     pub max_clients: u16,
-    /// Where Prometheus reads; nowhere, where absent.
+    /// Where Prometheus reads, `IP:PORT`; nowhere, where absent.
     #[serde(deserialize_with = "address::socket")]
     pub metrics: Option<SocketAddr>,
-    /// Names of the recordings; nothing is recorded where absent.
+    /// Names of the recordings, .mcap or .csv; `{start}` is the time (UTC). Nothing is recorded, where absent.
     pub record: Option<RecordTemplate>,
     /// Where the last frames and the state are written on a fault.
     pub dump_dir: Option<PathBuf>,
-    /// How much is said on standard error.
+    /// What is logged on standard error.
     pub log_level: LogLevel,
-    /// Model file that replaces the embedded network.
+    /// Model file, or the built-in `default` or `paper`; `default`, where absent.
     pub model: Option<PathBuf>,
-    /// Calibration file: floor, gate and thresholds of this gripper.
+    /// Calibration file of `gripctl calibrate`: floor, gate and thresholds of this gripper.
     pub calibration: Option<PathBuf>,
     /// What that file states; see [`HostConfig::with_calibration`].
     #[serde(skip)]
     pub calibrated: Option<Calibration>,
-    /// The methods that may show a slip, where the gripper has their channels.
+    /// The methods that may detect a slip, where the gripper has their channels.
     pub methods: Vec<Method>,
     /// What is asked of the microcontroller.
     pub link: LinkConfig,

@@ -38,10 +38,10 @@ use table::settings;
 pub struct SceneConfig {
     /// Name for reports.
     pub name: String,
-    /// Seed of the object, its surface and the sensor noise.
+    /// Seed of the object, its surface, the sensor noise and what happens.
     #[serde(default)]
     pub seed: u64,
-    /// Samples a second, 1000 to 20000.
+    /// Samples a second where nobody asks for others, 1000 to 20000.
     #[serde(default = "defaults::sample_rate_hz")]
     pub sample_rate_hz: u32,
     /// Largest internal time step (us), 1 to 50.
@@ -50,7 +50,7 @@ pub struct SceneConfig {
     /// Mass of the object (kg), 0.005 to 20.
     #[serde(default = "defaults::mass_kg")]
     pub mass_kg: Draw,
-    /// Kinetic coefficient of friction, 0.02 to 2.
+    /// Kinetic coefficient of friction of the dry pad on the object, 0.02 to 2.
     #[serde(default = "defaults::friction")]
     pub friction: Draw,
     /// Static over kinetic friction, 1 to 2.
@@ -60,7 +60,7 @@ pub struct SceneConfig {
     /// those at 10 N.
     #[serde(default = "defaults::friction_power")]
     pub friction_power: f64,
-    /// Viscous friction of both fingers together (N s/m), 0 to 1000: a load of that many newtons for each m/s of sliding.
+    /// Viscous friction of both fingers together (N s/m), 0 to 1000, as of grease: a load of that many newtons for each m/s of sliding.
     #[serde(default)]
     pub viscous_n_s_m: f64,
     /// Roughness Ra (um), 0.02 to 100.
@@ -72,13 +72,14 @@ pub struct SceneConfig {
     /// Form of the surface.
     #[serde(default)]
     pub form: FormConfig,
-    /// Angle between the fingers' slip and the vertical (deg), 0 to 80; see [`Object::gravity_m_s2`].
+    /// Angle between the fingers' slip and the vertical (deg), 0 to 80: gravity along the fingers is g cos(tilt), the rest presses on one pad and
+    /// relieves the other.
     #[serde(default)]
     pub tilt_deg: f64,
     /// Crush limit (N) of one finger's force, 0.1 to 10000. Excludes `crush_ratio`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crush_n: Option<Draw>,
-    /// Crush limit over the needed force, 1 to 100; 2.5 where neither is given.
+    /// Crush limit over the force that the weight needs, 1 to 100; 2.5 where neither is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crush_ratio: Option<Draw>,
     /// From touch of the fingers to the lift (s), 0 to 60. Counted from touch, so that a host
@@ -100,16 +101,16 @@ pub struct SceneConfig {
     /// A second stylus this far behind the first, along the slip (mm), 0.05 to 20; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_stylus_mm: Option<f64>,
-    /// An accelerometer instead of the stylus; absent where there is a stylus.
+    /// An accelerometer in the finger instead of the stylus, without the motion of the robot; absent where there is a stylus.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vibration: Option<VibrationConfig>,
-    /// Sensor noise.
+    /// White Gaussian noise of the sensors, rms.
     #[serde(default)]
     pub noise: NoiseConfig,
-    /// When and in which steps the sensors are read.
+    /// When and in which steps the sensors are read; between two readings a sensor shows the last one.
     #[serde(default)]
     pub reading: ReadingConfig,
-    /// Errors of scale of the sensors.
+    /// What the sensors show over what there is.
     #[serde(default)]
     pub gain: GainConfig,
     /// Elastic finger pads.
@@ -121,19 +122,19 @@ pub struct SceneConfig {
     /// The robot's own motion as the stylus feels it.
     #[serde(default)]
     pub motion: MotionConfig,
-    /// Something is poured into the object.
+    /// Something is poured into the object, evenly.
     #[serde(default)]
     pub fill: FillConfig,
-    /// Somebody pulls at the object.
+    /// Somebody pulls the object out of the fingers.
     #[serde(default)]
     pub tug: TugConfig,
-    /// Something hits the hand.
+    /// Something hits the hand from below: half a sine of acceleration.
     #[serde(default)]
     pub bump: BumpConfig,
-    /// The arm lifts and lowers the hand.
+    /// The arm lifts and lowers the hand in turn; each move is one period of a sine of acceleration.
     #[serde(default)]
     pub arm: ArmConfig,
-    /// A liquid creeps into the contact.
+    /// A liquid creeps into the contact: friction of two phases.
     #[serde(default)]
     pub wet: WetConfig,
 }
@@ -145,11 +146,11 @@ settings! {
         slew_max_n_s: f64 = 2000.0, 1.0 to 100_000.0 => "Largest slew rate (N/s)";
         lag_ms: f64 = 5.0, 0.1 to 200.0 => "Lag of the drive (ms)";
         approach_ms: f64 = 100.0, 1.0 to 5000.0 => "Time to close the fingers (ms)";
-        force_min_n: f64 = 0.0 => "Smallest force of one finger but none (N), 0 to the largest";
+        force_min_n: f64 = 0.0 => "Smallest force of one finger but none (N), 0 to the largest; a smaller command is raised to it";
         step_n: f64 = 0.0, 0.0 to 100.0 => "Steps of the force from the smallest one on (N; 0: none)";
         command_hz: f64 = 0.0, 0.0 to 1000.0 => "Commands taken a second (0: each one)";
         delay_ms: f64 = 0.0, 0.0 to 500.0 => "Dead time of a command (ms)";
-        dead_band_n: f64 = 0.0, 0.0 to 100.0 => "Change that a drive at rest does not answer (N)";
+        dead_band_n: f64 = 0.0, 0.0 to 100.0 => "Change that a drive at rest does not answer (N); once it moves it goes all the way";
         hysteresis: f64 = 0.0, 0.0 to 0.9 =>
             "Share by which friction of the tendons holds the force behind or above what the drive pulls with";
     }
@@ -184,7 +185,7 @@ settings! {
     pub struct PadConfig in "pad" {
         shear_n_mm: f64 = 100.0, 1.0 to 10_000.0 => "Shear stiffness of one pad (N/mm)";
         damping_n_s_m: f64 = 50.0, 0.0 to 500.0 => "Shear damping of one pad (N s/m)";
-        stribeck_mm_s: f64 = 5.0, 0.1 to 100.0 => "Stribeck speed (mm/s)";
+        stribeck_mm_s: f64 = 5.0, 0.1 to 100.0 => "Speed over which static friction fades (Stribeck; mm/s)";
         elastic_share: f64 = 0.0, 0.0 to 0.99 =>
             "Share of the break-away shear below which a pad only deforms (0: it creeps under every swing of the load)";
         sink_um_n: f64 = 0.0, 0.0 to 100.0 => "How far the stylus is pushed in as the pad gives way (um/N)";

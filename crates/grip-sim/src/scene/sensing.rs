@@ -51,7 +51,7 @@ settings! {
         adc_bits: u8 = 0, 0.0 to 24.0 =>
             "Bits of the converter of stylus (+-1 mm), accelerometer (+-160 m/s^2) and forces (+-1.25 times the largest), exact at 0";
         batch_ms: f64 = 0.0, 0.0 to 100.0 =>
-            "The line delivers what the gripper sends only each so many ms, as a serial converter at USB does (0: at once)";
+            "The line delivers what the gripper sends only each so many ms, as a serial converter at USB does (0: at once); in `gripctl grasp` only";
     }
 }
 

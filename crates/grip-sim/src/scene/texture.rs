@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 settings! {
     /// Long waves of the surface; see [`Shape`].
     pub struct WavinessConfig in "waviness" {
-        amplitude_um: Draw = Draw::Fixed(0.0), 0.0 to 100.0 => "Amplitude of the strongest of its three waves (um; 0: none)";
+        amplitude_um: Draw = Draw::Fixed(0.0), 0.0 to 100.0 => "Amplitude of the strongest of its three waves (um; 0: none); the others are 0.6 and 1.7 times as long and half as high";
         wavelength_mm: Draw = Draw::Fixed(4.0), 0.5 to 100.0 => "Wavelength of that wave (mm)";
     }
 }
@@ -16,7 +16,7 @@ settings! {
 settings! {
     /// Shape of the surface along the slip.
     pub struct FormConfig in "form" {
-        tilt_um_mm: Draw = Draw::Fixed(0.0), -50.0 to 50.0 => "Tilt (um/mm)";
+        tilt_um_mm: Draw = Draw::Fixed(0.0), -50.0 to 50.0 => "Tilt along the slip (um/mm)";
         curvature_1_m: Draw = Draw::Fixed(0.0), -1.0 to 1.0 =>
             "Curvature (1/m); positive bends away from the stylus, which leaves the surface 0.2 mm below where it landed";
     }

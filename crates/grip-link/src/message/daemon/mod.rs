@@ -3,8 +3,8 @@
 //! | type | name | direction | size | ACK_REQ | type in Rust |
 //! |---|---|---|---|---|---|
 //! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
-//! | A1 | SLIP | to client | 72 | | [`SlipReport`] |
-//! | A2 | STATE | to client | 60 | | [`PipelineState`] |
+//! | A1 | SLIP | to client | 72 or 76 | | [`SlipReport`] |
+//! | A2 | STATE | to client | 60 or 64 | | [`PipelineState`] |
 //! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
 //! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
 //! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
