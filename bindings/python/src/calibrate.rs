@@ -31,7 +31,8 @@ impl Calibration {
     /// From the file that `save` or `gripctl calibrate` wrote (.toml).
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
-        let text = std::fs::read_to_string(&path)?;
+        let text = 
+            std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let named = |error| refused(format!("{}: {error}", path.display()));
         // Checked as the flag --calibration checks it.
         HostConfig::default().with_calibration(&path).map_err(refused)?;

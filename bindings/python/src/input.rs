@@ -2,16 +2,18 @@
 
 use core::fmt::Display;
 use numpy::{
-    Element, PyArrayDyn, PyArrayMethods as _, PyReadonlyArrayDyn, PyUntypedArrayMethods as _,
+    Element, PyArrayDyn, PyArrayMethods as _, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods as _,
 };
 use pyo3::{
-    exceptions::{PyTypeError, PyValueError},
+    exceptions::{PyOSError, PyTypeError, PyValueError},
     intern,
     prelude::*,
     sync::PyOnceLock,
     types::IntoPyDict as _,
 };
 use slip_core::units::Micros;
+use std::{io, path::Path};
 
 /// Times beyond are no times of a recording (s): half a million years.
 const MOST_S: f64 = 1.8e13;
@@ -19,6 +21,18 @@ const MOST_S: f64 = 1.8e13;
 /// A `ValueError` with this sentence.
 pub(crate) fn refused(what: impl Display) -> PyErr {
     PyValueError::new_err(what.to_string())
+}
+
+/// Whether there is such a file; where there is none, the exception of Python that names it.
+pub(crate) fn exists(path: &Path) -> PyResult<()> {
+    std::fs::metadata(path).map(|_| ()).map_err(|error| unreadable(path, &error))
+}
+
+/// The `OSError` of a file that cannot be opened, with its path.
+pub(crate) fn unreadable(path: &Path, error: &io::Error) -> PyErr {
+    let text = error.to_string();
+    let reason = text.split(" (os error").next().unwrap_or_default().to_owned();
+    PyOSError::new_err((error.raw_os_error(), reason, path.to_owned()))
 }
 
 /// A number that NumPy knows by a name.
@@ -39,10 +53,15 @@ pub(crate) fn numbers<'py, T: Number>(
     what: &str,
     data: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, T>> {
+    let py = data.py();
+    if !data.is_exact_instance_of::<PyUntypedArray>() && is_masked(data)? {
+        return Err(refused(format!(
+            "{what}: some of it is masked, and a mask is not used; take `x.astype(float).filled(numpy.nan)`, whose NaN are no readings, or leave these rows out"
+        )));
+    }
     if let Some(array) = plain(data) {
         return Ok(array);
     }
-    let py = data.py();
     let array = numpy(py)?.call_method1(intern!(py, "asarray"), (data,))?;
     let dtype = array.getattr(intern!(py, "dtype"))?;
     let kind: String = dtype.getattr(intern!(py, "kind"))?.extract()?;
@@ -54,6 +73,13 @@ pub(crate) fn numbers<'py, T: Number>(
     let options = [("dtype", T::NAME), ("order", "C")].into_py_dict(py)?;
     let copied = numpy(py)?.call_method(intern!(py, "array"), (array,), Some(&options))?;
     plain(&copied).ok_or_else(|| refused(format!("{what}: NumPy made no {} of it", T::NAME)))
+}
+
+/// Whether NumPy has masked readings in it.
+fn is_masked(data: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let py = data.py();
+    let masked = numpy(py)?.getattr(intern!(py, "ma"))?;
+    masked.call_method1(intern!(py, "is_masked"), (data,))?.extract()
 }
 
 /// The array itself, where it can be read as it is.

@@ -37,7 +37,8 @@ impl Model {
     fn load(path: PathBuf) -> PyResult<Self> {
         let text = match model::built_in(&path) {
             Some(text) => text.to_owned(),
-            None => files::read_text(&path, files::MOST_MODEL)?,
+            None => files::read_text(&path, files::MOST_MODEL)
+                .map_err(|error| unreadable(&path, &error))?,
         };
         let file = ModelFile::from_json(&text);
         let file = file.map_err(|error| refused(format!("{}: {error}", path.display())))?;

@@ -1,7 +1,7 @@
 //! Files in, recordings as arrays out.
 
 use crate::{
-    input::{Block, Names, rate, refused, times},
+    input::{Block, Names, exists, rate, refused, times},
     output::dictionary,
 };
 use grip_record::{CsvOptions, Rows, read_recording};
@@ -181,7 +181,7 @@ pub(crate) fn read(
     rate_hz: Option<f64>,
     channels: Option<BTreeMap<String, String>>,
 ) -> PyResult<Recording> {
-    std::fs::metadata(&path)?;
+    exists(&path)?;
     let rate_hz = rate_hz.map(rate).transpose()?;
     let options = CsvOptions { rate_hz, map: channels.unwrap_or_default().into_iter().collect() };
     py.detach(|| open(&path, &options)).map_err(refused)
@@ -226,7 +226,7 @@ fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::I
 /// `gripctl replay FILE.mcap --json` prints them.
 #[pyfunction]
 pub(crate) fn replay<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    std::fs::metadata(&path)?;
+    exists(&path)?;
     let events = py.detach(|| {
         let mut tape = Tape::new(TapeOptions::default());
         let mut events = Vec::new();

@@ -1,6 +1,6 @@
 //! The arguments `config`, `calibration` and `model` in, the settings of a pipeline out.
 
-use crate::{calibrate::Calibration, input::refused, learn::Model, output::json_of};
+use crate::{calibrate::Calibration, input::{exists, refused}, learn::Model, output::json_of};
 use grip_record::{Recording, StylusKind};
 use grip_session::{HostConfig, HostEstimator, model, replay};
 use pyo3::{prelude::*, types::PyDict};
@@ -49,7 +49,7 @@ pub(crate) fn host_config(config: Option<Config<'_>>) -> PyResult<HostConfig> {
     match config {
         None => Ok(HostConfig::default()),
         Some(Config::File(file)) => {
-            std::fs::metadata(&file)?;
+            exists(&file)?;
             HostConfig::read(&file).map_err(refused)
         }
         Some(Config::Table(table)) => {
@@ -73,7 +73,7 @@ impl Settings {
             None => config,
             Some(CalibrationLike::Made(made)) => made.apply(config),
             Some(CalibrationLike::File(file)) => {
-                std::fs::metadata(&file)?;
+                exists(&file)?;
                 config.with_calibration(&file).map_err(refused)?
             }
         };

@@ -1,7 +1,7 @@
 //! Rows in, events, statistics and force commands out.
 
 use crate::{
-    input::{Block, Names, refused, times},
+    input::{Block, Names, exists, refused, times},
     output::dictionary,
     recording::{Recording, rows},
     settings::{CalibrationLike, Config, ModelLike, Settings},
@@ -13,7 +13,11 @@ use grip_session::{
 };
 use numpy::{IntoPyArray as _, PyArray1, PyArray2, PyArrayMethods as _, ToPyArray as _};
 use pyo3::{prelude::*, types::PyDict};
-use slip_core::{ClientCommand, PipelineConfig, Sample, Step, detector::BANDS, units::Micros};
+use slip_core::{
+    ClientCommand, PipelineConfig, Sample, Step,
+    detector::{BANDS, FloorHealth},
+    units::Micros,
+};
 use std::{path::PathBuf, sync::Arc};
 
 /// Rows between two looks at Ctrl-C: some tens of milliseconds.
@@ -28,6 +32,8 @@ struct Trace {
     scene: Vec<u8>,
     command_n: Vec<f32>,
     levels: Vec<f32>,
+    /// After the last row.
+    floor_health: FloorHealth,
 }
 
 impl Trace {
@@ -36,7 +42,7 @@ impl Trace {
         let (t_s, statistic, scene) =
             (Vec::with_capacity(rows), Vec::with_capacity(rows), Vec::with_capacity(rows));
         let levels = Vec::with_capacity(if bands { rows * BANDS } else { 0 });
-        Self { bands, t_s, statistic, scene, command_n, levels }
+        Self { bands, t_s, statistic, scene, command_n, levels, ..Self::default() }
     }
 
     /// All of a row but its bands.
@@ -46,6 +52,7 @@ impl Trace {
         self.statistic.push(step.statistic);
         self.scene.push(step.scene.code());
         self.command_n.extend(step.command.map(|command| command.0));
+        self.floor_health = step.floor_health;
     }
 
     fn detection(
@@ -68,6 +75,7 @@ impl Trace {
             slips,
             unusable,
             floor_lowered,
+            floor_health: self.floor_health.name(),
         })
     }
 }
@@ -174,13 +182,21 @@ pub(crate) struct Detection {
     unusable: u64,
     /// Times a quieter second has lowered the floor: it had been learned in motion.
     floor_lowered: u64,
+    /// "doubtful" where the floor was learned on something that moved or slid and no rest was seen since; else "good".
+    floor_health: &'static str,
 }
 
 #[pymethods]
 impl Detection {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let rows = self.t_s.bind(py).len()?;
-        Ok(format!("Detection({rows} rows, {} slips, {} events)", self.slips, self.events.len()))
+        let floor = match (self.floor_health, self.floor_lowered) {
+            ("good", 0) => "",
+            ("good", _) => ", floor learned in motion and lowered",
+            _ => ", floor doubtful",
+        };
+        let (slips, events) = (self.slips, self.events.len());
+        Ok(format!("Detection({rows} rows, {slips} slips, {events} events{floor})"))
     }
 }
 
@@ -301,6 +317,18 @@ impl Detector {
     #[getter]
     fn floor<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f32>>> {
         self.0.engine.pipeline.detector().floor().map(|floor| floor.to_pyarray(py))
+    }
+
+    /// "doubtful" where the floor was learned on something that moved or slid and no rest was seen since; else "good".
+    #[getter]
+    fn floor_health(&self) -> &'static str {
+        self.0.engine.pipeline.detector().floor_health().name()
+    }
+
+    /// Times a quieter second has lowered the floor: it had been learned in motion or in a slip.
+    #[getter]
+    fn floor_lowered(&self) -> u32 {
+        self.0.engine.pipeline.detector().floor_lowered()
     }
 }
 
@@ -477,7 +505,7 @@ fn of_recording(
 /// the number of their row, and what each row led to. Rows are those of `read`.
 #[pyfunction]
 pub(crate) fn trace(py: Python<'_>, path: PathBuf) -> PyResult<Detection> {
-    std::fs::metadata(&path)?;
+    exists(&path)?;
     let (mut events, mut trace) = (Events::new(), Trace::default());
     let played = py.detach(|| {
         let mut tape = Tape::new(TapeOptions::default());

@@ -82,6 +82,30 @@ def test_a_sentence_says_what_is_wrong(call: Callable[[], object], kind: type, w
     assert str(caught.value)
 
 
+def test_a_missing_file_is_named() -> None:
+    missing: List[Callable[[], object]] = [
+        lambda: slipgrip.read("nowhere/x.csv"),
+        lambda: slipgrip.replay("nowhere/x.mcap"),
+        lambda: detect(X, 1e4, config="nowhere/x.toml"),
+        lambda: detect(X, 1e4, calibration="nowhere/x.toml"),
+        lambda: Calibration.load("nowhere/x.toml"),
+        lambda: Model.load("nowhere/x.json"),
+    ]
+    for call in missing:
+        with pytest.raises(FileNotFoundError, match="nowhere/x") as caught:
+            call()
+        assert str(caught.value.filename).startswith("nowhere/x") and caught.value.strerror
+
+
+def test_a_mask_is_not_ignored() -> None:
+    x = np.ma.masked_greater(np.arange(2_000.0), 1_990.0)
+    for call in (lambda: detect(x, 1e4), lambda: Detector(1e4).push(x), lambda: detect(X, 1e4, times=x)):
+        with pytest.raises(ValueError, match=r"masked.*filled\(numpy.nan\)"):
+            call()
+    assert detect(x.astype(float).filled(np.nan), 1e4).unusable == 9
+    assert detect(np.ma.asarray(X), 1e4).slips == 0
+
+
 def test_a_refused_block_changes_nothing() -> None:
     detector = Detector(1e4)
     detector.push(X)

@@ -293,8 +293,12 @@ fn clock_words(health: ClockHealth) -> &'static str {
         ClockHealth::Forward => {
             "the clock of the gripper jumped forward; time goes on from where it was"
         }
-        ClockHealth::Fast => "the clock of the gripper runs more than 1 % fast",
-        ClockHealth::Slow => "the clock of the gripper runs more than 1 % slow",
+        ClockHealth::Fast => {
+            "the clock of the gripper runs more than 1 % fast; of rows, more come than rate= says"
+        }
+        ClockHealth::Slow => {
+            "the clock of the gripper runs more than 1 % slow; of rows, fewer come than rate= says"
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Why a file cannot be imported: what is wrong, and what to do about it.
 
 use grip_record::{CsvError, mcap::McapError};
+use slip_core::PipelineConfig;
 use std::{
     io,
     path::{Path, PathBuf},
@@ -36,6 +37,18 @@ pub enum ImportError {
     TooLarge {
         /// The file.
         file: PathBuf,
+    },
+    /// More samples a second than a pipeline takes.
+    #[error(
+        "{}: has {rate_hz:.0} samples a second, at most {:.0} are used; resample it and import that, for example \
+         `sox FILE.wav -r 48000 FILE-48k.wav`",
+        file.display(), PipelineConfig::HIGHEST_RATE_HZ
+    )]
+    TooFast {
+        /// The file.
+        file: PathBuf,
+        /// Its rate (Hz).
+        rate_hz: f32,
     },
     /// No signal of the file is known to show a slip.
     #[error(

@@ -33,6 +33,7 @@ pub use error::ImportError;
 pub use stream::{MOST_VALUES, Stream, Times};
 pub use time::TimeUnit;
 
+use slip_core::PipelineConfig;
 use std::path::{Path, PathBuf};
 
 /// What a file does not contain.
@@ -67,7 +68,12 @@ fn has_ending(file: &Path, wanted: &str) -> bool {
 /// Where the file cannot be read, or nothing in it can be used.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
     let (format, streams) = read_streams(file, options)?;
-    assign::assign(file, format, streams, options)
+    let imported = assign::assign(file, format, streams, options)?;
+    let rate_hz = imported.recording.rate_hz;
+    if rate_hz > PipelineConfig::HIGHEST_RATE_HZ {
+        return Err(ImportError::TooFast { file: file.to_owned(), rate_hz });
+    }
+    Ok(imported)
 }
 
 /// What kind of file it is, and every signal in it.

@@ -1,6 +1,6 @@
 //! `labels.csv` of a folder in, what is known about each of its recordings out.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use slip_core::units::Micros;
@@ -119,9 +119,9 @@ pub enum LabelError {
         /// The cell.
         text: String,
     },
-    /// A recording has two rows.
+    /// A recording has two rows that are not onsets in rising order.
     #[error(
-        "{}: line {line}, column recording: {name:?} has a label already; remove one of the rows",
+        "{}: line {line}, column recording: {name:?} has a label already; remove one of the rows, or give further onsets in rising order",
         file.display()
     )]
     Repeated {
@@ -143,7 +143,8 @@ struct Columns {
 }
 
 /// Reads the labels in `file`: columns `recording`, `kind`, `material`, `onset_s` (seconds, rounded to 1 us,
-/// given exactly where the kind is `onset`). The last two columns may be absent; others are ignored.
+/// given exactly where the kind is `onset`). The last two columns may be absent; others are ignored. A recording has one row, or
+/// a row for each of its onsets, in rising order.
 ///
 /// # Errors
 /// Where the file cannot be read or a row is not usable; see [`LabelError`].
@@ -157,10 +158,12 @@ pub fn read_labels(file: &Path) -> Result<Vec<Label>, LabelError> {
         onset_s: table.position("onset_s"),
     };
     let mut labels = Vec::new();
-    let mut names = HashSet::new();
+    let mut last: HashMap<String, Option<Micros>> = HashMap::new();
     while let Some(row) = table.next_row()? {
         let label = label_of(file, &row, &columns)?;
-        if !names.insert(label.recording.clone()) {
+        let before = last.insert(label.recording.clone(), label.onset());
+        // None before Some(_): what is no onset follows nothing, and is followed by nothing.
+        if before.is_some_and(|before| before.is_none() || before >= label.onset()) {
             return Err(LabelError::Repeated {
                 file: file.to_owned(),
                 line: row.line,

@@ -84,10 +84,13 @@ fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
         row.get(recording).is_some_and(|cell| cell.trim_ascii() == label.recording.as_bytes())
     };
     let at = rows.iter().skip(1).position(is_its).map(|at| at + 1);
+    let mut place = 0..;
+    // Further onsets go.
+    rows.retain(|row| {
+        let place = place.next();
+        place == Some(0) || !is_its(row) || (place == at && relabel != Relabel::Remove)
+    });
     if relabel == Relabel::Remove {
-        if let Some(at) = at {
-            rows.remove(at);
-        }
         return;
     }
     let width = rows.first().map_or(0, Vec::len);
@@ -155,6 +158,11 @@ mod tests {
         write_label(&file, &rest, Relabel::Remove).unwrap();
         assert_eq!(read_labels(&file).unwrap().len(), 2);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+
+        fs::write(&file, "recording,kind,onset_s\na,onset,1\nb,rest,\na,onset,2\n").unwrap();
+        write_label(&file, &label("a", LabelKind::Steady), Relabel::Replace).unwrap();
+        let kinds = |file| read_labels(file).unwrap().iter().map(|l| l.kind).collect::<Vec<_>>();
+        assert_eq!(kinds(&file), [LabelKind::Steady, LabelKind::Rest], "all its onsets");
 
         fs::write(&file, "no,list\n1,2\n").unwrap();
         assert!(write_label(&file, &rest, Relabel::Replace).is_err());

@@ -74,7 +74,7 @@ pub use notes::{HUGE_READING, Notes};
 pub use npy::parse_npy;
 #[cfg(feature = "arrays")]
 pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
-pub use phases::{Phase, PhaseError, read_phases};
+pub use phases::{Phase, PhaseError, read_alarms, read_phases};
 pub use profile::HeightProfile;
 pub use recording::{MOST_HELD, Recording};
 pub use taxels::Taxels;

@@ -51,14 +51,7 @@ pub enum PhaseError {
 /// # Errors
 /// Where the file cannot be read or a row is not usable; see [`PhaseError`].
 pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
-    let bytes = match read_bytes(file) {
-        Err(CsvError::Unreadable { source, .. })
-            if source.kind() == std::io::ErrorKind::NotFound =>
-        {
-            return Ok(Vec::new());
-        }
-        bytes => bytes?,
-    };
+    let Some(bytes) = bytes_of(file)? else { return Ok(Vec::new()) };
     let mut table = Table::open(file, bytes.as_slice())?;
     let recording = table.required("recording")?;
     let (begin, end) = (table.required("begin_s")?, table.required("end_s")?);
@@ -80,6 +73,42 @@ pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
         phases.push(phase);
     }
     Ok(phases)
+}
+
+/// Alarms of a detector of one's own in `file`: columns `recording`, `begin_s` and `end_s` (seconds, rounded to 1 us), as phases without
+/// a cause. A row without an end is an alarm of one sample. `None` where there is no such file.
+///
+/// # Errors
+/// Where the file cannot be read or a row is not usable; see [`PhaseError`].
+pub fn read_alarms(file: &Path) -> Result<Option<Vec<Phase>>, PhaseError> {
+    let Some(bytes) = bytes_of(file)? else { return Ok(None) };
+    let mut table = Table::open(file, bytes.as_slice())?;
+    let (recording, begin) = (table.required("recording")?, table.required("begin_s")?);
+    let end = table.position("end_s");
+    let mut alarms = Vec::new();
+    while let Some(row) = table.next_row()? {
+        let begin = row.time(begin, None)?;
+        let given = end.filter(|end| !row.cell(*end).is_empty());
+        let end = given.map_or(Ok(begin), |end| row.time(end, None))?;
+        if end < begin {
+            return Err(PhaseError::Empty { file: file.to_owned(), line: row.line });
+        }
+        let recording = row.cell(recording).into_owned();
+        alarms.push(Phase { recording, begin, end, cause: String::new() });
+    }
+    alarms.sort_by_key(|alarm| alarm.begin);
+    Ok(Some(alarms))
+}
+
+fn bytes_of(file: &Path) -> Result<Option<Vec<u8>>, CsvError> {
+    match read_bytes(file) {
+        Err(CsvError::Unreadable { source, .. })
+            if source.kind() == std::io::ErrorKind::NotFound =>
+        {
+            Ok(None)
+        }
+        bytes => bytes.map(Some),
+    }
 }
 
 #[cfg(test)]

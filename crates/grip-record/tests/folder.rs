@@ -67,7 +67,7 @@ fn label_faults_name_line_and_column() {
         ),
         (
             "a,rest,m,\nb,rest,m,\na,rest,m,\n",
-            "labels.csv: line 4, column recording: \"a\" has a label already; remove one of the rows",
+            "labels.csv: line 4, column recording: \"a\" has a label already; remove one of the rows, or give further onsets in rising order",
         ),
         (
             "../a,rest,m,\n",

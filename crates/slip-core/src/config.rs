@@ -68,6 +68,9 @@ pub struct PipelineConfig {
 const LOWERED_BELOW_HZ: f32 = 500.0;
 
 impl PipelineConfig {
+    /// The highest sample rate (Hz).
+    pub const HIGHEST_RATE_HZ: f32 = 50_000.0;
+
     /// The defaults for a stylus that measures `signal` at `sample_rate`, observing only.
     #[must_use]
     pub fn observing(signal: Signal, sample_rate: Hertz) -> Self {
@@ -108,7 +111,8 @@ impl PipelineConfig {
     /// # Errors
     /// The first value outside its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("sample_rate_hz", self.sample_rate.0, 20.0, 50_000.0)?;
+        let rate_hz = self.sample_rate.0;
+        ConfigError::within("sample_rate_hz", rate_hz, 20.0, Self::HIGHEST_RATE_HZ)?;
         ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
         ConfigError::within("floor.min_rms", self.floor.min_rms, 0.0, 1e12)?;
         self.check_detector()?;

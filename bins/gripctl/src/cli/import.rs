@@ -12,6 +12,9 @@ pub(crate) struct ImportArgs {
     /// Where to write the recording: .csv, .npz or .mcap. Without it what would be taken for what is printed.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
+    /// Replace the file that --output names, where there is one already.
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
     /// Unit of the times, where neither their name nor their rate shows it.

@@ -141,8 +141,8 @@ pub(crate) struct PortsArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorArgs {
-    /// The gripper: a serial device, `auto`, or `sim` with an optional `:SCENE`; that of the configuration otherwise, or the only USB
-    /// serial port.
+    /// The gripper: a serial device, `auto`, `sim` with an optional `:SCENE`, or `robotiq:MODEL:PORT` as for gripd --gripper, which is only
+    /// asked for its status; that of the configuration otherwise, or the only USB serial port.
     pub(crate) port: Option<String>,
     /// Judge a sensor instead, by a recording of some seconds at rest (what `gripctl replay` reads): bands that its rate carries, noise, steps,
     /// gaps, and the smallest slip that is found.
@@ -256,6 +256,9 @@ pub(crate) struct ReplayArgs {
     /// Do not run the force controller, even where the recording has a normal force.
     #[arg(long)]
     pub(crate) observe: bool,
+    /// Write the statistic over its threshold, and where slips were found, as .svg or .png.
+    #[arg(long, value_name = "FILE", conflicts_with = "check")]
+    pub(crate) plot: Option<PathBuf>,
     /// Run every stage in every scene; the events are the same.
     #[arg(long)]
     pub(crate) no_skip: bool,
@@ -337,7 +340,8 @@ pub(crate) enum FloorOrigin {
 
 #[derive(Debug, Args)]
 pub(crate) struct ScoreArgs {
-    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings (.csv or .npz). A phases.csv
+    /// Folder with labels.csv (recording,kind,material,onset_s) and the recordings (.csv or .npz). A recording with several slips has a
+    /// row for each onset. A phases.csv
     /// (recording,begin_s,end_s,cause) names what went on where nothing slipped: false alarms are counted for each cause.
     pub(crate) directory: PathBuf,
     #[command(flatten)]
@@ -357,8 +361,9 @@ pub(crate) struct ScoreArgs {
     pub(crate) config: Option<PathBuf>,
     /// Detectors to put side by side: default, stylus (alone, with its tests fused), energy, cusum, glrt (one test alone),
     /// esc, esc_literal (the scattered energy of the last 10 ms, by the slopes and as printed), nn (a network that learns the
-    /// labelled slips of the other materials), travel, pressure, fused. The last three also read what lies beside a recording:
-    /// NAME_pose.csv as its travel, NAME_taxels.csv or NAME_electrodes.csv as its taxel array.
+    /// labelled slips of the other materials), travel, pressure, fused, which also read what lies beside a recording:
+    /// NAME_pose.csv as its travel, NAME_taxels.csv or NAME_electrodes.csv as its taxel array; own, a detector of your own, whose
+    /// alarms stand in alarms.csv of the folder (recording,begin_s,end_s).
     #[arg(long, value_delimiter = ',', default_value = "default")]
     pub(crate) detectors: Vec<String>,
     /// A row for each material too.

@@ -6,7 +6,10 @@ use super::{
 };
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
-use grip_eval::calibrate::{Calibrated, calibrate, check_interval};
+use grip_eval::{
+    calibrate::{Calibrated, calibrate, check_interval},
+    certify::NotCertified,
+};
 use grip_session::{
     calibration::{Calibration, LawEvidence, StylusCalibration, TaxelRest},
     exit::{Exit, WrongArgument},
@@ -44,7 +47,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         report(&calibration, &config.pressure)?;
     }
     if let Err(why) = certified {
-        eprintln!("gripctl: no slip will be certified: {why}");
+        eprintln!("gripctl: no slip will be certified: {why}{}", next_step(&why, args));
     }
     if lost > 0 {
         eprintln!(
@@ -53,6 +56,21 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         return Ok(Exit::DataLost);
     }
     Ok(Exit::Done)
+}
+
+/// What to type where a longer recording can carry the certificate.
+fn next_step(why: &NotCertified, args: &CalibrateArgs) -> String {
+    let longer_s = (2.0 * args.rest_s).max(60.0);
+    let output = args.output.display();
+    match (why, &args.port) {
+        (NotCertified::Array, _) => String::new(),
+        (_, Some(port)) => format!(
+            "; measure longer: `gripctl calibrate --port {port} --rest-s {longer_s:.0} -o {output}`"
+        ),
+        (_, None) => format!(
+            "; record {longer_s:.0} s or more without slip, then type `gripctl calibrate LONGER.csv -o {output}`"
+        ),
+    }
 }
 
 fn report(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Result<()> {

@@ -69,7 +69,12 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
     for output in [Some(args.output.as_path()), test_output].into_iter().flatten() {
         spare(output)?;
     }
-    let collected = collect(&Request {
+    let bar = output::progress(0, "recordings");
+    let done = |now: usize, of: usize| {
+        bar.set_length(of as u64);
+        bar.set_position(now as u64);
+    };
+    let request = Request {
         places: &args.places,
         without: &[args.output.clone(), test_file.clone()],
         object: args.object.as_deref(),
@@ -77,7 +82,9 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
         require: &require,
         csv: &csv,
         config: &config,
-    })?;
+    };
+    let collected = collect(&request, &done)?;
+    bar.finish_and_clear();
     for note in &collected.notes {
         eprintln!("gripctl: {note}");
     }

@@ -6,18 +6,19 @@ mod gripper;
 mod machine;
 mod processes;
 mod rate;
+mod robotiq;
 mod sensor;
 mod storage;
 
 use crate::{cli::DoctorArgs, output};
 use access::Access;
 use finding::{Finding, Verdict};
-use grip_daemon::supply::usb_filter;
+use grip_daemon::{ends::GripperAddress, supply::usb_filter};
 use grip_port::{Finder, Places, Wanted, check_baud};
 use grip_session::{
     HostConfig,
     config::Layers,
-    exit::{Exit, message},
+    exit::{Exit, WrongArgument, message},
 };
 use processes::Processes;
 use std::path::{Path, PathBuf};
@@ -129,6 +130,15 @@ impl Report {
 
     /// Looks at the port, and listens to the gripper where nobody else holds it.
     fn port(&mut self, args: &DoctorArgs, config: &HostConfig, room: &Room) -> anyhow::Result<()> {
+        if let Some(name) = args.port.as_deref().filter(|name| name.starts_with("robotiq:")) {
+            let address =
+                GripperAddress::parse(name).map_err(|error| WrongArgument(error.to_string()))?;
+            let GripperAddress::Robotiq { port, baud, config } = address else { return Ok(()) };
+            if !self.access(Path::new(&port), room)? {
+                return Ok(());
+            }
+            return self.add(&robotiq::finding(name, &port, baud, config));
+        }
         let name = args.port.clone().or_else(|| config.port.clone());
         let name = name.unwrap_or_else(|| "auto".to_owned());
         let is_simulated = name == "sim" || name.starts_with("sim:");

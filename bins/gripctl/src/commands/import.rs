@@ -55,7 +55,7 @@ struct Summary<'a> {
 
 pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
     if let Some(output) = &args.output {
-        check_output(&args.file, output)?;
+        check_output(&args.file, output, args.force)?;
     }
     let options = ImportOptions {
         time_unit: args.time_unit.map(|unit| match unit {
@@ -96,7 +96,7 @@ fn import_options(csv: &CsvOptions) -> ImportOptions {
     ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
 }
 
-fn check_output(file: &Path, output: &Path) -> Result<(), WrongArgument> {
+fn check_output(file: &Path, output: &Path, force: bool) -> Result<(), WrongArgument> {
     let csv = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
     if !(csv || is_npz(output) || is_mcap(output)) {
         let text =
@@ -106,6 +106,10 @@ fn check_output(file: &Path, output: &Path) -> Result<(), WrongArgument> {
     let same = file.canonicalize().ok().zip(output.canonicalize().ok());
     if same.is_some_and(|(file, output)| file == output) {
         let text = format!("-o {}: would overwrite what is read", output.display());
+        return Err(WrongArgument(text));
+    }
+    if output.exists() && !force {
+        let text = format!("-o {}: is there already; --force replaces it", output.display());
         return Err(WrongArgument(text));
     }
     Ok(())

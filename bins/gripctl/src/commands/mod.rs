@@ -30,6 +30,7 @@ pub(crate) mod profile;
 mod profile_plot;
 pub(crate) mod recover;
 pub(crate) mod replay;
+mod replay_plot;
 mod replay_tape;
 pub(crate) mod score;
 mod score_curve;

@@ -1,6 +1,9 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{calibrated_config, csv_options, estimator, import, replay_tape};
+use super::{
+    calibrated_config, csv_options, estimator, import, profile_plot::check_file,
+    replay_plot::Picture, replay_tape,
+};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_record::{
@@ -15,6 +18,9 @@ use serde::Serialize;
 use slip_core::{Pipeline, PipelineConfig, Sample, units::Micros};
 use std::{fs::File, path::Path};
 
+/// Samples between two looks of the bar.
+const SAMPLES_A_LOOK: u64 = 1 << 12;
+
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "summary")]
 struct Summary {
@@ -28,6 +34,9 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
+    if let Some(plot) = &args.plot {
+        check_file(plot)?;
+    }
     let tapes = args.files.iter().filter(|file| is_mcap(file)).count();
     match args.files.as_slice() {
         files if tapes == files.len() => replay_tape::run(args),
@@ -69,8 +78,8 @@ const fn limits_of(channels: &ChannelSet) -> Option<&'static str> {
 enum Source {
     /// All of them, of a recording that had to be read whole.
     Held,
-    /// A CSV, read a second time.
-    Read(Box<CsvSamples<File>>),
+    /// A CSV with so many samples, read a second time.
+    Read(Box<CsvSamples<File>>, usize),
 }
 
 impl Source {
@@ -83,8 +92,19 @@ impl Source {
         if is_npz(file) {
             return Ok((read_recording(file, csv)?, Self::Held));
         }
-        let recording = CsvSamples::open(file, csv)?.survey()?;
-        Ok((recording, Self::Read(Box::new(CsvSamples::open(file, csv)?))))
+        let (mut first, mut count) = (CsvSamples::open(file, csv)?, 0);
+        while first.next_sample()?.is_some() {
+            count += 1;
+        }
+        let recording = first.survey()?;
+        Ok((recording, Self::Read(Box::new(CsvSamples::open(file, csv)?), count)))
+    }
+
+    fn count(&self, recording: &Recording) -> usize {
+        match self {
+            Self::Held => recording.samples.len(),
+            Self::Read(_, count) => *count,
+        }
     }
 
     /// Gives each sample, and the frame of taxels that came with it, to `each`.
@@ -100,7 +120,7 @@ impl Source {
                     each(sample, taxels.map_or(&[] as &[f32], |taxels| taxels.frame(at)))?;
                 }
             }
-            Self::Read(mut samples) => {
+            Self::Read(mut samples, _) => {
                 while let Some((sample, frame)) = samples.next_sample()? {
                     each(&sample, frame)?;
                 }
@@ -126,9 +146,10 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let pipeline = replay::pipeline_config(&recording, &config, args.observe);
     let vibration = recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(pipeline.sample_rate, vibration)?;
-    if config.stylus_calibration().is_some_and(|made| made.certificate.is_none()) {
+    if let Some(made) = config.stylus_calibration().filter(|made| made.certificate.is_none()) {
         eprintln!(
-            "gripctl: the calibration has no certified false-alarm interval, so no slip is certified; `gripctl calibrate` of this version makes one"
+            "gripctl: the calibration has no certified false-alarm interval, so no slip is certified; it stands on {:.0} s of rest and {:.0} s of motion: record 120 s or more without slip, then type `gripctl calibrate LONGER.csv -o cal.toml`, which prints why where it makes none",
+            made.evidence.rest_s, made.evidence.motion_s
         );
     }
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
@@ -136,18 +157,30 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
     let mut replay =
         Pipeline::new(pipeline, Some(estimator)).with_context(|| file.display().to_string())?;
     let mut span: Option<[Micros; 2]> = None;
+    let mut picture = args.plot.as_ref().map(|_| Picture::new());
+    let bar = output::progress(source.count(&recording), "samples");
     source.run(&recording, |sample, taxels| {
         span = Some([span.map_or(sample.t, |[first, _]| first), sample.t]);
         let step = replay.handle_with(sample, taxels);
+        if let Some(picture) = &mut picture {
+            picture.take(&step);
+        }
+        let taken = replay.stage_counters().samples;
+        if taken % SAMPLES_A_LOOK == 0 {
+            bar.set_position(taken);
+        }
         for line in log.events(&step).into_iter().flatten() {
-            if args.json {
-                output::json(&line)?;
-            } else {
-                output::line(&line.to_string())?;
-            }
+            bar.suspend(|| match args.json {
+                true => output::json(&line),
+                false => Ok(output::line(&line.to_string())?),
+            })?;
         }
         Ok(())
     })?;
+    bar.finish_and_clear();
+    if let Some((picture, plot)) = picture.zip(args.plot.as_ref()) {
+        picture.write(&recording.name, plot)?;
+    }
     let health = replay.health_counters();
     let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());
     let summary = Summary {

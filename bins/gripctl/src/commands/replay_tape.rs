@@ -1,5 +1,6 @@
 //! `gripctl replay` of MCAP: the pipeline that was recorded, its events printed or compared with the recorded ones.
 
+use super::replay_plot::Picture;
 use crate::{cli::ReplayArgs, output};
 use grip_record::mcap::McapError;
 use grip_session::{
@@ -44,8 +45,12 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let estimator = args.model.as_deref().map(model::read_estimator).transpose()?;
     let (no_skip, observe, esc) = (args.no_skip, args.observe, args.esc);
     let mut tape = Tape::new(TapeOptions { estimator, no_skip, observe, esc });
-    let mut listener =
-        Listener { json: args.json, check: args.check.then(Check::default), failure: None };
+    let mut listener = Listener {
+        json: args.json,
+        check: args.check.then(Check::default),
+        picture: args.plot.as_ref().map(|_| Picture::new()),
+        failure: None,
+    };
     let mut cut = false;
     for file in &args.files {
         match tape.play(file, &mut |played| listener.receive(file, played)) {
@@ -63,6 +68,10 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         }
     }
     let summary = tape.summary();
+    if let Some((picture, plot)) = listener.picture.take().zip(args.plot.as_ref()) {
+        let name = args.files.first().and_then(|file| file.file_stem()).unwrap_or_default();
+        picture.write(&name.to_string_lossy(), plot)?;
+    }
     let checked = listener.check.map(|check| check.finish(cut)).transpose()?;
     print(args.json, summary, checked)?;
     let lossy = cut || summary.lost > 0 || summary.unrecorded > 0 || summary.mid_run;
@@ -125,6 +134,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
 struct Listener {
     json: bool,
     check: Option<Check>,
+    picture: Option<Picture>,
     failure: Option<anyhow::Error>,
 }
 
@@ -132,6 +142,9 @@ impl Listener {
     fn receive(&mut self, file: &Path, played: Played<'_>) {
         if self.failure.is_some() {
             return;
+        }
+        if let (Played::Step { step, .. }, Some(picture)) = (&played, &mut self.picture) {
+            picture.take(step);
         }
         let received = match (played, &mut self.check) {
             (Played::Note(text), _) => {

@@ -9,11 +9,12 @@ use crate::{
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore, RecordingScore,
-        Rules, Score, Total, Watch, compare,
+        CauseScore, Chance, Clock, DETECTORS, Decides, Detector, Floors, MaterialScore,
+        RecordingScore, Rules, Score, ScoreError, Total, Watch, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};
+use serde::Serialize;
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
 const SHORT_REST_S: f64 = 0.05;
@@ -43,21 +44,26 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     let watch = Watch { clock, done: Some(&done) };
     let scores = compare(&args.directory, &options, &config, rules, &detectors, watch)?;
     bar.finish_and_clear();
-    if let Some(score) = scores.first() {
+    let scored = || scores.iter().flatten();
+    if let Some(score) = scored().next() {
         report_floor(score, args);
     }
-    if let Some((rms, range)) = scores.iter().find_map(|s| s.taxel_rms.zip(Some(s.taxel_range))) {
+    if let Some((rms, range)) = scored().find_map(|s| s.taxel_rms.zip(Some(s.taxel_range))) {
         let range = range.map_or_else(String::new, |range| format!(", range {}", any_unit(range)));
         eprintln!(
             "taxel noise of the labelled rest, for each material of the others': {} over all (rms){range}",
             any_unit(rms)
         );
     }
-    for score in &scores {
-        show(score, args)?;
+    for (score, detector) in scores.iter().zip(&detectors) {
+        match score {
+            Ok(score) => show(score, args)?,
+            Err(why) => refused(detector.name, why, args.json)?,
+        }
     }
     for file in &args.curve {
-        score_curve::write(file, &scores, args.guard_ms)?;
+        let with_levels = scored().filter(|score| score.detector.decides != Decides::Own);
+        score_curve::write(file, with_levels, args.guard_ms)?;
     }
     Ok(Exit::Done)
 }
@@ -91,6 +97,22 @@ fn report_floor(score: &Score, args: &ScoreArgs) {
             "warning: that is less than {SHORT_REST_S} s of rest; the floor, and with it every figure below, may be far off"
         );
     }
+}
+
+/// A detector that cannot run on these recordings.
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "refused")]
+struct Refused<'a> {
+    detector: &'a str,
+    why: &'a str,
+}
+
+fn refused(detector: &str, why: &ScoreError, json: bool) -> anyhow::Result<()> {
+    let why = why.to_string();
+    if json {
+        return output::json(&Refused { detector, why: &why });
+    }
+    Ok(output::line(&format!("\ndetector: {detector}\nnot scored: {why}"))?)
 }
 
 fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
@@ -178,7 +200,11 @@ fn span(interval: Interval, scale: f64, digits: usize) -> String {
 }
 
 fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
-    let width = recordings.iter().map(|r| r.recording.len()).max().unwrap_or(0).max(9);
+    let name = |r: &RecordingScore| match r.slip {
+        1 => r.recording.clone(),
+        slip => format!("{} #{slip}", r.recording),
+    };
+    let width = recordings.iter().map(|r| name(r).len()).max().unwrap_or(0).max(9);
     output::line(&format!(
         "{:width$}  kind    material  onset s  alarm s  latency ms  travel mm",
         "recording"
@@ -191,7 +217,7 @@ fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
         };
         output::line(&format!(
             "{:width$}  {:6}  {:8}  {:>7}  {:>7}  {:>10}  {:>9}{note}",
-            r.recording,
+            name(r),
             r.kind,
             r.material,
             or_dash(r.onset_s, 3),
@@ -207,7 +233,7 @@ fn summary(total: &Total) -> anyhow::Result<()> {
     output::line("")?;
     if total.onsets > 0 {
         output::line(&format!(
-            "onsets: {} recordings, {} missed, {} early (before onset - {} ms); latency median {} ms, 95 % {} ms; travel at the alarm median {} mm, 95 % {} mm",
+            "onsets: {}, {} missed, {} early (before onset - {} ms); latency median {} ms, 95 % {} ms; travel at the alarm median {} mm, 95 % {} mm",
             total.onsets,
             total.missed,
             total.early,

@@ -18,10 +18,14 @@ struct Curve<'a> {
     points: Vec<Point>,
 }
 
-/// Writes the curves of `scores` to `file`; its ending reports how.
-pub(super) fn write(file: &Path, scores: &[Score], guard_ms: f64) -> anyhow::Result<()> {
+/// Writes the curves of `scores` to `file`; its ending selects the form.
+pub(super) fn write<'a>(
+    file: &Path,
+    scores: impl Iterator<Item = &'a Score>,
+    guard_ms: f64,
+) -> anyhow::Result<()> {
     let curve = |score: &Score| (score.detector.name, score.curve());
-    let curves: Vec<_> = scores.iter().map(curve).collect();
+    let curves: Vec<_> = scores.map(curve).collect();
     if file.extension().is_some_and(|ending| ending == "json") {
         let detectors = curves.into_iter().map(|(detector, points)| Curve { detector, points });
         let text =

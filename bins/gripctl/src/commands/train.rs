@@ -174,20 +174,26 @@ fn fit(
     let fitting = Fitting::new(train, validation, config)
         .map_err(|error| WrongArgument(error.to_string()))?;
     let start = clock::monotonic();
+    let [trainings, epochs] = bars(config);
+    let elapsed = || {
+        epochs.inc(1);
+        clock::monotonic().saturating_sub(start)
+    };
     let runs = (0..config.repeats)
         .into_par_iter()
-        .progress_with(progress(config.repeats))
-        .map(|repeat| fitting.run_timed(repeat, &|| clock::monotonic().saturating_sub(start)))
+        .progress_with(trainings)
+        .map(|repeat| fitting.run_timed(repeat, &elapsed))
         .collect();
+    epochs.finish_and_clear();
     Ok(fitting.finish(runs, test)?)
 }
 
-/// A bar on a terminal, nothing elsewhere and nothing for a single run.
-fn progress(repeats: usize) -> ProgressBar {
-    if repeats < 2 {
-        return ProgressBar::hidden();
+/// The bar of several trainings, and that of the epochs of a single one; on a terminal only.
+fn bars(config: &FitConfig) -> [ProgressBar; 2] {
+    if config.repeats > 1 {
+        return [output::progress(config.repeats, "trainings"), ProgressBar::hidden()];
     }
-    output::progress(repeats, "trainings")
+    [ProgressBar::hidden(), output::progress(config.run.epochs, "epochs")]
 }
 
 fn algorithm(args: &TrainArgs) -> anyhow::Result<Algorithm> {

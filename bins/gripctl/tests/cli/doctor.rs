@@ -1,9 +1,10 @@
 //! `gripctl doctor`: what it finds on this machine, at a simulated gripper, and at ports that are none.
 
 use crate::run::{Ran, gripctl};
+use core::sync::atomic::{AtomicBool, Ordering};
 use grip_sim::Pty;
 use serde_json::Value;
-use std::{fs, os::unix::fs::symlink, path::Path};
+use std::{fs, os::unix::fs::symlink, path::Path, thread};
 
 /// The findings of a run, by the name of what was looked at.
 fn finding<'a>(lines: &'a [Value], check: &str) -> &'a Value {
@@ -191,4 +192,44 @@ fn a_recording_where_a_port_should_be_is_named_as_one() {
     fs::copy(folder.path().join("rest.wav"), folder.path().join("rest.m4a")).unwrap();
     let sound = gripctl(folder.path(), &["replay", "rest.m4a"]);
     assert!(sound.code == 2 && sound.err.contains("is no text"), "{sound:?}");
+}
+
+/// Status of Robotiq's manual: activated, open fingers at 13. Asked for three registers, unit 9 answers with it.
+const OPEN: [u8; 11] = [9, 4, 6, 0xF9, 0, 0, 0, 0x0D, 0, 0x17, 0xAA];
+
+#[test]
+fn a_robotiq_gripper_is_asked_for_its_status_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let pty = Pty::open(None).unwrap();
+    let name = format!("robotiq:2f-85:{}", pty.port().display());
+    let place = format!("2F-85 at {}, unit 9, 115200 baud", pty.port().display());
+    let text = |lines: &[Value]| finding(lines, "gripper")["text"].as_str().unwrap().to_owned();
+    let silent = checked(&doctor(folder.path(), &[&name]));
+    assert!(text(&silent).starts_with(&place) && text(&silent).contains("no status"), "{silent:?}");
+    let mut left = [0; 4096];
+    while pty.read(&mut left).unwrap() > 0 {}
+    let over = AtomicBool::new(false);
+    let (lines, asked) = thread::scope(|scope| {
+        let device = scope.spawn(|| {
+            let mut asked = Vec::new();
+            while !over.load(Ordering::Relaxed) {
+                pty.wait(20_000, false).unwrap();
+                let mut request = [0; 64];
+                let count = pty.read(&mut request).unwrap();
+                if count > 0 {
+                    asked.extend_from_slice(&request[..count]);
+                    pty.write(&OPEN).unwrap();
+                }
+            }
+            asked
+        });
+        let lines = checked(&doctor(folder.path(), &[&name]));
+        over.store(true, Ordering::Relaxed);
+        (lines, device.join().unwrap())
+    });
+    let found = format!("{place}: activated, holds nothing, position 13 of 255");
+    assert!(text(&lines).starts_with(&found), "{lines:?}");
+    assert!(asked.chunks(8).all(|request| request.starts_with(&[9, 4, 0x07, 0xD0])), "{asked:?}");
+    let wrong = gripctl(folder.path(), &["doctor", "robotiq:3f:/dev/ttyUSB0"]);
+    assert!(wrong.code == 2 && wrong.err.contains("3f"), "{wrong:?}");
 }

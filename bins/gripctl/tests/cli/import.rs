@@ -4,8 +4,13 @@ use crate::run::{gripctl, number};
 use core::f64::consts::TAU;
 use std::{fs, path::Path};
 
-/// A WAV of 16 bits at 8 kHz, written by hand: quiet noise, from 1.5 s on a loud one.
+/// A WAV of 16 bits at 8 kHz: quiet noise, from 1.5 s on a loud one.
 fn wav(file: &Path, seed: u32) {
+    wav_at(file, seed, 8000);
+}
+
+/// The same 16,000 samples under another rate, written by hand.
+fn wav_at(file: &Path, seed: u32, rate_hz: u32) {
     let mut state = seed;
     let data: Vec<u8> = (0..16_000_u32)
         .flat_map(|i| {
@@ -23,7 +28,7 @@ fn wav(file: &Path, seed: u32) {
     bytes.extend(b"WAVEfmt ");
     bytes.extend(16_u32.to_le_bytes());
     bytes.extend([1_u16, 1].map(u16::to_le_bytes).concat());
-    bytes.extend([8000_u32, 16_000].map(u32::to_le_bytes).concat());
+    bytes.extend([rate_hz, 2 * rate_hz].map(u32::to_le_bytes).concat());
     bytes.extend([2_u16, 16].map(u16::to_le_bytes).concat());
     bytes.extend(b"data");
     bytes.extend(len.to_le_bytes());
@@ -143,8 +148,16 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
         gripctl(folder, &["import", name, "-o", "out.csv"]).refused(2, &[name]);
         assert!(!folder.join("out.csv").exists(), "{name}");
     }
+    wav_at(&folder.join("fast.wav"), 1, 192_000);
+    for args in [&["import", "fast.wav", "-o", "out.csv"][..], &["replay", "fast.wav"]] {
+        gripctl(folder, args).refused(2, &["fast.wav", "192000", "50000", "sox", "48000"]);
+    }
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
-    gripctl(folder, &["import", "ok.csv", "-o", "out.csv"]).done();
+    put("out.csv", b"of somebody");
+    let import = ["import", "ok.csv", "-o", "out.csv"];
+    gripctl(folder, &import).refused(2, &["out.csv: is there already; --force replaces it"]);
+    assert_eq!(fs::read(folder.join("out.csv")).unwrap(), b"of somebody");
+    gripctl(folder, &[&import[..], &["--force"]].concat()).done();
     let text = fs::read_to_string(folder.join("out.csv")).unwrap();
     assert_eq!(text, "t_s,vibration\n0.000000,1.0\n0.001000,2.0\n0.002000,1.0\n");
 }

@@ -65,6 +65,39 @@ fn grasp_counts_grasps() {
 #[test]
 fn import_counts_samples() {
     let folder = score::folder();
-    let args = ["import", "rest.csv", "-o", "made.mcap", "--json"];
+    let args = ["import", "rest.csv", "-o", "made.mcap", "--force", "--json"];
     is_shown_on_a_terminal_only(folder.path(), &args, "/1320 samples");
+}
+
+#[test]
+fn replay_counts_samples() {
+    let folder = score::folder();
+    is_shown_on_a_terminal_only(folder.path(), &["replay", "found.csv"], "/1320 samples");
+}
+
+#[test]
+fn collect_counts_recordings() {
+    let folder = score::folder();
+    // Vibrations have no rows to train on, which it says after the last recording.
+    std::fs::write(folder.path().join("phases.csv"), "recording,begin_s,end_s,cause\n").unwrap();
+    let args = ["collect", ".", "-o", "rows.csv"];
+    let shown = on_terminal(folder.path(), &args);
+    assert!(shown.err.contains("nothing to train on") && shown.err.contains(" in 5 recordings"), "{shown:?}");
+    assert!(shown.err.contains("/5 recordings") && shown.err.contains(" left"), "{shown:?}");
+    let plain = gripctl(folder.path(), &args);
+    assert!(!plain.err.contains(" left") && plain.code == shown.code, "{plain:?}");
+}
+
+#[test]
+fn a_single_training_counts_epochs() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..50).map(|i| format!("{i},{},{}\n", i % 7, 2 * i + i % 7)).collect();
+    std::fs::write(folder.path().join("d.csv"), format!("a,b,y\n{rows}")).unwrap();
+    let args = ["train", "d.csv", "--inputs", "a,b", "--target", "y", "--epochs", "30", "-o"];
+    let shown = on_terminal(folder.path(), &[&args[..], &["m.json"]].concat()).done();
+    assert!(shown.err.contains("/30 epochs") && shown.err.contains(" left"), "{shown:?}");
+    let plain = gripctl(folder.path(), &[&args[..], &["n.json"]].concat()).done();
+    assert!(!plain.err.contains(" left"), "{plain:?}");
+    let model = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(model("m.json"), model("n.json"), "the bar changes no bit");
 }

@@ -1,6 +1,9 @@
 //! Recordings through `gripctl replay`: the very events of the run they come from, and the truth about dirty ones.
 
-use crate::run::{gripctl, number, real_data};
+use crate::{
+    run::{gripctl, number, real_data},
+    score,
+};
 use grip_eval::trial;
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
 use grip_session::{HostConfig, Update, model};
@@ -51,6 +54,32 @@ fn a_recorded_grasp_replays_to_the_same_lines() {
     assert!(slip["command_n"].is_null(), "only observed: {slip}");
     let text = gripctl(folder.path(), &["replay", "run.csv"]).done().out;
     assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
+}
+
+#[test]
+fn slips_are_drawn_without_a_window() {
+    let folder = score::folder();
+    let folder = folder.path();
+    let plain = gripctl(folder, &["replay", "found.csv", "--json"]).done().out;
+    let slips = plain.matches("\"type\":\"slip\"").count();
+    assert!(slips > 0, "{plain}");
+    for file in ["slips.svg", "slips.png"] {
+        let ran = gripctl(folder, &["replay", "found.csv", "--json", "--plot", file]).done();
+        assert_eq!(ran.out, plain, "the events are the same");
+    }
+    let svg = fs::read_to_string(folder.join("slips.svg")).unwrap();
+    for text in ["found: 1 slip", "time (s)", "statistic over its threshold", ">slip<"] {
+        assert!(svg.contains(text), "no {text} in {svg}");
+    }
+    assert!(fs::read(folder.join("slips.png")).unwrap().starts_with(b"\x89PNG"));
+    // A recording without slips, and one of everything.
+    gripctl(folder, &["replay", "rest.csv", "--plot", "rest.svg"]).done();
+    assert!(fs::read_to_string(folder.join("rest.svg")).unwrap().contains("rest: 0 slips"));
+    gripctl(folder, &["import", "found.csv", "-o", "run.mcap"]).done();
+    gripctl(folder, &["replay", "run.mcap", "--plot", "run.svg"]).done();
+    assert!(fs::read_to_string(folder.join("run.svg")).unwrap().contains("run: 1 slip"));
+    gripctl(folder, &["replay", "found.csv", "--plot", "x.pdf"])
+        .refused(2, &["--plot x.pdf", ".svg"]);
 }
 
 /// Bad readings and lost rows are no reason to stop: they are counted and reported.

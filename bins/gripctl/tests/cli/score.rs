@@ -2,6 +2,7 @@
 
 use crate::run::{gripctl, number, real_data};
 use core::fmt::Write as _;
+use serde_json::Value;
 use std::{fs, path::Path};
 
 /// 0.6 s at 2.2 kHz in counts: seeded noise of 10 counts, and a tone from `slip_from_s` on.
@@ -148,6 +149,99 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
     assert!(fs::read_to_string(folder.path().join("c.svg")).unwrap().contains("<svg"));
+}
+
+#[test]
+fn a_detector_that_cannot_run_has_a_row_with_the_reason_and_the_others_come() {
+    let folder = folder();
+    let score = |detectors: &str, more: &[&str]| {
+        gripctl(folder.path(), &[&["score", ".", "--detectors", detectors], more].concat())
+    };
+    let ran = score("pressure,stylus,travel", &["--json"]).done();
+    let lines = ran.json();
+    let [refused] = lines.iter().filter(|l| l["type"] == "refused").collect::<Vec<_>>()[..] else {
+        panic!("{}", ran.out)
+    };
+    let why = refused["why"].as_str().unwrap();
+    assert!(refused["detector"] == "pressure" && why.contains("NAME_taxels.csv"), "{refused}");
+    let totals = lines.iter().filter(|l| l["type"] == "total").map(|l| l["detector"].clone());
+    assert_eq!(totals.collect::<Vec<_>>(), ["stylus", "travel"], "travel needs no floor");
+    let text = score("pressure,stylus,travel", &[]).done().out;
+    assert!(text.contains("detector: pressure\nnot scored: needs taxels"), "{text}");
+    score("pressure", &[]).refused(2, &["pressure", "NAME_taxels.csv"]);
+    fs::remove_file(folder.path().join("found_pose.csv")).unwrap();
+    score("travel", &[]).refused(2, &["travel", "NAME_pose.csv"]);
+}
+
+#[test]
+fn every_slip_of_a_recording_is_scored_and_its_alarms_count_once() {
+    let folder = folder();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    // 1.8 s, loud from 0.3 s to 0.6 s and from 1.5 s on; nothing is there at 1.0 s.
+    let quiet = recording(9.0, 0.0, 7);
+    let loud = recording(0.3, 200.0, 1);
+    let rows = |text: &str, add_s: f64| -> String {
+        let later = text.lines().skip(1).map(|line| {
+            let (t_s, x) = line.split_once(',').unwrap();
+            format!("{:.6},{x}\n", t_s.parse::<f64>().unwrap() + add_s)
+        });
+        later.collect()
+    };
+    let text = [rows(&loud, 0.0), rows(&quiet, 0.6), rows(&loud, 1.2)].concat();
+    put("three.csv", &format!("t_s,vibration\n{text}"));
+    let header = "recording,kind,material,onset_s\n";
+    let onsets = "three,onset,cork,0.3\nthree,onset,cork,1.0\nrest,rest,,\nthree,onset,cork,1.5\n";
+    put("labels.csv", &format!("{header}{onsets}"));
+    let lines = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let slips: Vec<_> = lines.iter().filter(|line| line["recording"] == "three").collect();
+    let shown =
+        slips.iter().map(|s| (number(s, "slip"), number(s, "onset_s"), s["missed"] == true));
+    assert_eq!(
+        shown.collect::<Vec<_>>(),
+        [(1.0, 0.3, false), (2.0, 1.0, true), (3.0, 1.5, false)],
+        "{slips:?}"
+    );
+    for found in [slips[0], slips[2]] {
+        assert!((0.0..10.0).contains(&number(found, "latency_ms")), "{found}");
+    }
+    let total = lines.last().unwrap();
+    let counts = ["onsets", "missed", "early"].map(|name| number(total, name));
+    assert_eq!(counts, [3.0, 1.0, 0.0], "{total}");
+    let alarms: f64 = slips.iter().map(|slip| number(slip, "alarms")).sum();
+    let length_s: f64 = slips.iter().map(|slip| number(slip, "length_s")).sum();
+    assert!(alarms == 2.0 && (length_s - 1.8).abs() < 1e-3, "{slips:?}");
+    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    assert!(text.contains("three #2") && text.contains("onsets: 3, 1 missed"), "{text}");
+    for rows in ["three,onset,x,1.5\nthree,onset,x,1.0\n", "three,rest,x,\nthree,onset,x,1\n"] {
+        put("labels.csv", &format!("{header}{rows}"));
+        gripctl(folder.path(), &["score", "."]).refused(2, &["three", "rising order"]);
+    }
+}
+
+#[test]
+fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
+    let folder = folder();
+    let score = |detectors: &str| {
+        gripctl(folder.path(), &["score", ".", "--json", "--detectors", detectors])
+    };
+    score("own").refused(2, &["alarms.csv", "recording,begin_s,end_s"]);
+    let alarms =
+        "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\nnone,1,2\n";
+    fs::write(folder.path().join("alarms.csv"), alarms).unwrap();
+    let lines = score("default,own").done().json();
+    let of = |name: &str| {
+        let own = lines.iter().filter(|line| line["detector"] == "own");
+        own.clone().find(|line| line["recording"] == name || line["type"] == name).unwrap()
+    };
+    let near = |line: &Value, name: &str, wanted: f64| (number(line, name) - wanted).abs() < 1.0;
+    assert!(near(of("found"), "latency_ms", 10.0), "{}", of("found"));
+    assert!(of("early")["early"] == true && of("early")["missed"] == true, "{}", of("early"));
+    assert!(of("quiet")["missed"] == true && near(of("all"), "latency_ms", 50.0));
+    let counts = ["onsets", "missed", "early", "steady_missed", "rest_alarms"];
+    let found = counts.map(|name| number(of("total"), name));
+    assert_eq!(found, [3.0, 2.0, 1.0, 0.0, 1.0], "{}", of("total"));
+    fs::write(folder.path().join("alarms.csv"), "recording,begin_s,end_s\nall,2,1\n").unwrap();
+    score("own").refused(2, &["alarms.csv", "line 2", "after begin_s"]);
 }
 
 /// Fingertip recordings of 14 materials.

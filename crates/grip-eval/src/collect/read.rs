@@ -57,17 +57,22 @@ pub struct Collected {
     pub notes: Vec<String>,
 }
 
-/// Reads everything.
+/// Reads everything. `done` gets, before each recording, how many are read, and of how many.
 ///
 /// # Errors
 /// [`CollectError`], where a file that was named is no recording. One that was only found is noted and counted.
-pub fn collect(request: &Request<'_>) -> Result<Collected, CollectError> {
+pub fn collect(
+    request: &Request<'_>,
+    done: &dyn Fn(usize, usize),
+) -> Result<Collected, CollectError> {
     let mut collected = Collected::default();
-    for recorded in find(request.places, request.without)? {
+    let all = find(request.places, request.without)?;
+    for (at, recorded) in all.iter().enumerate() {
+        done(at, all.len());
         let read = if recorded.is_mcap() {
-            tape(request, &recorded, &mut collected)
+            tape(request, recorded, &mut collected)
         } else {
-            table(request, &recorded, &mut collected)
+            table(request, recorded, &mut collected)
         };
         match read {
             Ok(()) => collected.recordings += 1,
@@ -138,7 +143,7 @@ fn labels(file: &Path) -> Result<Vec<Label>, CollectError> {
     if !folder.join("labels.csv").is_file() {
         return Ok(Vec::new());
     }
-    Ok(read_labels(folder)?)
+    Ok(read_labels(&folder.join("labels.csv"))?)
 }
 
 /// The files of one run, through the pipeline that was recorded.

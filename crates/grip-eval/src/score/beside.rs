@@ -1,10 +1,12 @@
 //! A sample and the pipeline that took it in; the statistic of a test that is no part of the pipeline, and its alarms, out.
 
 use super::{esc_test::EscTest, network_test::NetworkTest};
+use grip_record::Phase;
 use slip_core::{
     Sample,
     detector::{DetectorConfig, SlipDetector},
 };
+use std::collections::VecDeque;
 
 /// A test beside the pipeline.
 #[derive(Clone, Debug)]
@@ -13,6 +15,8 @@ pub enum Test {
     Esc(Box<EscTest>),
     /// A network on the levels of the bands.
     Network(NetworkTest),
+    /// Alarms that are known: those that are not over yet, by their begin.
+    Own(VecDeque<Phase>),
 }
 
 /// A test with its alarm, which ends as that of the pipeline does: when the statistic has stayed below `release` for `release_ms`.
@@ -49,6 +53,13 @@ impl Beside {
         let statistic = match &mut self.test {
             Test::Esc(test) => test.step(sample, detector.noise_rms()),
             Test::Network(test) => test.step(detector),
+            Test::Own(alarms) => {
+                let begun = alarms.front().is_some_and(|alarm| alarm.begin <= sample.t);
+                while alarms.front().is_some_and(|alarm| alarm.end <= sample.t) {
+                    alarms.pop_front();
+                }
+                if begun { 2.0 } else { 0.0 }
+            }
         };
         let t = sample.t.as_seconds();
         if statistic >= self.release {

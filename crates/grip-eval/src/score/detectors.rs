@@ -2,7 +2,7 @@
 //!
 //! `default` is the pipeline as configured; `stylus` (its tests fused), `energy`, `cusum` and `glrt` receive the stylus alone; `fused`
 //! joins the three methods. `esc`, `esc_literal` and `nn` are what the source study detects slips with: tests beside the pipeline,
-//! which gives them its floors. One more is one more line in [`DETECTORS`].
+//! which gives them its floors. `own` are the alarms that the folder brings in its alarms.csv. One more is one more line in [`DETECTORS`].
 
 use slip_core::{
     PipelineConfig,
@@ -34,10 +34,12 @@ pub enum Decides {
     Esc(Reading),
     /// A network that has learned the labelled slips of other materials ([`NetworkTest`](super::NetworkTest)).
     Network,
+    /// The alarms of a detector of one's own, which the folder brings in its alarms.csv.
+    Own,
 }
 
 /// Every detector.
-pub const DETECTORS: [Detector; 11] = [
+pub const DETECTORS: [Detector; 12] = [
     Detector::alone("default", |config| config),
     Detector::alone("stylus", |config| stylus(config, TestKind::Fused)),
     Detector::alone("energy", |config| stylus(config, TestKind::Energy)),
@@ -49,6 +51,7 @@ pub const DETECTORS: [Detector; 11] = [
     Detector::joined("travel", |config| only(config, Method::Travel)),
     Detector::joined("pressure", |config| only(config, Method::Pressure)),
     Detector::joined("fused", |config| PipelineConfig { methods: Methods::ALL, ..config }),
+    Detector { decides: Decides::Own, ..Detector::alone("own", |config| config) },
 ];
 
 impl Detector {

@@ -6,7 +6,7 @@ use grip_session::tape::TapeError;
 use slip_core::ConfigError;
 use std::path::PathBuf;
 
-/// Why a folder cannot be scored.
+/// Why a folder, or one detector on it, cannot be scored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScoreError {
     /// The labels cannot be used.
@@ -72,15 +72,15 @@ pub enum ScoreError {
         /// Its rate.
         first_hz: f32,
     },
-    /// A detector of the stylus for recordings that have none.
+    /// No recording has what a detector looks at.
     #[error(
-        "{recording}: has no column `stylus` or `vibration`, which detector {detector} needs; leave it out of --detectors"
+        "needs {needs}, which no recording of the folder has; leave {detector} out of --detectors"
     )]
-    NoStylus {
-        /// The recording.
-        recording: String,
+    NoInput {
         /// The detector.
         detector: &'static str,
+        /// What it looks at, and where that would be found.
+        needs: &'static str,
     },
     /// A network cannot be trained for a material.
     #[error(
@@ -105,4 +105,11 @@ pub enum ScoreError {
         /// The guard before each onset.
         guard_ms: f64,
     },
+}
+
+impl ScoreError {
+    /// Whether other detectors may still be scored.
+    pub(super) fn is_of_one_detector(&self) -> bool {
+        matches!(self, Self::NoInput { .. } | Self::Untrained { .. } | Self::NoRest { .. })
+    }
 }

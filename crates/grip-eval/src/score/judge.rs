@@ -1,8 +1,8 @@
 //! One labelled recording in, its alarms held against its label out.
 
 use super::{
-    Alarm, Detector, LATE_S, RecordingScore, ScoreError,
-    beside::{Beside, Change},
+    Alarm, Decides, Detector, LATE_S, RecordingScore, ScoreError,
+    beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL},
     curve::Trace,
     labelled::{Labelled, rest_until},
@@ -10,7 +10,7 @@ use super::{
 use grip_record::{LabelKind, Recording};
 use grip_session::replay::Replay;
 use slip_core::{
-    Phase, PipelineConfig, SlipReport, Step, detector::FloorHealth, pressure::Standing,
+    Phase, PipelineConfig, Sample, SlipReport, Step, detector::FloorHealth, pressure::Standing,
     sample::Scene, units::Micros,
 };
 
@@ -28,8 +28,9 @@ pub(super) struct Fitted {
 
 /// What one recording showed.
 pub(super) struct Judged {
-    pub(super) score: RecordingScore,
-    pub(super) trace: Trace,
+    /// Of each slip that is labelled in it; of the recording, where none or one is.
+    pub(super) scores: Vec<RecordingScore>,
+    pub(super) traces: Vec<Trace>,
     pub(super) causes: Causes,
 }
 
@@ -41,17 +42,19 @@ pub(super) fn judge(one: &Labelled, fitted: Fitted, guard_ms: f64) -> Result<Jud
     let Played { spans, statistics, causes, length_s, reported_s } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
-    let trace = Trace::new(label.kind, rest_until_s, &statistics);
-    let first_s = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
+    let time_s = |at: Option<&Sample>| at.map_or(0.0, |sample| sample.t.as_seconds());
+    let (first_s, last_s) = (time_s(recording.samples.first()), time_s(recording.samples.last()));
     let alarms = spans.iter().map(|span| Alarm {
         t_s: span.from.as_seconds(),
         end_s: span.to.map(Micros::as_seconds),
         cause: span.cause.clone(),
         is_false: span.from.as_seconds() < rest_until_s,
     });
-    let mut score = RecordingScore {
+    let travel_at = |t: Option<Micros>| travel.as_ref()?.travel_at(t?);
+    let mut whole = RecordingScore {
         detector: detector.name,
         recording: label.recording.clone(),
+        slip: 1,
         kind: label.kind.word(),
         material: label.material.clone(),
         onset_s: None,
@@ -66,33 +69,78 @@ pub(super) fn judge(one: &Labelled, fitted: Fitted, guard_ms: f64) -> Result<Jud
         reported_s,
         length_s,
     };
-    let mut counts = None;
-    match label.kind {
-        LabelKind::Rest => {}
-        LabelKind::Steady => {
-            counts = spans.first().map(|span| span.from);
-            score.missed = counts.is_none();
-            score.latency_ms = counts.map(|t| 1e3 * (t.as_seconds() - first_s));
-            score.window_s = length_s;
+    let windows = windows(one, guard_ms);
+    if windows.is_empty() {
+        if label.kind == LabelKind::Steady {
+            let counts = spans.first().map(|span| span.from);
+            whole.missed = counts.is_none();
+            whole.latency_ms = counts.map(|t| 1e3 * (t.as_seconds() - first_s));
+            whole.window_s = length_s;
+            whole.travel_mm = travel_at(counts);
         }
-        LabelKind::Onset { at } => {
-            let onset = at.as_seconds();
-            let in_time = |t: f64| (rest_until_s..=onset + LATE_S).contains(&t);
-            counts = spans.iter().map(|span| span.from).find(|t| in_time(t.as_seconds()));
-            let going_on = spans.iter().any(|span| {
-                let ends = span.to.is_none_or(|to| to.as_seconds() >= rest_until_s);
-                span.from.as_seconds() < rest_until_s && ends
-            });
-            let last_s = recording.samples.last().map_or(0.0, |s| s.t.as_seconds());
-            score.window_s = (onset + LATE_S).min(last_s) - rest_until_s.max(first_s);
-            score.onset_s = Some(onset);
-            score.early = spans.first().is_some_and(|span| span.from.as_seconds() < rest_until_s);
-            score.missed = counts.is_none() && !going_on;
-            score.latency_ms = counts.map(|t| 1e3 * (t.as_seconds() - onset));
-        }
+        let traces = vec![Trace::new(label.kind, rest_until_s, &statistics)];
+        return Ok(Judged { scores: vec![whole], traces, causes });
     }
-    score.travel_mm = counts.and_then(|t| travel.as_ref()?.travel_at(t));
-    Ok(Judged { score, trace, causes })
+    whole.early = whole.alarm_s.is_some_and(|alarm_s| alarm_s < rest_until_s);
+    let (mut scores, mut traces) = (Vec::new(), Vec::new());
+    for (slip, window) in (1..).zip(windows) {
+        let Window { onset, from_s, until_s, ends_s } = window;
+        // The rest before the first slip, and all alarms, are its.
+        let shown_from_s = if slip == 1 { f64::NEG_INFINITY } else { from_s };
+        let further = || RecordingScore { slip, ..whole.without_alarms() };
+        let mut score = if slip == 1 { whole.clone() } else { further() };
+        let counts = window.first_alarm(&spans);
+        score.onset_s = Some(onset.as_seconds());
+        score.missed = counts.is_none() && !window.is_reached(&spans);
+        score.latency_ms = counts.map(|t| 1e3 * (t.as_seconds() - onset.as_seconds()));
+        score.travel_mm = travel_at(counts);
+        score.window_s = until_s.min(last_s) - from_s.max(first_s);
+        if slip > 1 {
+            score.alarm_s = counts.map(Micros::as_seconds);
+        }
+        let at = |limit_s: f64| statistics.partition_point(|(t_s, _)| *t_s < limit_s);
+        let shown = statistics.get(at(shown_from_s)..at(ends_s)).unwrap_or(&[]);
+        traces.push(Trace::new(LabelKind::Onset { at: onset }, from_s, shown));
+        scores.push(score);
+    }
+    Ok(Judged { scores, traces, causes })
+}
+
+/// When an alarm finds a slip (s).
+#[derive(Clone, Copy)]
+struct Window {
+    onset: Micros,
+    from_s: f64,
+    /// The last time that counts; and where the next slip may be found.
+    until_s: f64,
+    ends_s: f64,
+}
+
+impl Window {
+    fn first_alarm(&self, spans: &[Span]) -> Option<Micros> {
+        let in_time = |t: &Micros| (self.from_s..=self.until_s).contains(&t.as_seconds());
+        spans.iter().map(|span| span.from).find(in_time)
+    }
+
+    /// Whether an alarm of before is still going on.
+    fn is_reached(&self, spans: &[Span]) -> bool {
+        spans.iter().any(|span| {
+            let ends = span.to.is_none_or(|to| to.as_seconds() >= self.from_s);
+            span.from.as_seconds() < self.from_s && ends
+        })
+    }
+}
+
+/// One for each labelled onset.
+fn windows(one: &Labelled, guard_ms: f64) -> Vec<Window> {
+    let onsets: Vec<Micros> = one.label.onset().into_iter().chain(one.further.clone()).collect();
+    let begins = |onset: &Micros| onset.as_seconds() - 1e-3 * guard_ms;
+    let window = |(nth, onset): (usize, &Micros)| {
+        let ends_s = onsets.get(nth + 1).map_or(f64::INFINITY, begins);
+        let until_s = (onset.as_seconds() + LATE_S).min(ends_s);
+        Window { onset: *onset, from_s: begins(onset), until_s, ends_s }
+    };
+    onsets.iter().enumerate().map(window).collect()
 }
 
 /// A slip from its first notice to its end.
@@ -135,9 +183,12 @@ impl Shown {
 fn play(
     one: &Labelled,
     recording: &Recording,
-    Fitted { config, mut beside, .. }: Fitted,
+    Fitted { detector, config, mut beside }: Fitted,
     guard_ms: f64,
 ) -> Result<Played, ScoreError> {
+    if let Some(own) = one.own.as_ref().filter(|_| detector.decides == Decides::Own) {
+        beside = Some(Beside::new(Test::Own(own.clone().into()), &config.detector));
+    }
     let mut steps = Replay::new(recording, config, None)
         .map_err(|source| ScoreError::Config { recording: recording.name.clone(), source })?;
     let until_s = rest_until(&one.label, guard_ms);

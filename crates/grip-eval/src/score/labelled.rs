@@ -2,19 +2,25 @@
 
 use super::{ScoreError, companions};
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_labels,
-    read_phases, read_recording,
+    CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_alarms,
+    read_labels, read_phases, read_recording,
 };
 use grip_session::recording::read_mcap;
+use slip_core::units::Micros;
 use std::path::{Path, PathBuf};
 
 /// A recording of the folder and what is known of it.
 pub(super) struct Labelled {
+    /// Its only label, or that of its first slip.
     pub(super) label: Label,
+    /// Onsets of further slips, in rising order.
+    pub(super) further: Vec<Micros>,
     pub(super) recording: Recording,
     /// The same with what lies beside it as further channels.
     joined: Option<Recording>,
     pub(super) travel: Option<Travel>,
+    /// Alarms of a detector of one's own in it, by their begin; `None` where the folder has none.
+    pub(super) own: Option<Vec<Phase>>,
     /// What else went on in it.
     pub(super) phases: Vec<Phase>,
 }
@@ -32,10 +38,17 @@ pub(super) fn load(
     options: &CsvOptions,
     companions: bool,
 ) -> Result<Vec<Labelled>, ScoreError> {
-    let mut all = Vec::new();
+    let mut all: Vec<Labelled> = Vec::new();
     let labels = directory.join("labels.csv");
     let all_phases = read_phases(&directory.join("phases.csv"))?;
+    let all_alarms = read_alarms(&directory.join("alarms.csv"))?;
     for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
+        let same = |one: &&mut Labelled| one.label.recording == label.recording;
+        if let Some(first) = all.iter_mut().find(same) {
+            check_onset(&label, &first.recording)?;
+            first.further.extend(label.onset());
+            continue;
+        }
         let file = file(&label, directory);
         let recording = match file.extension() {
             Some(ending) if ending == "mcap" => read_mcap(&file)?,
@@ -45,9 +58,12 @@ pub(super) fn load(
         let travel = Travel::read_beside(&file)?;
         let joined =
             companions.then(|| companions::join(&file, &recording, travel.as_ref())).transpose()?;
-        let own = all_phases.iter().filter(|phase| phase.recording == label.recording);
-        let phases = own.cloned().collect();
-        all.push(Labelled { label, recording, joined, travel, phases });
+        let of = |phases: &Vec<Phase>| {
+            let its = phases.iter().filter(|phase| phase.recording == label.recording);
+            its.cloned().collect::<Vec<_>>()
+        };
+        let (phases, own) = (of(&all_phases), all_alarms.as_ref().map(of));
+        all.push(Labelled { label, further: Vec::new(), recording, joined, travel, own, phases });
     }
     let first =
         all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;

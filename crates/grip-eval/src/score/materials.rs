@@ -12,11 +12,11 @@ pub struct MaterialScore {
     pub detector: &'static str,
     /// The material, in the folder's own words.
     pub material: String,
-    /// Recordings with an onset.
+    /// Labelled onsets.
     pub onsets: usize,
     /// Of these not found.
     pub missed: usize,
-    /// Of these with an alarm too early.
+    /// Recordings with an alarm before the first of them.
     pub early: usize,
     /// Latency from the onset.
     pub latency_ms: Quantiles,

@@ -6,6 +6,9 @@
 //! - *latency*: the first notice from onset - guard on, minus the onset; negative while the slip is incipient;
 //! - *missed*: no such notice up to onset + [`LATE_S`], and no earlier one still going on.
 //!
+//! Several slips of a recording have an onset each, in rising order. A further one is found from its onset - guard on, up to that of
+//! the next one; alarms between slips are not judged, because no label says when a slip is over.
+//!
 //! A `steady` recording slips all the time and is missed where no alarm comes at all; a `rest` recording never
 //! slips, so each notice is false.
 
@@ -46,11 +49,15 @@ pub use totals::{RecordingScore, Score, Total};
 use causes::Causes;
 use core::time::Duration;
 use floor::AtRest;
-use grip_record::{CsvOptions, StylusKind};
+use grip_record::{Channel, CsvOptions, StylusKind};
 use grip_session::{config::HostConfig, replay};
 use judge::{Fitted, judge};
 use labelled::{Labelled, load};
-use slip_core::{PipelineConfig, esc::Reading};
+use slip_core::{
+    PipelineConfig,
+    alarm::{Method, Methods},
+    esc::Reading,
+};
 use std::{
     collections::{BTreeMap, btree_map::Entry},
     path::Path,
@@ -93,7 +100,7 @@ pub fn score(
 ) -> Result<Score, ScoreError> {
     let mut scores =
         compare(directory, options, config, rules, &[Detector::DEFAULT], Watch::default())?;
-    scores.pop().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })
+    scores.pop().unwrap_or_else(|| Err(ScoreError::Nothing { directory: directory.to_owned() }))
 }
 
 /// Time since some instant, where a program reads a clock.
@@ -114,10 +121,11 @@ impl core::fmt::Debug for Watch<'_> {
     }
 }
 
-/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one.
+/// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one. A detector that cannot
+/// run on them has its reason in the place of its score.
 ///
 /// # Errors
-/// The first thing that keeps a recording from being used.
+/// The first thing that keeps a recording from being used, or the reason of the first detector where none can run.
 pub fn compare(
     directory: &Path,
     options: &CsvOptions,
@@ -125,20 +133,30 @@ pub fn compare(
     rules: Rules,
     detectors: &[Detector],
     watch: Watch<'_>,
-) -> Result<Vec<Score>, ScoreError> {
+) -> Result<Vec<Result<Score, ScoreError>>, ScoreError> {
     let companions = detectors.iter().any(|detector| detector.companions);
     let all = load(directory, options, companions)?;
-    let scored = detectors.iter().enumerate().map(|(nth, detector)| {
+    let mut scores = Vec::with_capacity(detectors.len());
+    for (nth, detector) in detectors.iter().enumerate() {
         let done = |recordings| {
             if let Some(done) = watch.done {
                 done(nth * all.len() + recordings, detectors.len() * all.len());
             }
         };
-        score_with(*detector, &all, config, rules, watch.clock, &done)?.ok_or_else(|| {
-            ScoreError::NoRest { directory: directory.to_owned(), guard_ms: rules.guard_ms }
-        })
-    });
-    scored.collect()
+        let score =
+            score_with(*detector, &all, config, rules, watch.clock, &done).and_then(|score| {
+                let directory = directory.to_owned();
+                score.ok_or(ScoreError::NoRest { directory, guard_ms: rules.guard_ms })
+            });
+        match score {
+            Err(error) if !error.is_of_one_detector() => return Err(error),
+            score => scores.push(score),
+        }
+    }
+    if scores.iter().any(Result::is_ok) {
+        return Ok(scores);
+    }
+    scores.into_iter().map(|score| score.map(Ok)).collect()
 }
 
 /// `None` where there is no rest at all to measure the noise on, and it should be.
@@ -153,15 +171,10 @@ fn score_with(
     let Rules { guard_ms, floors } = rules;
     let Some(first) = all.first() else { return Ok(None) };
     let configured = replay::pipeline_config(&first.recording, config, true);
-    if detector.decides != Decides::Pipeline
-        && first.recording.channels.stylus == StylusKind::Absent
-    {
-        let recording = first.recording.name.clone();
-        return Err(ScoreError::NoStylus { recording, detector: detector.name });
-    }
     let vibration = first.recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(configured.sample_rate, vibration)?;
     let pipeline = (detector.change)(configured);
+    check_input(detector, pipeline.methods, all)?;
     let pooled = match (pipeline.known_floor, config.stylus_calibration(), floors) {
         (Some(floor), Some(made), _) => {
             AtRest { floor: Some(floor), floor_s: made.evidence.rest_s, ..AtRest::default() }
@@ -169,14 +182,15 @@ fn score_with(
         (_, _, Floors::Live) => AtRest::default(),
         _ => AtRest::of(all.iter(), detector, &pipeline, guard_ms)?,
     };
-    if pooled.floor.is_none() && pooled.taxel_rms.is_none() && floors == Floors::Folds {
+    let floorless = pooled.floor.is_none() && pooled.taxel_rms.is_none();
+    if floorless && floors == Floors::Folds && pipeline.methods != Methods::only(Method::Travel) {
         return Ok(None);
     }
     let folder = Folder { all, detector, pipeline, rules };
     let mut folds: BTreeMap<&str, Fitted> = BTreeMap::new();
     let mut run_time: Vec<f64> = Vec::new();
     let (mut recordings, mut traces, mut causes) = (Vec::new(), Vec::new(), Causes::default());
-    for one in all {
+    for (nth, one) in all.iter().enumerate() {
         let fitted = match folds.entry(&one.label.material) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(place) => {
@@ -189,9 +203,9 @@ fn score_with(
         let took = clock.zip(began).map(|(now, began)| now().saturating_sub(began));
         run_time.extend(took.and_then(|took| per_sample_ns(took, one.recording.samples.len())));
         causes.add(&judged.causes);
-        recordings.push(judged.score);
-        traces.push(judged.trace);
-        done(traces.len());
+        recordings.extend(judged.scores);
+        traces.extend(judged.traces);
+        done(nth + 1);
     }
     let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
     let ns_per_sample = run_time.into_iter().reduce(f64::min);
@@ -207,6 +221,42 @@ fn score_with(
         causes,
     }))
 }
+
+/// A detector none of whose methods has its channel in any recording is refused.
+fn check_input(detector: Detector, methods: Methods, all: &[Labelled]) -> Result<(), ScoreError> {
+    if detector.decides == Decides::Own && all.iter().all(|one| one.own.is_none()) {
+        let needs = "alarms.csv beside labels.csv (recording,begin_s,end_s)";
+        return Err(ScoreError::NoInput { detector: detector.name, needs });
+    }
+    let used = METHODS.into_iter().filter(|(method, _)| methods.has(*method));
+    let (mut missing, mut found) = (None, false);
+    for (method, needs) in used {
+        let has = |one: &Labelled| {
+            let recording = one.recording(detector.companions);
+            match method {
+                Method::Travel => recording.channels.has(Channel::Travel),
+                Method::Pressure => recording.taxels.is_some(),
+                _ => recording.channels.stylus != StylusKind::Absent,
+            }
+        };
+        found |= all.iter().any(has);
+        missing = missing.or(Some(needs));
+    }
+    match missing.filter(|_| !found) {
+        Some(needs) => Err(ScoreError::NoInput { detector: detector.name, needs }),
+        None => Ok(()),
+    }
+}
+
+/// What each method looks at.
+const METHODS: [(Method, &str); 3] = [
+    (Method::Stylus, "a column `stylus` or `vibration`"),
+    (Method::Travel, "a column `travel_m` or `travel_mm`, or NAME_pose.csv beside a recording"),
+    (
+        Method::Pressure,
+        "taxels (columns `pressure_0`, `pressure_1`, .., or NAME_taxels.csv or NAME_electrodes.csv beside a recording)",
+    ),
+];
 
 /// Time for a sample (ns); `None` of none.
 #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
@@ -234,7 +284,7 @@ impl<'a> Folder<'a> {
         };
         let config = known.known_to(pipeline);
         let test = match detector.decides {
-            Decides::Pipeline => None,
+            Decides::Pipeline | Decides::Own => None,
             Decides::Esc(reading) => Some(self.esc(reading)?),
             Decides::Network => Some(self.network(material, config)?),
         };

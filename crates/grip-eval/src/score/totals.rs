@@ -17,13 +17,15 @@ pub struct RecordingScore {
     pub detector: &'static str,
     /// Its name.
     pub recording: String,
+    /// Which slip of it, from 1 on. Alarms and length of the recording stand at its first one.
+    pub slip: u32,
     /// `onset`, `steady` or `rest`.
     pub kind: &'static str,
     /// What the surface was.
     pub material: String,
     /// Labelled onset (s).
     pub onset_s: Option<f64>,
-    /// The first alarm of all (s).
+    /// The first alarm of all, or the one that counts of a further slip (s).
     pub alarm_s: Option<f64>,
     /// From the onset, or from the start of a steady recording, to the alarm that counts (ms).
     pub latency_ms: Option<f64>,
@@ -46,6 +48,12 @@ pub struct RecordingScore {
 }
 
 impl RecordingScore {
+    /// Of a further slip: what stands at the first one is not counted again.
+    pub(super) fn without_alarms(&self) -> Self {
+        let (alarms, alarms_at) = (0, Vec::new());
+        Self { early: false, alarms, alarms_at, length_s: 0.0, reported_s: 0.0, ..self.clone() }
+    }
+
     /// Share of the recording in which a slip is reported, or that no rest was seen.
     fn reported_share(&self) -> f64 {
         if self.length_s > 0.0 { self.reported_s / self.length_s } else { 0.0 }
@@ -57,7 +65,7 @@ impl RecordingScore {
 pub struct Score {
     /// The detector.
     pub detector: Detector,
-    /// One per recording, in the order of the labels.
+    /// One per recording, in the order of the labels; one per slip, where several are labelled.
     pub recordings: Vec<RecordingScore>,
     /// The calibrated floor, or that of the labelled rest of all materials: energy of each band (signal unit squared). Each recording was
     /// scored with that of the *other* materials.
@@ -81,15 +89,15 @@ pub struct Score {
 pub struct Total {
     /// The detector.
     pub detector: &'static str,
-    /// Recordings with an onset.
+    /// Labelled onsets.
     pub onsets: usize,
     /// Of these not found.
     pub missed: usize,
-    /// Of these with an alarm too early.
+    /// Recordings with an alarm before the first of them.
     pub early: usize,
     /// Interval of the share missed.
     pub missed_ci: Interval,
-    /// Interval of the share with an alarm too early.
+    /// Interval of the share of recordings with an alarm too early.
     pub early_ci: Interval,
     /// What as many alarms as there are in all recordings would find, thrown into them at random.
     pub onsets_chance: Option<Chance>,
@@ -154,6 +162,7 @@ impl Score {
         let onsets = of("onset").count();
         let missed = of("onset").filter(|r| r.missed).count();
         let early = of("onset").filter(|r| r.early).count();
+        let first = of("onset").filter(|r| r.slip == 1).count();
         let found = of("onset").filter_map(|r| Some((r.material.as_str(), r.latency_ms?)));
         // The sum of nothing is -0.
         let rest_s = of("rest").map(|r| r.length_s).sum::<f64>() + 0.0;
@@ -164,7 +173,7 @@ impl Score {
             missed,
             early,
             missed_ci: interval::share(missed, onsets),
-            early_ci: interval::share(early, onsets),
+            early_ci: interval::share(early, first),
             onsets_chance: self.chance("onset"),
             latency_ms: latencies("onset"),
             latency_ms_ci: interval::quantiles(&found.collect::<Vec<_>>()),

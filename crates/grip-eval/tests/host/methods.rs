@@ -1,7 +1,7 @@
 //! Moved distance and pressure distribution on real recordings, alone and joined with the stylus.
 
 use core::fmt::Write as _;
-use grip_eval::score::{Detector, Floors, Rules, Score, Watch, compare};
+use grip_eval::score::{Detector, Floors, Rules, Score, Watch, compare, score};
 use grip_record::{CsvOptions, parse_csv};
 use grip_session::{
     config::HostConfig,
@@ -74,7 +74,8 @@ fn scores(folder: &Path, names: &[&str]) -> Vec<Score> {
     let detectors: Vec<_> = names.iter().map(|name| Detector::named(name).unwrap()).collect();
     let (options, config) = (CsvOptions::default(), HostConfig::default());
     let rules = Rules { guard_ms: 60.0, floors: Floors::Folds };
-    compare(folder, &options, &config, rules, &detectors, Watch::default()).unwrap()
+    let scores = compare(folder, &options, &config, rules, &detectors, Watch::default()).unwrap();
+    scores.into_iter().map(Result::unwrap).collect()
 }
 
 /// The pose begins the label of the onset (0.1 mm), so the delay of `travel` is that of its readings; the electrodes are
@@ -280,11 +281,9 @@ fn a_stylus_that_always_slides_is_reported_to_slide_or_never_to_have_rested() {
         let plain = changed(&names, &labels, |_, x, _| x.iter().map(|x| unit * x).collect());
         let rules = Rules { guard_ms: 60.0, floors: Floors::Live };
         let (options, config) = (CsvOptions::default(), HostConfig::default());
-        let scores =
-            compare(plain.path(), &options, &config, rules, &[Detector::DEFAULT], Watch::default())
-                .unwrap();
-        let total = scores[0].total(60.0);
-        assert!(total.steady_share.unwrap() >= 0.78, "{:?}", scores[0].recordings);
+        let score = score(plain.path(), &options, &config, rules).unwrap();
+        let total = score.total(60.0);
+        assert!(total.steady_share.unwrap() >= 0.78, "{:?}", score.recordings);
     }
 }
 

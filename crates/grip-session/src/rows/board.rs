@@ -1,6 +1,7 @@
 //! Bytes of rows and bytes of the host in; frames to the host and the force for a gripper out: a virtual board, sans-IO.
 
 mod gripper;
+mod ident;
 
 pub use gripper::{Actuator, GripperForce, GripperReading};
 
@@ -11,14 +12,12 @@ use super::{
 };
 use core::time::Duration;
 use grip_link::{
-    device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive},
+    device::{DeviceConfigError, DeviceEvent, DeviceLink, Drive},
     frame::MAX_WIRE,
-    message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, GripMode, Ident, Limits,
-        MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Versions,
-    },
+    message::{DeviceState, GripMode},
 };
 use gripper::{Gripper, shows_force};
+use ident::{device_config, milli};
 
 /// Longest header (bytes).
 const HEADER: usize = 2048;
@@ -128,6 +127,8 @@ struct Times {
     least: Option<f64>,
     shift_us: f64,
     refused: u32,
+    /// Another rate than that of the header was reported.
+    other_rate: bool,
 }
 
 impl RowBoard {
@@ -488,16 +489,26 @@ impl RowBoard {
         };
         self.counters.rows += u64::from(taken.is_ok());
         board.transmit(now_us);
+        let pace = board.clock.wrong_pace().filter(|_| !cutter.is_timed());
+        if let Some(pace) = pace
+            && !core::mem::replace(&mut self.times.other_rate, true)
+        {
+            let rate_hz = cutter.header().rate_hz;
+            let text = format!(
+                "{:.0} rows come in a second, rate= says {rate_hz}: correct it, or send t_s",
+                pace * rate_hz
+            );
+            self.reports.push(text);
+        }
         if let Placed::After(late_us) = placed {
             board.jumped_us += late_us;
             #[expect(clippy::cast_precision_loss, reason = "a time")]
             let late_us = late_us as f64;
             self.times.shift_us += late_us;
             self.times.last_us += late_us;
-            let text = format!(
-                "rows stayed {:.1} s late: their source had stopped, and times go on from the clock",
-                1e-6 * late_us
-            );
+            let why = pace.map_or("their source had stopped", |_| "their rate is another");
+            let s = 1e-6 * late_us;
+            let text = format!("rows stayed {s:.1} s late: {why}, and times go on from the clock");
             self.reports.push(text);
         }
         true
@@ -587,55 +598,6 @@ impl Board {
             self.unsent.extend(frame.iter().take(length));
         }
     }
-}
-
-/// `value` in thousandths.
-fn milli(value: f32) -> u32 {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-    let milli = (1e3 * f64::from(value)).round().clamp(0.0, 2e9) as u32;
-    milli
-}
-
-/// What the rows are to the host: a board with these channels at this rate.
-fn device_config(header: &Header, options: &BoardOptions) -> DeviceConfig {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "50 to 20000")]
-    let rate_max_hz = header.rate_hz.round() as u32;
-    let force_max_mn =
-        options.actuator.map_or(0, |actuator| milli(actuator.force_max_n)).cast_signed();
-    let slew_max_mn_s = options.actuator.map_or(1, |actuator| milli(actuator.slew_n_s).max(1));
-    let own = shows_force(header, options).then_some(Channel {
-        formats: 1 << SampleFormat::F32.code(),
-        ..Channel::single(ChannelKind::NormalForce, 1e-3)
-    });
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    let given = header.channels.iter().copied().chain(own).take(MAX_CHANNELS);
-    let channel_count = given.clone().count();
-    for (slot, channel) in channels.iter_mut().zip(given) {
-        *slot = channel;
-    }
-    let ident = Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"rows of samples ",
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz,
-            force_max_mn,
-            slew_max_mn_s,
-            hold_cap_mn: force_max_mn,
-            travel_min_um: 0,
-            travel_max_um: 0,
-        },
-        firmware: Firmware { major: 0, minor: 1, patch: 0 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: u8::try_from(channel_count).unwrap_or(0),
-    };
-    DeviceConfig { ident, estop: Reaction::Hold }
 }
 
 #[cfg(test)]

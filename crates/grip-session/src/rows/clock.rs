@@ -2,7 +2,8 @@
 //!
 //! The clock runs with the host's. It goes forward at once where a row is ahead of it, and slows down where every row of a second was
 //! behind it: so it follows a source that is fast or slow, and a row that is late stays late. Rows that stay behind by more than
-//! [`JUMP_US`] are no late ones: their source has stood still, and their times go on from the clock.
+//! [`JUMP_US`] are no late ones: their source has stood still, and their times go on from the clock. A source whose rows take
+//! another time than their ticks in two seconds one after the other has another rate.
 
 /// Rows that are all behind for this long (us) move the clock.
 const WINDOW_US: u64 = 1_000_000;
@@ -10,6 +11,8 @@ const WINDOW_US: u64 = 1_000_000;
 const JUMP_US: u64 = 100_000;
 /// How far (us) rows may be ahead at once, as after a pause of the line.
 const AHEAD_US: u64 = 250_000;
+/// Rates of two windows that agree within this are one rate, and one that is further than this from the given one is another.
+const SAME_RATE: f64 = 0.02;
 /// How much faster than its rate a live source may be (1/n).
 const FASTER: u64 = 10;
 
@@ -41,6 +44,9 @@ pub(super) struct RowClock {
     /// Until when (host us), and by how much every row (us) since then was behind.
     window_us: u64,
     behind_us: u64,
+    /// Host time and tick (us) of the row with which the window began; time of the rows over time of the host in the last two.
+    began: [u64; 2],
+    paces: [f64; 2],
 }
 
 impl RowClock {
@@ -55,6 +61,8 @@ impl RowClock {
             paced: false,
             window_us: now_us + WINDOW_US,
             behind_us: u64::MAX,
+            began: [now_us, tick],
+            paces: [1.0; 2],
         }
     }
 
@@ -76,6 +84,14 @@ impl RowClock {
         self.paced
     }
 
+    /// Time of the rows over time of the host where that is another than 1: of rows without a time, the rate over the given one.
+    pub(super) fn wrong_pace(&self) -> Option<f64> {
+        let [before, last] = self.paces;
+        let pace = 0.5 * (before + last);
+        let same = (before - last).abs() < SAME_RATE * pace;
+        (same && (pace - 1.0).abs() > SAME_RATE && !self.paced).then_some(pace)
+    }
+
     /// Places a row of `tick` that is there at `now_us`.
     pub(super) fn place(&mut self, now_us: u64, tick: u64) -> Placed {
         let now = self.tick(now_us);
@@ -88,18 +104,24 @@ impl RowClock {
             self.budget_us = self.budget_us.saturating_sub(ahead);
             self.tick += ahead;
         }
-        self.judge(now_us, now.saturating_sub(tick))
+        self.judge(now_us, tick, now.saturating_sub(tick))
     }
 
-    /// Takes in how late (us) a row was.
-    fn judge(&mut self, now_us: u64, behind_us: u64) -> Placed {
+    /// Takes in how late (us) the row of `tick` was.
+    fn judge(&mut self, now_us: u64, tick: u64, behind_us: u64) -> Placed {
         self.behind_us = self.behind_us.min(behind_us);
         if now_us < self.window_us {
             return Placed::Now;
         }
         let behind_us = core::mem::replace(&mut self.behind_us, u64::MAX);
         self.window_us = now_us + WINDOW_US;
+        let [began_us, began_tick] = core::mem::replace(&mut self.began, [now_us, tick]);
+        #[expect(clippy::cast_precision_loss, reason = "a second or so")]
+        let pace =
+            tick.saturating_sub(began_tick) as f64 / now_us.saturating_sub(began_us).max(1) as f64;
+        self.paces = [self.paces[1], pace];
         if behind_us > JUMP_US {
+            self.began[1] += behind_us;
             return Placed::After(behind_us);
         }
         self.slow_us = behind_us;
@@ -132,6 +154,31 @@ mod tests {
             assert!(!paced && late < 60_000, "{period_us} every {every_us}: {late}");
         }
         assert_eq!(follow(625, 500, 60), (0, true), "a quarter too fast is no clock error");
+    }
+
+    #[test]
+    fn another_rate_is_measured_and_a_source_that_stood_still_has_none() {
+        for (every_us, wrong) in [(625, None), (630, None), (800, Some(0.781)), (500, Some(1.25))] {
+            let mut clock = RowClock::new(0, 0, false);
+            let mut after = 0;
+            for row in 1..=5_000_000 / every_us {
+                if let Placed::After(by_us) = clock.place(every_us * row, 625 * row + after) {
+                    after += by_us;
+                }
+            }
+            let pace = clock.wrong_pace().map(|pace| (1e3 * pace).round() / 1e3);
+            assert_eq!(pace, wrong, "625 us every {every_us} us");
+        }
+        let mut clock = RowClock::new(0, 0, true);
+        (1..=1600).for_each(|row| _ = clock.place(625 * row, 625 * row));
+        let mut after = 0;
+        for row in 1601..=6400 {
+            if let Placed::After(by_us) = clock.place(5_000_000 + 625 * row, 625 * row + after) {
+                after += by_us;
+            }
+            assert_eq!(clock.wrong_pace(), None, "row {row}");
+        }
+        assert!(after > 4_900_000, "{after}");
     }
 
     #[test]

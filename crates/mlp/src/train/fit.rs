@@ -249,7 +249,7 @@ impl<'a> Fitting<'a> {
         self.run_timed(repeat, &|| Duration::ZERO)
     }
 
-    /// The same with a clock: `elapsed` reports the time since the training began.
+    /// The same with a clock: `elapsed`, asked before each epoch, gives the time since the training began.
     #[must_use]
     pub fn run_timed(&self, repeat: usize, elapsed: &dyn Fn() -> Duration) -> Run {
         let seed = self.seed(repeat);

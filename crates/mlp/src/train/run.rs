@@ -202,7 +202,8 @@ pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &Run
     let mut epochs = 0;
     let stop = loop {
         let validation_mse = validation.as_mut().map(|rows| rows.mse(&weights));
-        let late = config.time_limit.is_some_and(|limit| elapsed() >= limit);
+        let now = elapsed();
+        let late = config.time_limit.is_some_and(|limit| now >= limit);
         if epochs == config.epochs || late {
             let mse = objective.mse(&weights);
             let reason = if late { Stop::Time } else { Stop::Epochs };

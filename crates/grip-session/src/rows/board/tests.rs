@@ -267,6 +267,20 @@ fn with_a_gripper_no_row_waits_however_fast_they_come() {
 }
 
 #[test]
+fn rows_at_another_rate_are_reported_with_it_and_not_as_a_source_that_stopped() {
+    for (actuator, speed, rate) in
+        [(None, 0.8, "1280"), (None, 0.95, "1520"), (ACTUATOR, 1.3, "2080")]
+    {
+        let mut bench = Bench::new(BoardOptions { actuator, ..STREAM });
+        live(&mut bench, &("vibration,rate=1600\n".to_owned() + &"1.0\n".repeat(8000)), speed);
+        let wrong = format!("{rate} rows come in a second, rate= says 1600");
+        let named = bench.reports.iter().filter(|text| text.contains(&wrong));
+        assert_eq!(named.count(), 1, "{speed}: {:?}", bench.reports);
+        assert!(!bench.reports.iter().any(|text| text.contains("stopped")), "{:?}", bench.reports);
+    }
+}
+
+#[test]
 fn a_time_far_ahead_is_not_waited_for() {
     for (actuator, ahead_s) in [(None, 1e6), (ACTUATOR, 1e6), (None, 30.0)] {
         let mut bench = Bench::new(BoardOptions { actuator, ..STREAM });
