@@ -14,7 +14,7 @@ use core::time::Duration;
 use grip_link::{
     device::{DeviceConfigError, DeviceEvent, DeviceLink, Drive},
     frame::MAX_WIRE,
-    message::{DeviceState, GripMode},
+    message::{DeviceState, FaultCode, GripMode},
 };
 use gripper::{Gripper, shows_force};
 use ident::{device_config, milli};
