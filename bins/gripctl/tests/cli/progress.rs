@@ -78,7 +78,7 @@ fn replay_counts_samples() {
 #[test]
 fn collect_counts_recordings() {
     let folder = score::folder();
-    // Vibrations have no rows to train on, which it says after the last recording.
+    // Vibrations have no rows to train on, which it reports after the last recording.
     std::fs::write(folder.path().join("phases.csv"), "recording,begin_s,end_s,cause\n").unwrap();
     let args = ["collect", ".", "-o", "rows.csv"];
     let shown = on_terminal(folder.path(), &args);

@@ -139,7 +139,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
         lines.iter().find(|l| l["detector"] == "travel" && l["recording"] == "found").unwrap();
     // 0.1 mm at 100 mm/s from 0.3 s on, reported by the next pose.
     assert!((number(found, "latency_ms") - 10.0).abs() < 1.0, "{found}");
-    let curve: serde_json::Value =
+    let curve: Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
     let points = curve["detectors"][0]["points"].as_array().unwrap();
     assert!(curve["detectors"].as_array().unwrap().len() == 4 && points.len() == 33);

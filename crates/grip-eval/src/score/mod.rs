@@ -7,7 +7,7 @@
 //! - *missed*: no such notice up to onset + [`LATE_S`], and no earlier one still going on.
 //!
 //! Several slips of a recording have an onset each, in rising order. A further one is found from its onset - guard on, up to that of
-//! the next one; alarms between slips are not judged, because no label says when a slip is over.
+//! the next one; alarms between slips are not judged, because no label states when a slip is over.
 //!
 //! A `steady` recording slips all the time and is missed where no alarm comes at all; a `rest` recording never
 //! slips, so each notice is false.
