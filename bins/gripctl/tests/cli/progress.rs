@@ -82,7 +82,10 @@ fn collect_counts_recordings() {
     std::fs::write(folder.path().join("phases.csv"), "recording,begin_s,end_s,cause\n").unwrap();
     let args = ["collect", ".", "-o", "rows.csv"];
     let shown = on_terminal(folder.path(), &args);
-    assert!(shown.err.contains("nothing to train on") && shown.err.contains(" in 5 recordings"), "{shown:?}");
+    assert!(
+        shown.err.contains("nothing to train on") && shown.err.contains(" in 5 recordings"),
+        "{shown:?}"
+    );
     assert!(shown.err.contains("/5 recordings") && shown.err.contains(" left"), "{shown:?}");
     let plain = gripctl(folder.path(), &args);
     assert!(!plain.err.contains(" left") && plain.code == shown.code, "{plain:?}");

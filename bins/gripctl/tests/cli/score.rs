@@ -139,7 +139,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
         lines.iter().find(|l| l["detector"] == "travel" && l["recording"] == "found").unwrap();
     // 0.1 mm at 100 mm/s from 0.3 s on, told by the next pose.
     assert!((number(found, "latency_ms") - 10.0).abs() < 1.0, "{found}");
-    let curve: serde_json::Value =
+    let curve: Value =
         serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
     let points = curve["detectors"][0]["points"].as_array().unwrap();
     assert!(curve["detectors"].as_array().unwrap().len() == 4 && points.len() == 33);
@@ -225,8 +225,7 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
         gripctl(folder.path(), &["score", ".", "--json", "--detectors", detectors])
     };
     score("own").refused(2, &["alarms.csv", "recording,begin_s,end_s"]);
-    let alarms =
-        "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\nnone,1,2\n";
+    let alarms = "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\nnone,1,2\n";
     fs::write(folder.path().join("alarms.csv"), alarms).unwrap();
     let lines = score("default,own").done().json();
     let of = |name: &str| {

@@ -134,7 +134,8 @@ fn walk(
 fn is_recording(file: &Path) -> bool {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     let tables = ["labels", "phases", "alarms"];
-    let beside = || tables.contains(&stem.as_ref()) || BESIDE.iter().any(|ending| stem.ends_with(ending));
+    let beside =
+        || tables.contains(&stem.as_ref()) || BESIDE.iter().any(|ending| stem.ends_with(ending));
     ends(file, "mcap") || ends(file, "csv") && !beside()
 }
 
