@@ -29,13 +29,12 @@ impl Picture {
         self.push(step.t.as_seconds(), f64::from(step.statistic));
         if let Some(SlipReport { first: true, t, statistic, .. }) = step.event {
             let level = f64::from(statistic.unwrap_or(1.0));
-            self.slips.push((t.as_seconds(), level.max(1.0).min(MOST)));
+            self.slips.push((t.as_seconds(), shown(level).max(1.0)));
         }
     }
 
     fn push(&mut self, t_s: f64, level: f64) {
-        // Of what is no number too.
-        let level = level.max(LEAST).min(MOST);
+        let level = shown(level);
         match self.points.last_mut().filter(|_| self.last < self.stretch) {
             Some(point) => (point.1, self.last) = (point.1.max(level), self.last + 1),
             None => {
@@ -74,6 +73,11 @@ impl Picture {
         }
         chart.write(file)
     }
+}
+
+/// A level that has a place on the axis.
+fn shown(level: f64) -> f64 {
+    if level.is_nan() { LEAST } else { level.clamp(LEAST, MOST) }
 }
 
 #[cfg(test)]

@@ -206,6 +206,7 @@ fn a_robotiq_gripper_is_asked_for_its_status_alone() {
     let text = |lines: &[Value]| finding(lines, "gripper")["text"].as_str().unwrap().to_owned();
     let silent = checked(&doctor(folder.path(), &[&name]));
     assert!(text(&silent).starts_with(&place) && text(&silent).contains("no status"), "{silent:?}");
+    assert!(!text(&silent).contains(" 0 requests"), "it was asked: {silent:?}");
     let mut left = [0; 4096];
     while pty.read(&mut left).unwrap() > 0 {}
     let over = AtomicBool::new(false);

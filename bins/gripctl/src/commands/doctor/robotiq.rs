@@ -25,8 +25,8 @@ pub(crate) fn finding(name: &str, port: &str, baud: u32, config: GripperConfig) 
 }
 
 fn ask(port: &str, baud: u32, config: GripperConfig) -> anyhow::Result<(State, BusCounters)> {
-    let clock = Clock::start();
     let mut line = Line::open(Path::new(port), baud)?;
+    let clock = Clock::start();
     // Without an activation and without an order it only asks.
     let mut gripper = Gripper::new(GripperConfig { activate: false, ..config });
     let (mut input, mut out) = ([0; 256], Vec::new());
@@ -36,7 +36,10 @@ fn ask(port: &str, baud: u32, config: GripperConfig) -> anyhow::Result<(State, B
             line.write_frame(&out)?;
         }
         let count = line.read(&mut input, READ_TIMEOUT)?;
-        gripper.receive(clock.now_us(), input.get(..count).unwrap_or(&[]));
+        // Nothing is no late answer, after which the line would rest.
+        if count > 0 {
+            gripper.receive(clock.now_us(), input.get(..count).unwrap_or(&[]));
+        }
     }
     Ok((gripper.state(), gripper.counters()))
 }
