@@ -1,7 +1,7 @@
 //! Rows without slip in; a noise floor, thresholds and what they stand on out.
 
 use crate::{
-    input::{Names, refused},
+    input::{Names, refused, unreadable},
     output::dictionary,
     recording::{Recording, of_arrays},
     settings::{Config, host_config},
@@ -31,8 +31,7 @@ impl Calibration {
     /// From the file that `save` or `gripctl calibrate` wrote (.toml).
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<Self> {
-        let text = 
-            std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
+        let text = std::fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
         let named = |error| refused(format!("{}: {error}", path.display()));
         // Checked as the flag --calibration checks it.
         HostConfig::default().with_calibration(&path).map_err(refused)?;

@@ -30,9 +30,12 @@ pub(crate) fn exists(path: &Path) -> PyResult<()> {
 
 /// The `OSError` of a file that cannot be opened, with its path.
 pub(crate) fn unreadable(path: &Path, error: &io::Error) -> PyErr {
-    let text = error.to_string();
+    let (text, path) = (error.to_string(), path.display().to_string());
+    let Some(code) = error.raw_os_error() else {
+        return PyOSError::new_err(format!("{path}: {text}"));
+    };
     let reason = text.split(" (os error").next().unwrap_or_default().to_owned();
-    PyOSError::new_err((error.raw_os_error(), reason, path.to_owned()))
+    PyOSError::new_err((code, reason, path))
 }
 
 /// A number that NumPy knows by a name.

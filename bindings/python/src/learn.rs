@@ -1,7 +1,7 @@
 //! Rows with targets in, a trained network out.
 
 use crate::{
-    input::{Names, Number, numbers, refused, shape},
+    input::{Names, Number, numbers, refused, shape, unreadable},
     output::dictionary,
 };
 use grip_record::files;

@@ -1,6 +1,11 @@
 //! The arguments `config`, `calibration` and `model` in, the settings of a pipeline out.
 
-use crate::{calibrate::Calibration, input::{exists, refused}, learn::Model, output::json_of};
+use crate::{
+    calibrate::Calibration,
+    input::{exists, refused},
+    learn::Model,
+    output::json_of,
+};
 use grip_record::{Recording, StylusKind};
 use grip_session::{HostConfig, HostEstimator, model, replay};
 use pyo3::{prelude::*, types::PyDict};

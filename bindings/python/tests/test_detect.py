@@ -182,3 +182,13 @@ def test_long_calls_release_the_gil() -> None:
     thread.join()
     # A held GIL would let this thread count in the short time before and after the call only.
     assert counted > 10_000
+
+
+def test_a_floor_that_was_learned_in_a_slip_is_named() -> None:
+    x = 0.1 * np.random.default_rng(7).standard_normal(60_000).astype(np.float32)
+    assert "floor" not in repr(detect(x, RATE))
+    x[:10_000] *= 10
+    found, detector = detect(x, RATE), Detector(RATE)
+    detector.push(x)
+    assert found.floor_lowered >= 1 and "floor" in repr(found)
+    assert (found.floor_lowered, found.floor_health) == (detector.floor_lowered, detector.floor_health)
