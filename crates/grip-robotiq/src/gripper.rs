@@ -305,14 +305,15 @@ impl Gripper {
             }
         }
         let active = status.activated && status.complete;
-        if !matches!(self.state, State::Ready(_)) {
+        let fault = status.fault.filter(|fault| fault.severity() != Severity::Passing);
+        // What it reports in a fault may be otherwise when that is gone.
+        if fault.is_none() && !matches!(self.state, State::Ready(_)) {
             self.come_back(now_us, status);
         }
-        let grave = |fault: &Fault| fault.severity() != Severity::Passing;
-        if self.was_ready && !active {
+        if fault.is_none() && self.was_ready && !active {
             self.forget();
         }
-        self.state = if let Some(fault) = status.fault.filter(grave) {
+        self.state = if let Some(fault) = fault {
             State::Faulty(fault)
         } else if !active {
             if self.config.activate && !self.was_ready {

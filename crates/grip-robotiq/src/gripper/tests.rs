@@ -256,6 +256,21 @@ fn a_grip_whose_acknowledgement_was_lost_is_ours() {
 }
 
 #[test]
+fn what_is_reported_in_a_fault_is_no_loss() {
+    let mut bench = Bench::new(F85, Device::new(true));
+    bench.device.object = true;
+    bench.run(50);
+    bench.gripper.order(Order::Force(40.0));
+    bench.run(100);
+    let registers = bench.device.registers;
+    (bench.device.fault, bench.device.registers[0]) = (0x08, 0x0100);
+    assert_eq!(bench.run(300), State::Faulty(Fault::Gripper(0x08)));
+    (bench.device.fault, bench.device.registers) = (0, registers);
+    let State::Ready(ready) = bench.run(300) else { panic!() };
+    assert!(ready.asked_n.is_some() && !bench.gripper.take_let_go());
+}
+
+#[test]
 fn a_grip_that_others_began_needs_its_force() {
     let held = || Device { object: true, registers: [0x0900, 255, 0], ..Device::new(true) };
     assert_eq!(Bench::new(F85, held()).run(100), State::Occupied);
