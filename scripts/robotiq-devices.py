@@ -486,6 +486,9 @@ def objects(gripd, count, seed):
         ratios.append(world.force_n / needed_n)
         slips_mm.append(1e3 * world.travel_m)
         expect(not opens(scene.cell.gripper), scene)
+        if world.dropped:
+            states = [event for event in scene.events if event["type"] == "summary"]
+            print(f"dropped: needs {needed_n:.1f} N, friction {friction:.2f}, peak {world.peak_n:.1f} N", states, file=sys.stderr)
     middle = lambda values, share: sorted(values)[min(count - 1, int(share * count))]
     return (
         f"{count} objects, seed {seed}: {dropped} dropped, {crushed} crushed; force over needed {middle(ratios, 0.5):.2f} / {middle(ratios, 0.95):.2f}, "
