@@ -102,7 +102,7 @@ def test_a_mask_is_not_ignored() -> None:
     for call in (lambda: detect(x, 1e4), lambda: Detector(1e4).push(x), lambda: detect(X, 1e4, times=x)):
         with pytest.raises(ValueError, match=r"masked.*filled\(numpy.nan\)"):
             call()
-    assert detect(x.astype(float).filled(np.nan), 1e4).unusable == 9
+    assert detect(x.filled(np.nan), 1e4).unusable == 9
     assert detect(np.ma.asarray(X), 1e4).slips == 0
 
 
