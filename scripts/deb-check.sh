@@ -59,7 +59,7 @@ listing=$(dpkg-deb --contents "$fleet" | awk '{sub("^0/0$", "root/root", $2); pr
 expect -rwxr-xr-x usr/bin/gripfleet
 expect -rw-r--r-- usr/lib/systemd/system/gripfleet.service
 expect -rw-r--r-- usr/share/man/man1/gripfleet.1.gz
-dpkg-deb --info "$fleet" | grep -q "Depends: .*gripd" || fail "gripfleet does not depend on gripd"
+grep -q "Depends: .*gripd" <<<"$(dpkg-deb --info "$fleet")" || fail "gripfleet does not depend on gripd"
 
 listing=$(dpkg-deb --contents "$library" | awk '{sub("^0/0$", "root/root", $2); print $1, $2, $6}')
 expect -rw-r--r-- usr/include/slip.h
