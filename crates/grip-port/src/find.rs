@@ -60,7 +60,7 @@ impl Finder {
     /// Finds and opens the port; it is the chosen one from now on.
     ///
     /// # Errors
-    /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] reports it, a later try may succeed; see [`Backoff`].
+    /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] holds, a later try may succeed; see [`Backoff`].
     pub fn open(&mut self, baud: u32) -> Result<Line, PortError> {
         let path = self.find()?;
         let info = self.places.look_up(&path);

@@ -35,7 +35,7 @@ impl Source {
     /// Opens the line for this process alone; also after it was lost, and then only to the same device.
     ///
     /// # Errors
-    /// Where the port is absent, busy, not allowed or no serial port. Where [`PortError::is_temporary`] reports it, a later try may succeed.
+    /// Where the port is absent, busy, not allowed or no serial port. Where [`PortError::is_temporary`] holds, a later try may succeed.
     pub fn line(&mut self) -> Result<Line, PortError> {
         self.finder.open(self.baud)
     }

@@ -1,4 +1,4 @@
-//! A label in, the row of `labels.csv` that reports it out; everything else in the file stays.
+//! A label in, the row of `labels.csv` that describes it out; everything else in the file stays.
 
 use std::fs;
 use std::io;

@@ -43,8 +43,13 @@ fn program() -> &'static Path {
     })
 }
 
-/// State (0 while the floor is learned, then 1 + [`SlipState`]) and statistic after each reading.
-type Steps = Vec<(u8, f32)>;
+/// State (0 while the floor is learned, then 1 + [`SlipState`]), statistic, and noise of the vibration band after each reading.
+type Steps = Vec<(u8, f32, f32)>;
+
+/// Stands for a restart among readings.
+const RESTART: f32 = f32::NEG_INFINITY;
+/// Readings as large are left out.
+const HUGE: f32 = 1e15;
 
 fn in_c(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Option<Steps> {
     let mut command = Command::new(program());
@@ -56,8 +61,9 @@ fn in_c(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Option<Steps> {
     let writer = std::thread::spawn(move || stdin.write_all(&bytes).is_ok());
     let output = child.wait_with_output().unwrap();
     writer.join().unwrap();
-    let step = |bytes: &[u8]| (bytes[0], f32::from_ne_bytes(bytes[1..].try_into().unwrap()));
-    output.status.success().then(|| output.stdout.chunks_exact(5).map(step).collect())
+    let figure = |bytes: &[u8]| f32::from_ne_bytes(bytes.try_into().unwrap());
+    let step = |bytes: &[u8]| (bytes[0], figure(&bytes[1..5]), figure(&bytes[5..]));
+    output.status.success().then(|| output.stdout.chunks_exact(9).map(step).collect())
 }
 
 fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
@@ -66,15 +72,17 @@ fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
     let mut detector = SlipDetector::new(&config, floor, KnownFloors::default(), rate_hz).unwrap();
     let mut last = (0, 0.0);
     let mut step = |x: &f32| {
-        if x.is_finite() {
-            let code = |state| {
-                1 + u8::from(state != SlipState::Quiet) + u8::from(state == SlipState::Gross)
-            };
-            last = detector
-                .step(*x, &MotionInput::default())
-                .map_or((last.0, last.1), |(s, state)| (code(state), s));
+        let code =
+            |state| 1 + u8::from(state != SlipState::Quiet) + u8::from(state == SlipState::Gross);
+        if *x == RESTART {
+            detector.prime();
+            last = (last.0.min(1), 0.0);
+        } else if x.abs() < HUGE
+            && let Some((statistic, state)) = detector.step(*x, &MotionInput::default())
+        {
+            last = (code(state), statistic);
         }
-        last
+        (last.0, last.1, detector.noise_rms())
     };
     readings.iter().map(&mut step).collect()
 }
@@ -84,7 +92,8 @@ fn compare(name: &str, rate_hz: f32, min_rms: f32, readings: &[f32]) -> usize {
     let (c, rust) =
         (in_c(rate_hz, min_rms, readings).unwrap(), in_rust(rate_hz, min_rms, readings));
     assert_eq!(c.len(), rust.len());
-    for (at, ((c_state, c_statistic), (state, statistic))) in c.iter().zip(&rust).enumerate() {
+    for (at, (in_c, in_rust)) in c.iter().zip(&rust).enumerate() {
+        let ((c_state, c_statistic, c_noise), (state, statistic, noise)) = (in_c, in_rust);
         assert_eq!(
             c_state, state,
             "{name}: reading {at} of {rate_hz} Hz, statistic {c_statistic} and {statistic}"
@@ -92,6 +101,10 @@ fn compare(name: &str, rate_hz: f32, min_rms: f32, readings: &[f32]) -> usize {
         assert!(
             (c_statistic - statistic).abs() <= 1e-5 * statistic.abs() + 1e-12,
             "{name}: reading {at}, {c_statistic} and {statistic}"
+        );
+        assert!(
+            (c_noise - noise).abs() <= 1e-5 * noise,
+            "{name}: reading {at}, {c_noise}, {noise}"
         );
     }
     rust.windows(2).filter(|pair| pair[0].0 != pair[1].0).count()
@@ -143,14 +156,28 @@ fn states_are_those_of_slip_core_at_every_rate_unit_and_resolution() {
 fn what_is_no_reading_is_left_out_and_a_sensor_that_shows_nothing_is_waited_for() {
     let mut readings = signal(1600.0, 1.0, 20.0, 0.0, 0.0);
     for (at, x) in readings.iter_mut().enumerate().filter(|(at, _)| at % 97 == 0) {
-        *x = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][at % 3];
+        *x = [f32::NAN, f32::INFINITY, 3e38, -1e15][at % 4];
     }
     assert!(compare("gaps", 1600.0, 0.0, &readings) >= 4);
     let silent = [vec![7.0; 3200], readings].concat();
     assert!(compare("silent", 1600.0, 0.0, &silent) >= 1);
     assert!(compare("resolution", 1600.0, 0.5, &silent) >= 1);
-    let extreme: Vec<f32> = (0..9000).map(|i| [0.0, 3e38, -3e38, 1e-40][i % 4]).collect();
-    in_c(1600.0, 0.0, &extreme).unwrap();
+    // The largest that is taken is forgotten.
+    let mut burst = signal(1600.0, 1.0, 0.0, 0.0, 0.0);
+    burst[2000] = 9e14;
+    assert_eq!(compare("burst", 1600.0, 0.0, &burst), 3, "learned, gross, quiet");
+}
+
+#[test]
+fn a_restart_keeps_the_floor_and_forgets_the_slip() {
+    let mut readings = signal(1600.0, 1.0, 20.0, 0.0, 0.0);
+    // While it learns, in a slip, and at rest.
+    for at in [100, 1700, 4000] {
+        readings[at] = RESTART;
+    }
+    assert!(compare("restart", 1600.0, 0.0, &readings) >= 5);
+    let steps = in_c(1600.0, 0.0, &readings).unwrap();
+    assert!(steps[1699].0 > 1 && steps[1700].0 == 1 && steps[1700].2 > 0.0);
 }
 
 #[test]
@@ -165,7 +192,7 @@ fn rates_and_noises_out_of_range_are_refused() {
     ] {
         assert!(in_c(rate_hz, min_rms, &[0.0; 9]).is_none(), "{rate_hz} Hz, {min_rms}");
     }
-    assert_eq!(in_c(1000.0, 0.0, &[0.0; 9]).unwrap(), vec![(0, 0.0); 9]);
+    assert_eq!(in_c(1000.0, 0.0, &[0.0; 9]).unwrap(), vec![(0, 0.0, 0.0); 9]);
 }
 
 /// 2200 Hz, rectified vibration of a fingertip in column 1.

@@ -17,6 +17,7 @@
 #define RELEASE 0.25f
 #define RELEASE_MS 50.0f
 #define TINY 1e-18f
+#define HUGE_READING 1e15f /* squares of what is larger are no numbers any more */
 #define ROOT_2 1.41421356237309504880
 #define PI 3.14159265358979323846
 
@@ -263,7 +264,7 @@ static void end_block(sd_detector *d) {
 }
 
 sd_state sd_step(sd_detector *d, float reading) {
-    if (!isfinite(reading)) return d->state;
+    if (!(fabsf(reading) < HUGE_READING)) return d->state;
     if (d->priming > 0) {
         prime(d, reading);
         return d->state;

@@ -60,7 +60,7 @@ typedef struct {
  * the readings (any); 0 leaves it to the steps between them. False, and nothing is set, where the rate or the noise is out of range. */
 bool sd_init(sd_detector *d, float rate_hz, float min_rms);
 
-/* Takes the next reading, in any unit; one that is not finite is left out. The state changes at the end of a block (0.5 ms, or each reading below 2 kHz). */
+/* Takes the next reading, in any unit; one that is no number, or 1e15 or more, is left out. The state changes at the end of a block (0.5 ms, or each reading below 2 kHz). */
 sd_state sd_step(sd_detector *d, float reading);
 
 /* Statistic of the last block over its threshold: above 1 it is a slip. */

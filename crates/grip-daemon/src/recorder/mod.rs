@@ -10,7 +10,7 @@
 //! number, because times start again with it.
 //!
 //! **Rotation.** Every file stands for itself: attachments, metadata and the settings of the pipeline are written again. But a
-//! pipeline remembers its past, which no file repeats, so a file that starts in the middle of a run reports it, and only a replay
+//! pipeline remembers its past, which no file repeats, so a file that starts in the middle of a run is marked so, and only a replay
 //! of all files in their order gives the identical events (`gripctl replay run.mcap run-0001.mcap`).
 //!
 //! **Loss.** What has been flushed survives a kill, what has been synced a power cut: [`FLUSH_US`] and [`SYNC_US`].

@@ -86,7 +86,7 @@ impl Topic {
 pub struct Wanted([bool; Topic::ALL.len()]);
 
 impl Wanted {
-    /// Those for which `wanted` reports it.
+    /// Those for which `wanted` holds.
     #[must_use]
     pub fn of(wanted: impl FnMut(Topic) -> bool) -> Self {
         Self(Topic::ALL.map(wanted))

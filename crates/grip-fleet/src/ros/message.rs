@@ -34,7 +34,7 @@ pub fn messages(message: &Message, id: EventId, start_ns: u64) -> Vec<(RosTopic,
 }
 
 /// `sensor_msgs/msg/JointState`: the measured normal force (N) as the effort of the joint `fingers`, empty where it is not known. Position and
-/// velocity are empty: no daemon is informed where the fingers are, and what the travel channel measures is the object.
+/// velocity are empty: no daemon knows where the fingers are, and what the travel channel measures is the object.
 #[must_use]
 pub fn joint_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     let mut out = Vec::with_capacity(64);

@@ -286,7 +286,7 @@ fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
     let mut daemons = [Daemon::start(folder.path(), &through, 1, 1)];
     let direct = network(folder.path(), port);
     let mut receivers = [Receiver::new(&direct, Since::Start), Receiver::new(&through, Since::Now)];
-    // Who wants only what is new must have received of the gripper before.
+    // Who wants only what is new must have received something of the gripper before.
     for at in 0..MOST {
         turn(&mut daemons, &mut receivers, at);
         if receivers[1].figures > 0 {

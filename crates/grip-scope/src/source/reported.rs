@@ -108,7 +108,7 @@ impl Blocks {
         Some(core::mem::take(&mut self.block))
     }
 
-    /// Rows are missing before the next one: the rows so far, and the next block reports it.
+    /// Rows are missing before the next one: the rows so far, and the next block shows it.
     pub(super) fn broken(&mut self, lost: u32) -> Option<RowBlock> {
         let before = self.take();
         self.block.broken = true;
