@@ -21,7 +21,7 @@ opted() {
     cargo "$command" --locked $STORIES_BUILD "$@"
 }
 # Also copies of recordings (fleet_collect).
-opted test --lib --test router --test tls --test deploy --test shadow --test ros --test ros_types
+opted test --lib --test router --test quic --test deploy --test shadow --test ros --test ros_types
 opted test --test cli --test scope -- fleet foxglove
 opted test --test alone --test network --test fleet
 opted build --bins --example ros_messages

@@ -52,6 +52,9 @@ struct Cli {
     /// Ask for SCHED_FIFO and locked memory, for the loop and for the gripper, as far as they are granted
     #[arg(long)]
     realtime: bool,
+    /// How long before and after a frame is due the loop does not sleep (us)
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=500))]
+    spin: u16,
 }
 
 /// What stands between loop and gripper.
@@ -105,7 +108,12 @@ fn measure(kind: Kind, cli: &Cli) -> Result<Times, Box<dyn Error>> {
 
 fn run(line: Line, device: BorrowedFd<'_>, cli: &Cli) -> Result<Times, Box<dyn Error>> {
     let clock = time::clock();
-    let (mut hot, mut far) = rig(HostConfig::default(), &clock)?;
+    let realtime = RealtimeConfig {
+        mode: RealtimeMode::Strict,
+        spin_us: cli.spin,
+        ..RealtimeConfig::default()
+    };
+    let (mut hot, mut far) = rig(HostConfig { realtime, ..HostConfig::default() }, &clock)?;
     let mut gripper = Gripper::new(VirtualMcu::new(&scene::load("default")?, 1)?);
     far.shared.wants_samples.store(true, Ordering::Relaxed);
     let shared = far.shared.clone();
@@ -152,7 +160,7 @@ fn drain(far: &mut Far, over: &AtomicBool) {
 /// Asks for them, and reports what was refused.
 fn privileges(wanted: bool, priority: u8) {
     let mode = if wanted { RealtimeMode::Warn } else { RealtimeMode::Off };
-    let granted = enter(&RealtimeConfig { mode, priority, cpu: None });
+    let granted = enter(&RealtimeConfig { mode, priority, ..RealtimeConfig::default() });
     for refused in granted.refused() {
         println!("{refused}");
     }

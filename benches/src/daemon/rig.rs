@@ -43,6 +43,7 @@ pub struct Far {
 /// Where settings or model are refused.
 pub fn rig<C: Fn() -> u64>(config: HostConfig, clock: C) -> anyhow::Result<(Hot<C>, Far)> {
     let estimator = model::default_estimator()?;
+    let spin_us = config.realtime.spins_us();
     let session = Session::new(config, estimator, SessionOptions::default())?;
     let shared = Arc::new(Shared::default());
     let (service_in, service) = rings(Sizes::SERVICE);
@@ -64,7 +65,7 @@ pub fn rig<C: Fn() -> u64>(config: HostConfig, clock: C) -> anyhow::Result<(Hot<
         pulses: pulses_in,
         shared: Arc::clone(&shared),
     };
-    let options = HotOptions { end_us: u64::MAX, patient: true };
+    let options = HotOptions { end_us: u64::MAX, patient: true, spin_us };
     let far = Far { lines, lost, settings, replaced, commands, pulses, service, recorder, shared };
     Ok((Hot::new(session, clock, options, ends), far))
 }

@@ -53,8 +53,12 @@ const COMMANDS: usize = 64;
 pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     let clock = Clock::start();
     let shared = shared()?;
-    let options =
-        HotOptions { end_us: end_us(cli.duration), patient: cli.wait || Notify::is_asked_for() };
+    let realtime = settings.realtime();
+    let options = HotOptions {
+        end_us: end_us(cli.duration),
+        patient: cli.wait || Notify::is_asked_for(),
+        spin_us: realtime.spins_us(),
+    };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness();
     let source = source(cli, &settings, clock, &shared)?;
@@ -65,7 +69,6 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         .map_or((None, None, None), |(ring, thread, recorded)| {
             (Some(ring), Some(thread), Some(recorded))
         });
-    let wanted = settings.realtime();
     let fleet = settings.config.fleet.site.is_some();
     let (outbox, inbox) = rings(Sizes::SERVICE);
     let (line_in, line_out) = RingBuffer::new(LINES);
@@ -118,7 +121,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     };
     let supply = Supply::new(source.lines, options.patient, lines);
     let port = start_port(supply, Arc::clone(&shared))?;
-    let (hot, granted) = start_hot(hot, wanted, shared)?;
+    let (hot, granted) = start_hot(hot, realtime, shared)?;
     service.granted(&granted);
     service.run();
     let others = Others { simulator: source.simulator, rows: source.rows, recording };

@@ -8,6 +8,7 @@ use crate::{
     rings::{Item, LinkNote, Outbox},
 };
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::time::Duration;
 use grip_link::{
     frame::{MAX_WIRE, OVERHEAD},
     host::{CloseReason, HostEvent, LinkState},
@@ -133,6 +134,8 @@ pub struct HotOptions {
     pub end_us: u64,
     /// Waits for a gripper that is not there yet, instead of giving up.
     pub patient: bool,
+    /// Does not sleep so long (us) before and after the next frame is due; 0: sleeps until it is there.
+    pub spin_us: u16,
 }
 
 /// The loop and its memory. `C` gives monotonic nanoseconds since the start of the daemon.
@@ -153,6 +156,41 @@ pub struct Hot<C> {
     late_us: Option<u64>,
     /// Host time (us) until which a late command belongs to the present episode.
     episode_us: u64,
+    rhythm: Rhythm,
+}
+
+/// When frames of samples come.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rhythm {
+    /// Time of the last one (ns).
+    last_ns: u64,
+    /// Time between two, smoothed (ns); 0 where it is not known.
+    period_ns: u64,
+}
+
+impl Rhythm {
+    /// Longer pauses (ns) are no rhythm.
+    const LONGEST_NS: u64 = 50_000_000;
+
+    /// A frame has come.
+    fn frame(&mut self, now_ns: u64) {
+        let gap = now_ns.saturating_sub(self.last_ns);
+        self.last_ns = now_ns;
+        self.period_ns = match self.period_ns {
+            _ if gap > Self::LONGEST_NS => 0,
+            0 => gap,
+            known => (7 * known + gap) / 8,
+        };
+    }
+
+    /// From when to when (ns) the next one is awaited without sleeping; `None` where none is due.
+    fn awaited(&self, now_ns: u64, spin_us: u16) -> Option<(u64, u64)> {
+        let spin_ns = 1000 * u64::from(spin_us);
+        let due = self.last_ns + self.period_ns;
+        let until = due + spin_ns;
+        (spin_ns > 0 && self.period_ns > 0 && now_ns < until)
+            .then_some((due.saturating_sub(spin_ns), until))
+    }
 }
 
 /// What a turn found out.
@@ -185,6 +223,7 @@ impl<C: Fn() -> u64> Hot<C> {
             other: false,
             late_us: None,
             episode_us: 0,
+            rhythm: Rhythm::default(),
         }
     }
 
@@ -255,7 +294,7 @@ impl<C: Fn() -> u64> Hot<C> {
     fn turn(&mut self, line: &mut Line) -> Result<Option<CloseReason>, Break> {
         self.transmit(line)?;
         let mut input = [0; INPUT];
-        let count = line.read(&mut input, READ_TIMEOUT)?;
+        let count = self.read(line, &mut input)?;
         let received_ns = (self.clock)();
         let turn = self.receive(line, input.get(..count).unwrap_or(&[]), received_ns)?;
         self.attached |= turn.configured;
@@ -263,10 +302,29 @@ impl<C: Fn() -> u64> Hot<C> {
         self.counters.degraded += u64::from(turn.degraded);
         let now_us = received_ns / 1000;
         if turn.stepped {
+            self.rhythm.frame(received_ns);
             self.report_state(now_us);
         }
         self.turned(now_us);
         Ok(turn.closed)
+    }
+
+    /// Waits for bytes and reads them. Where the loop may spin it sleeps until shortly before the next frame is due, and then asks until
+    /// shortly after: to wake a thread takes longer than all that it does here.
+    fn read(&mut self, line: &mut Line, input: &mut [u8]) -> Result<usize, PortError> {
+        let now_ns = (self.clock)();
+        let Some((from_ns, until_ns)) = self.rhythm.awaited(now_ns, self.options.spin_us) else {
+            return line.read(input, READ_TIMEOUT);
+        };
+        let sleep = Duration::from_nanos(from_ns.saturating_sub(now_ns));
+        if sleep > READ_TIMEOUT {
+            return line.read(input, READ_TIMEOUT);
+        }
+        let mut count = line.read(input, sleep)?;
+        while count == 0 && (self.clock)() < until_ns {
+            count = line.read(input, Duration::ZERO)?;
+        }
+        Ok(count)
     }
 
     /// The loop has gone round, with a line or without.
@@ -514,4 +572,25 @@ fn put(ends: &mut Ends, item: &Item<'_>) {
         recorder.put(item);
     }
     ends.service.put(item);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rhythm;
+
+    #[test]
+    fn the_next_frame_is_awaited_where_it_is_due_and_a_pause_is_no_rhythm() {
+        let mut rhythm = Rhythm::default();
+        rhythm.frame(100_000_000);
+        assert_eq!(rhythm.awaited(100_000_001, 50), None, "one frame is no rhythm");
+        for frame in 1..=40 {
+            rhythm.frame(100_000_000 + 1_000_000 * frame);
+        }
+        let soon = 140_000_100;
+        assert_eq!(rhythm.awaited(soon, 0), None);
+        assert_eq!(rhythm.awaited(soon, 50), Some((140_950_000, 141_050_000)));
+        assert_eq!(rhythm.awaited(141_050_000, 50), None, "it did not come");
+        rhythm.frame(240_000_000);
+        assert_eq!(rhythm.awaited(240_000_001, 50), None);
+    }
 }

@@ -206,8 +206,12 @@ mod tests {
             let allowed = sched_getaffinity(None).unwrap();
             let cpu = (0..1024).find(|cpu| allowed.is_set(*cpu)).unwrap();
             let mode = RealtimeMode::Warn;
-            let granted =
-                enter(&RealtimeConfig { mode, priority: 7, cpu: u16::try_from(cpu).ok() });
+            let granted = enter(&RealtimeConfig {
+                mode,
+                priority: 7,
+                cpu: u16::try_from(cpu).ok(),
+                spin_us: 0,
+            });
             assert_eq!(is_fifo(7), outcome(&granted, Measure::Priority) == Outcome::Granted);
             assert_eq!(
                 locked_kb() > 0,
@@ -229,7 +233,11 @@ mod tests {
             let mut sets = capabilities(None).unwrap();
             sets.effective -= CapabilitySet::SYS_NICE | CapabilitySet::IPC_LOCK;
             set_capabilities(None, sets).unwrap();
-            let config = RealtimeConfig { mode: RealtimeMode::Strict, priority: 99, cpu: None };
+            let config = RealtimeConfig {
+                mode: RealtimeMode::Strict,
+                priority: 99,
+                ..RealtimeConfig::default()
+            };
             let granted = enter(&config);
             let refused: Vec<Attempt> = granted.refused().copied().collect();
             for attempt in &refused {
@@ -251,8 +259,12 @@ mod tests {
     fn wishes_that_make_no_sense_are_refused() {
         aside(|| {
             for cpu in [1023, 1024, u16::MAX] {
-                let config =
-                    RealtimeConfig { mode: RealtimeMode::Warn, priority: 0, cpu: Some(cpu) };
+                let config = RealtimeConfig {
+                    mode: RealtimeMode::Warn,
+                    priority: 0,
+                    cpu: Some(cpu),
+                    spin_us: 0,
+                };
                 let granted = enter(&config);
                 assert_eq!(outcome(&granted, Measure::Affinity), Outcome::Refused(Errno::INVAL));
                 assert_eq!(outcome(&granted, Measure::Priority), Outcome::Refused(Errno::INVAL));

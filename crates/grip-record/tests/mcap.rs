@@ -81,6 +81,22 @@ fn indices(bytes: &[u8]) -> (Vec<u32>, Option<McapError>) {
     }
 }
 
+/// Every sample and every fault with where reading stood, to the end of what can be read.
+fn course(bytes: &[u8], ahead: bool) -> Vec<String> {
+    let input = Cursor::new(bytes.to_vec());
+    let mut reader = match McapReader::new(Path::new("x.mcap"), input) {
+        Ok(reader) if ahead => reader.read_ahead().unwrap(),
+        Ok(reader) => reader,
+        Err(error) => return vec![error.to_string()],
+    };
+    let mut course = Vec::new();
+    while reader.goes_on() {
+        let entry = format!("{:?}", reader.next_entry());
+        course.push(format!("{} {entry}", reader.position()));
+    }
+    course
+}
+
 fn recovered(bytes: &[u8]) -> Option<(grip_record::mcap::Recovered, Vec<u8>)> {
     let out = Shared::default();
     let saved = recover(Path::new("x.mcap"), Cursor::new(bytes), out.clone(), "test 1").ok()?;
@@ -376,6 +392,7 @@ proptest! {
         }
         let at = cut % (bytes.len() + 1);
         bytes.splice(at..at, junk);
+        prop_assert_eq!(course(&bytes, true), course(&bytes, false));
         let (found, _) = indices(&bytes);
         if let Some((saved, out)) = recovered(&bytes) {
             prop_assert!(found.len() as u64 <= saved.messages, "recovery saves at least what can be read");
@@ -401,15 +418,18 @@ fn an_index_leads_into_the_middle_and_a_broken_one_is_not_believed() {
     assert_eq!(index.chunks.len(), 11);
     let sixth = index.chunks[6];
     assert_eq!((sixth.from_ns, sixth.to_ns), (ZERO_NS + 500_000_000, ZERO_NS + 599_000_000));
-    let mut reader = McapReader::new(Path::new("x.mcap"), Cursor::new(&bytes)).unwrap();
-    // The start announces what the messages are.
-    while !matches!(reader.next_entry().unwrap(), Some(Entry::Message { .. })) {}
-    reader.jump(sixth.offset).unwrap();
-    let Some(Entry::Message { record: Record::Sample(sample), .. }) = reader.next_entry().unwrap()
-    else {
-        panic!("no sample")
-    };
-    assert_eq!(sample.index, 500);
+    let reader = || McapReader::new(Path::new("x.mcap"), Cursor::new(bytes.clone())).unwrap();
+    for mut reader in [reader(), reader().read_ahead().unwrap()] {
+        // The start announces what the messages are.
+        while !matches!(reader.next_entry().unwrap(), Some(Entry::Message { .. })) {}
+        reader.jump(sixth.offset).unwrap();
+        let Some(Entry::Message { record: Record::Sample(sample), .. }) =
+            reader.next_entry().unwrap()
+        else {
+            panic!("no sample")
+        };
+        assert_eq!(sample.index, 500);
+    }
     for cut in [1, 9, 30, 200] {
         let cut = &bytes[..bytes.len() - cut];
         assert_eq!(McapIndex::read(Cursor::new(cut)).unwrap(), None);

@@ -96,7 +96,7 @@ pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::E
 /// pipeline, or more samples than are held in memory.
 pub fn read_mcap(file: &Path) -> Result<Recording, TapeError> {
     let unusable = |what| TapeError::Unusable { file: file.to_owned(), what };
-    let mut reader = McapReader::open(file)?;
+    let mut reader = McapReader::open(file)?.read_ahead()?;
     let mut held: Option<Recording> = None;
     while let Some(entry) = reader.next_entry()? {
         let Entry::Message { record, .. } = entry else { continue };

@@ -199,7 +199,7 @@ impl Tape {
         file: &Path,
         report: &mut dyn FnMut(Played<'_>),
     ) -> Result<(), TapeError> {
-        let mut reader = McapReader::open(file)?;
+        let mut reader = McapReader::open(file)?.read_ahead()?;
         let mut place = Place { file, report };
         while let Some(entry) = reader.next_entry()? {
             match entry {

@@ -71,7 +71,7 @@ fn is_cut(error: &anyhow::Error) -> bool {
 
 impl Export<'_> {
     fn read(&mut self, file: &Path) -> anyhow::Result<()> {
-        let mut reader = McapReader::open(file)?;
+        let mut reader = McapReader::open(file)?.read_ahead()?;
         while let Some(entry) = reader.next_entry()? {
             match entry {
                 Entry::Message { record: Record::Pipeline(begun), .. } => {

@@ -138,9 +138,10 @@ impl Gripper {
         self.announced.publish(topic, id, wire);
     }
 
-    /// What goes on without samples: figures still state what the last event was.
+    /// What goes on without samples: figures still state what the last event was. Grippers of their own are not switched on in the same
+    /// millisecond, so each has another moment of the second for them.
     fn rest(&mut self, turn: u64) {
-        if turn.is_multiple_of(FIGURES) {
+        if (turn + self.offset).is_multiple_of(FIGURES) {
             let head = self.spool.log().head();
             self.publish(Topic::Health, head, &self.figures.clone());
         }

@@ -44,10 +44,10 @@ struct Args {
     /// Routers in a chain: the grippers connect to the last, the receiver to the first
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=5), conflicts_with = "outage")]
     routers: u16,
-    /// Folder of keys and certificates, of docs/examples/fleet/certificates.sh FOLDER localhost 127.0.0.1 scale: all connections are TLS, both
-    /// sides with a certificate
-    #[arg(long, conflicts_with = "cut")]
-    tls: Option<PathBuf>,
+    /// Folder of keys and certificates, of docs/examples/fleet/certificates.sh FOLDER localhost 127.0.0.1 scale: all connections are QUIC
+    /// (TLS 1.3), both sides with a certificate
+    #[arg(long, value_name = "FOLDER", conflicts_with = "cut")]
+    quic: Option<PathBuf>,
     /// What a process of this program is, for its own use: `router ADDRESS [ADDRESS]` or `grippers ADDRESS FIRST COUNT`
     #[arg(hide = true)]
     part: Vec<String>,
@@ -80,7 +80,7 @@ fn router(args: &Args, address: &str, before: Option<&str>) -> anyhow::Result<()
 /// A place on this machine where a router can listen.
 fn address(args: &Args) -> anyhow::Result<String> {
     let listener = TcpListener::bind("127.0.0.1:0").context("no free port")?;
-    let protocol = if args.tls.is_some() { "tls" } else { "tcp" };
+    let protocol = if args.quic.is_some() { "quic" } else { "tcp" };
     Ok(format!("{protocol}/{}", listener.local_addr()?))
 }
 

@@ -14,13 +14,13 @@ pub(crate) struct Way {
 
 /// The way of a client to a router.
 pub(crate) fn client(args: &Args, address: &str) -> anyhow::Result<Way> {
-    way(address, &json!({ "transport": { "link": { "tls": tls(args.tls.as_deref()) } } }))
+    way(address, &json!({ "transport": { "link": { "tls": keys(args.quic.as_deref()) } } }))
 }
 
 /// A router that listens there, and connects to the one before it.
 pub(crate) fn router(args: &Args, address: &str, before: Option<&str>) -> anyhow::Result<Way> {
     let before: Vec<&str> = before.into_iter().collect();
-    let tls = tls(args.tls.as_deref());
+    let tls = keys(args.quic.as_deref());
     let transport = json!({ "unicast": { "max_sessions": 10_000 }, "link": { "tls": tls } });
     way(address, &json!({ "connect": { "endpoints": before }, "transport": transport }))
 }
@@ -33,7 +33,7 @@ fn way(address: &str, config: &Value) -> anyhow::Result<Way> {
 }
 
 /// Keys and certificates of `certificates.sh FOLDER localhost 127.0.0.1 scale`.
-fn tls(folder: Option<&Path>) -> Value {
+fn keys(folder: Option<&Path>) -> Value {
     let Some(folder) = folder else { return json!({}) };
     let path = |name: &str| folder.join(name).display().to_string();
     json!({

@@ -17,8 +17,8 @@ impl Process {
     pub(crate) fn start(part: &[&str], args: &Args) -> anyhow::Result<Self> {
         let mut command = Command::new(env::current_exe()?);
         command.args(["--seconds", &args.seconds.to_string()]);
-        if let Some(folder) = &args.tls {
-            command.arg("--tls").arg(folder);
+        if let Some(folder) = &args.quic {
+            command.arg("--quic").arg(folder);
         }
         command.args(part).stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut child = command.spawn().context("cannot start a part of this program")?;

@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         }
     }
     let parts = starting.join().map_err(|_| anyhow::anyhow!("a thread has panicked"))??;
-    let how = if args.tls.is_some() { "TLS" } else { "TCP" };
+    let how = if args.quic.is_some() { "QUIC" } else { "TCP" };
     let (grippers, routers, seconds) = (args.grippers, args.routers, args.seconds);
     let processes = parts.len();
     println!(

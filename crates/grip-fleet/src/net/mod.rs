@@ -19,6 +19,7 @@ pub use ros::{RosAnnounced, RosTimes};
 pub use watch::{Reported, Watch};
 
 use core::time::Duration;
+use serde_json::Value;
 use std::path::PathBuf;
 pub use zenoh::Session;
 use zenoh::{Config, Wait as _, config::EndPoint};
@@ -138,7 +139,7 @@ impl Network {
                 set("connect/endpoints", &format!("[{router:?}]"))?;
             }
             None if self.file.is_none() => return Err(NetError::Nowhere),
-            None => {}
+            None => check_endpoints(&config, "connect/endpoints")?,
         }
         Ok(config)
     }
@@ -167,7 +168,7 @@ impl Network {
         if text.starts_with("Unable to connect") {
             "is it running, and can it be reached from here?".clone_into(&mut text);
         }
-        if self.router.as_ref().is_some_and(|router| router.starts_with("tls/")) {
+        if self.router.as_ref().is_some_and(|router| router.starts_with("quic/")) {
             text += " If it is, look at the certificates: both sides need one of the same authority, and enable_mtls";
         }
         text
@@ -216,7 +217,7 @@ pub fn router(network: &Network) -> Result<Session, NetError> {
             config.insert_json5("listen/endpoints", &endpoints).map_err(wrong)?;
         }
         None if network.file.is_none() => return Err(NetError::Nowhere),
-        None => {}
+        None => check_endpoints(&config, "listen/endpoints")?,
     }
     zenoh::open(config).wait().map_err(wrong)
 }
@@ -226,11 +227,31 @@ fn check_endpoint(text: &str) -> Result<(), NetError> {
     let wrong = |reason| NetError::Router { router: text.to_owned(), reason };
     let endpoint: EndPoint = text.parse().map_err(|reason| wrong(short(&reason)))?;
     match endpoint.protocol().as_str() {
-        "tcp" | "tls" | "unixsock-stream" => Ok(()),
+        "tcp" | "quic" | "unixsock-stream" => Ok(()),
+        // Two threads use one connection of it at the same time (eclipse-zenoh/zenoh#2557).
+        "tls" => Err(wrong(
+            "Zenoh's TLS can spoil memory; quic, with the same keys and certificates, takes its place".to_owned(),
+        )),
         other => {
-            Err(wrong(format!("{other} is not built in, only tcp, tls and unixsock-stream are")))
+            Err(wrong(format!("{other} is not built in, only tcp, quic and unixsock-stream are")))
         }
     }
+}
+
+/// The same of all endpoints under `key`: a list, or one for each mode.
+fn check_endpoints(config: &Config, key: &str) -> Result<(), NetError> {
+    let listed = config.get_json(key).ok();
+    let listed = listed.and_then(|json| serde_json::from_str(&json).ok()).unwrap_or_default();
+    let mut left = vec![listed];
+    while let Some(value) = left.pop() {
+        match value {
+            Value::String(endpoint) => check_endpoint(&endpoint)?,
+            Value::Array(more) => left.extend(more),
+            Value::Object(more) => left.extend(more.into_iter().map(|(_, more)| more)),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 /// What Zenoh states, without the places in its source.

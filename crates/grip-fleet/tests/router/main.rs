@@ -594,8 +594,20 @@ fn a_network_that_cannot_be_is_reported_in_a_sentence() {
         reported.starts_with("router = somewhere: ") && !reported.contains(".rs"),
         "{reported}"
     );
-    let reported = text(Network { router: Some("quic/10.0.0.1:7447".to_owned()), file: None });
-    assert!(reported.contains("quic is not built in"), "{reported}");
+    let reported = text(Network { router: Some("udp/10.0.0.1:7447".to_owned()), file: None });
+    assert!(reported.contains("udp is not built in"), "{reported}");
+    let reported = text(Network { router: Some("tls/10.0.0.1:7447".to_owned()), file: None });
+    assert!(reported.contains("quic, with the same keys and certificates"), "{reported}");
+    for endpoints in [r#"["tls/10.0.0.1:7447"]"#, r#"{ client: ["tls/10.0.0.1:7447"] }"#] {
+        fs::write(&file, format!("{{ connect: {{ endpoints: {endpoints} }} }}")).unwrap();
+        let reported = text(Network { router: None, file: Some(file.clone()) });
+        assert!(reported.contains("quic, with the same keys and certificates"), "{reported}");
+    }
+    fs::write(&file, r#"{ listen: { endpoints: ["tls/127.0.0.1:0"] } }"#).unwrap();
+    let Err(error) = net::router(&Network { router: None, file: Some(file.clone()) }) else {
+        panic!("a router that speaks TLS")
+    };
+    assert!(error.to_string().contains("quic, with the same keys and certificates"), "{error}");
     let router = format!("tcp/127.0.0.1:{}", port());
     let network = Network { router: Some(router.clone()), file: None };
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };

@@ -1,5 +1,5 @@
-//! The bytes of an MCAP file in, its records with their offsets out; nothing in a file makes this panic or take more than
-//! [`LONGEST`] bytes at once.
+//! The bytes of an MCAP file in, its records with their offsets out; nothing in a file makes this panic, or take more than
+//! [`LONGEST`] bytes for a record or for a chunk.
 //!
 //! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk
 //! is a record that holds records, compressed. What a record holds is read by the crate `mcap`.
@@ -7,6 +7,8 @@
 use mcap::MAGIC;
 use mcap::records::{ChunkIndex, Record as RawRecord, op};
 use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread::{self, JoinHandle};
 
 /// The longest record, and the longest chunk after decompression, that is believed (bytes); far above what any recorder writes.
 pub(super) const LONGEST: u64 = 64 << 20;
@@ -50,37 +52,125 @@ impl Place {
     }
 }
 
-/// Reads a file from its start to the end of its data.
+/// A record of the file as it was read, a chunk decompressed, and how far reading had come.
+#[derive(Debug, Default)]
+struct Piece {
+    /// Where it begins in the file.
+    offset: u64,
+    /// Where the next one begins.
+    next: u64,
+    body: Vec<u8>,
+    /// The records of a chunk; empty where it is none.
+    chunk: Vec<u8>,
+    /// Whether reading has come to an end: of the data, or of what can be made out.
+    ended: bool,
+    /// Whether the end of the data was followed by an index that is whole.
+    finished: bool,
+    /// Whether the data have the checksum that their end states.
+    sound: bool,
+}
+
+/// Reads a file piece by piece, from its start to the end of its data.
 #[derive(Debug)]
-pub(super) struct RawReader<R> {
+struct Pieces<R> {
     input: R,
     /// Where the next record of the file begins.
     next: u64,
-    /// Where the present one begins.
-    offset: u64,
-    body: Vec<u8>,
-    /// The present chunk, decompressed, and how far it has been read.
-    chunk: Vec<u8>,
-    at: usize,
     ended: bool,
-    finished: bool,
     /// Over every byte up to the end of the data.
     sum: crc32fast::Hasher,
-    sound: bool,
     /// For compressions that gripd does not use.
     unpack: Option<Unpack>,
+}
+
+/// Where pieces come from.
+#[derive(Debug)]
+enum Source<R> {
+    Here(Pieces<R>),
+    /// A thread reads and decompresses while the one that asks uses what is there already.
+    Ahead(Ahead<R>),
+    /// The thread is gone: it gives nothing back where it panicked.
+    Gone,
+}
+
+#[derive(Debug)]
+struct Ahead<R> {
+    read: Receiver<(Piece, Result<Option<u8>, RawError>)>,
+    /// Pieces that were used, for their memory.
+    used: Sender<Piece>,
+    thread: JoinHandle<Pieces<R>>,
+}
+
+/// Pieces that are read before they are asked for.
+const AHEAD: usize = 4;
+
+/// The records of a file, those in its chunks too.
+#[derive(Debug)]
+pub(super) struct RawReader<R> {
+    source: Source<R>,
+    /// The present record of the file, and how far its chunk has been read.
+    piece: Piece,
+    at: usize,
 }
 
 impl<R: Read + Seek> RawReader<R> {
     /// Goes to the record of the file that begins at `offset`. Whether the data are sound as a whole is not known any more.
     pub(super) fn jump(&mut self, offset: u64) -> Result<(), RawError> {
-        self.input.seek(SeekFrom::Start(offset)).map_err(RawError::Io)?;
-        self.next = offset;
-        self.chunk.clear();
-        self.at = 0;
-        self.ended = false;
+        let mut pieces = match core::mem::replace(&mut self.source, Source::Gone) {
+            Source::Here(pieces) => pieces,
+            Source::Ahead(ahead) => ahead.stop()?,
+            Source::Gone => return Err(gone()),
+        };
+        let sought = pieces.input.seek(SeekFrom::Start(offset));
+        (pieces.next, pieces.ended) = (offset, false);
+        self.source = Source::Here(pieces);
+        sought.map_err(RawError::Io)?;
+        self.piece.chunk.clear();
+        (self.piece.next, self.piece.ended, self.at) = (offset, false, 0);
         Ok(())
     }
+}
+
+impl<R: Read + Send + 'static> RawReader<R> {
+    /// The same file, read and decompressed in a thread of its own: worth it where all of it is read.
+    pub(super) fn read_ahead(self) -> Result<Self, RawError> {
+        let Source::Here(mut pieces) = self.source else { return Ok(self) };
+        let (send, read) = mpsc::sync_channel(AHEAD);
+        let (used, again) = mpsc::channel();
+        let work = move || {
+            loop {
+                let mut piece: Piece = again.try_recv().unwrap_or_default();
+                let found = pieces.read(&mut piece);
+                let ended = piece.ended;
+                if send.send((piece, found)).is_err() || ended {
+                    return pieces;
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("mcap".to_owned()).spawn(work);
+        let thread = thread.map_err(RawError::Io)?;
+        Ok(Self { source: Source::Ahead(Ahead { read, used, thread }), ..self })
+    }
+}
+
+impl<R> Ahead<R> {
+    fn next(&self, piece: &mut Piece) -> Result<Option<u8>, RawError> {
+        let Ok((read, found)) = self.read.recv() else { return Err(gone()) };
+        // The thread may have ended.
+        let _ended = self.used.send(core::mem::replace(piece, read));
+        found
+    }
+
+    /// What the thread read from, wherever it stands now.
+    fn stop(self) -> Result<Pieces<R>, RawError> {
+        let Self { read, thread, .. } = self;
+        drop(read);
+        thread.join().map_err(|_| gone())
+    }
+}
+
+fn gone() -> RawError {
+    RawError::Io(io::Error::other("the thread that reads the file has ended"))
 }
 
 impl<R: Read> RawReader<R> {
@@ -95,34 +185,26 @@ impl<R: Read> RawReader<R> {
         let next = MAGIC.len() as u64;
         let mut sum = crc32fast::Hasher::new();
         sum.update(&magic);
-        Ok(Self {
-            input,
-            next,
-            offset: 0,
-            body: Vec::new(),
-            chunk: Vec::new(),
-            at: 0,
-            ended: false,
-            finished: false,
-            sum,
-            sound: false,
-            unpack: None,
-        })
+        let source = Source::Here(Pieces { input, next, ended: false, sum, unpack: None });
+        Ok(Self { source, piece: Piece { next, ..Piece::default() }, at: 0 })
     }
 
     /// The same with one more way to decompress a chunk.
-    pub(super) fn with_unpack(self, unpack: Unpack) -> Self {
-        Self { unpack: Some(unpack), ..self }
+    pub(super) fn with_unpack(mut self, unpack: Unpack) -> Self {
+        if let Source::Here(pieces) = &mut self.source {
+            pieces.unpack = Some(unpack);
+        }
+        self
     }
 
     /// Where in the file the present record, or the chunk that holds it, begins.
     pub(super) fn offset(&self) -> u64 {
-        self.offset
+        self.piece.offset
     }
 
     /// Whether the present chunk holds more records.
     pub(super) fn chunk_goes_on(&self) -> bool {
-        self.at < self.chunk.len()
+        self.at < self.piece.chunk.len()
     }
 
     /// Goes to the next record that matters; `None` at the end of the data. After [`RawError::Damaged`] that is `skippable` the
@@ -130,10 +212,10 @@ impl<R: Read> RawReader<R> {
     pub(super) fn advance(&mut self) -> Result<Option<Place>, RawError> {
         loop {
             if self.chunk_goes_on() {
-                let Some((opcode, body)) = inner_record(&self.chunk, self.at) else {
-                    self.at = self.chunk.len();
+                let Some((opcode, body)) = inner_record(&self.piece.chunk, self.at) else {
+                    self.at = self.piece.chunk.len();
                     return Err(damaged(
-                        self.offset,
+                        self.piece.offset,
                         "a record of the chunk is longer than the chunk",
                     ));
                 };
@@ -143,9 +225,8 @@ impl<R: Read> RawReader<R> {
                 }
                 continue;
             }
-            match self.read_record()? {
+            match self.next_piece()? {
                 None => return Ok(None),
-                Some(op::CHUNK) => self.open_chunk()?,
                 Some(
                     opcode @ (op::SCHEMA
                     | op::CHANNEL
@@ -160,21 +241,77 @@ impl<R: Read> RawReader<R> {
 
     /// The record that [`RawReader::advance`] went to.
     pub(super) fn record(&self, place: &Place) -> Result<RawRecord<'_>, RawError> {
-        let body = match &place.in_chunk {
-            Some(range) => self.chunk.get(range.clone()),
-            None => Some(self.body.as_slice()),
-        };
-        let parsed = body.and_then(|body| parse(place.opcode, body));
-        parsed.ok_or_else(|| damaged(self.offset, "a record has not the form of its kind"))
+        let parsed = self.body(place).and_then(|body| parse(place.opcode, body));
+        parsed.ok_or_else(|| damaged(self.piece.offset, "a record has not the form of its kind"))
     }
 
-    /// Reads the next record of the file into `body`: its opcode, or `None` at the end of the data.
-    fn read_record(&mut self) -> Result<Option<u8>, RawError> {
+    /// The message that [`RawReader::advance`] went to: its channel, its log time (ns since 1970), its bytes.
+    pub(super) fn message(&self, place: &Place) -> Result<(u16, u64, &[u8]), RawError> {
+        let parsed = self.body(place).and_then(message);
+        parsed.ok_or_else(|| damaged(self.piece.offset, "a record has not the form of its kind"))
+    }
+
+    fn body(&self, place: &Place) -> Option<&[u8]> {
+        match &place.in_chunk {
+            Some(range) => self.piece.chunk.get(range.clone()),
+            None => Some(&self.piece.body),
+        }
+    }
+
+    fn next_piece(&mut self) -> Result<Option<u8>, RawError> {
+        if self.piece.ended {
+            return Ok(None);
+        }
+        self.at = 0;
+        match &mut self.source {
+            Source::Here(pieces) => pieces.read(&mut self.piece),
+            Source::Ahead(ahead) => ahead.next(&mut self.piece),
+            Source::Gone => Err(gone()),
+        }
+    }
+
+    /// Whether reading has come to an end: of the data, or of what can be made out.
+    pub(super) fn ended(&self) -> bool {
+        self.piece.ended
+    }
+
+    /// Whether the end of the data was followed by an index that is whole.
+    pub(super) fn finished(&self) -> bool {
+        self.piece.finished
+    }
+
+    /// Whether the data have the checksum that their end states, or it reports none: also the indexes between chunks, which nothing
+    /// else guards.
+    pub(super) fn sound(&self) -> bool {
+        self.piece.sound
+    }
+
+    /// Bytes of the file up to where reading went.
+    pub(super) fn position(&self) -> u64 {
+        self.piece.next
+    }
+}
+
+impl<R: Read> Pieces<R> {
+    /// Reads the next record of the file into `piece`, a chunk decompressed: its opcode, or `None` at the end of the data.
+    fn read(&mut self, piece: &mut Piece) -> Result<Option<u8>, RawError> {
+        piece.body.clear();
+        piece.chunk.clear();
+        (piece.finished, piece.sound) = (false, false);
+        piece.offset = self.next;
+        let read = match self.record(piece) {
+            Ok(Some(op::CHUNK)) => self.open_chunk(piece).map(|()| Some(op::CHUNK)),
+            other => other,
+        };
+        (piece.next, piece.ended) = (self.next, self.ended);
+        read
+    }
+
+    fn record(&mut self, piece: &mut Piece) -> Result<Option<u8>, RawError> {
         if self.ended {
             return Ok(None);
         }
-        self.offset = self.next;
-        let offset = self.offset;
+        let offset = piece.offset;
         let mut head = [0; 9];
         let read = fill(&mut self.input, &mut head).map_err(RawError::Io)?;
         if read < head.len() {
@@ -185,7 +322,7 @@ impl<R: Read> RawReader<R> {
         let len = u64::from_le_bytes(len);
         if matches!(opcode, op::DATA_END | op::FOOTER) {
             self.ended = true;
-            self.read_end(opcode, len)?;
+            self.read_end(opcode, len, piece)?;
             return Ok(None);
         }
         if len > LONGEST || opcode == 0 {
@@ -193,60 +330,36 @@ impl<R: Read> RawReader<R> {
             let what = format!("a record of {len} bytes, kind {opcode:#04x}");
             return Err(RawError::Damaged { offset, what, skippable: false });
         }
-        self.body.clear();
-        let read = (&mut self.input).take(len).read_to_end(&mut self.body).map_err(RawError::Io)?;
+        let body = &mut piece.body;
+        let read = (&mut self.input).take(len).read_to_end(body).map_err(RawError::Io)?;
         if (read as u64) < len {
             self.ended = true;
             return Err(RawError::Truncated { offset });
         }
         self.sum.update(&head);
-        self.sum.update(&self.body);
+        self.sum.update(body);
         self.next = offset + head.len() as u64 + len;
         Ok(Some(opcode))
     }
 
-    /// Whether reading has come to an end: of the data, or of what can be made out.
-    pub(super) fn ended(&self) -> bool {
-        self.ended
-    }
-
-    /// Whether the end of the data was followed by an index that is whole.
-    pub(super) fn finished(&self) -> bool {
-        self.finished
-    }
-
-    /// Whether the data have the checksum that their end states, or it reports none: also the indexes between chunks, which nothing
-    /// else guards.
-    pub(super) fn sound(&self) -> bool {
-        self.sound
-    }
-
-    /// Bytes of the file up to where reading went.
-    pub(super) fn position(&self) -> u64 {
-        self.next
-    }
-
     /// Reads what follows the data, whose last record has just begun, and checks it.
-    fn read_end(&mut self, opcode: u8, len: u64) -> Result<(), RawError> {
-        self.body.clear();
-        let read =
-            (&mut self.input).take(LONGEST).read_to_end(&mut self.body).map_err(RawError::Io)?;
-        self.next = self.offset + 9 + read as u64;
+    fn read_end(&mut self, opcode: u8, len: u64, piece: &mut Piece) -> Result<(), RawError> {
+        let body = &mut piece.body;
+        let read = (&mut self.input).take(LONGEST).read_to_end(body).map_err(RawError::Io)?;
+        self.next = piece.offset + 9 + read as u64;
         let data_end = usize::try_from(len).ok().filter(|_| opcode == op::DATA_END);
-        let stated: Option<[u8; 4]> = data_end.and_then(|_| self.body.first_chunk().copied());
+        let stated: Option<[u8; 4]> = data_end.and_then(|_| body.first_chunk().copied());
         let stated = stated.map(u32::from_le_bytes);
-        self.sound = stated.is_some_and(|crc| crc == 0 || crc == self.sum.clone().finalize());
-        self.finished = data_end.and_then(|len| self.body.get(len..)).is_some_and(is_end);
+        piece.sound = stated.is_some_and(|crc| crc == 0 || crc == self.sum.clone().finalize());
+        piece.finished = data_end.and_then(|len| body.get(len..)).is_some_and(is_end);
         Ok(())
     }
 
-    /// Decompresses the chunk in `body` and checks it.
-    fn open_chunk(&mut self) -> Result<(), RawError> {
-        let offset = self.offset;
-        self.chunk.clear();
-        self.at = 0;
-        let damage = |what: &str| damaged(offset, what);
-        let Some(RawRecord::Chunk { header, data }) = parse(op::CHUNK, &self.body) else {
+    /// Decompresses the chunk in the body of `piece` and checks it.
+    fn open_chunk(&self, piece: &mut Piece) -> Result<(), RawError> {
+        let Piece { offset, body, chunk, .. } = piece;
+        let damage = |what: &str| damaged(*offset, what);
+        let Some(RawRecord::Chunk { header, data }) = parse(op::CHUNK, body) else {
             return Err(damage("the chunk has not the form of one"));
         };
         let size = header.uncompressed_size;
@@ -254,27 +367,29 @@ impl<R: Read> RawReader<R> {
             return Err(damage("the chunk says it is longer than any chunk"));
         }
         match header.compression.as_str() {
-            "" => self.chunk.extend_from_slice(&data),
+            "" => chunk.extend_from_slice(&data),
             "lz4" => {
                 let decoder = lz4::Decoder::new(&*data).map_err(RawError::Io)?;
-                if decoder.take(size + 1).read_to_end(&mut self.chunk).is_err() {
-                    self.chunk.clear();
+                if decoder.take(size + 1).read_to_end(chunk).is_err() {
+                    chunk.clear();
                     return Err(damage("the chunk cannot be decompressed"));
                 }
             }
-            other if self.unpack.is_some() => {
-                let unpacked = self.unpack.map(|unpack| unpack(other, &data, size)).transpose();
-                self.chunk =
-                    unpacked.map_err(|error| damage(&error.to_string()))?.unwrap_or_default();
-            }
-            other => {
-                let what = format!("chunks compressed with {other:?}, which gripd does not use");
-                return Err(RawError::Damaged { offset, what, skippable: true });
-            }
+            other => match self.unpack {
+                Some(unpack) => {
+                    *chunk =
+                        unpack(other, &data, size).map_err(|error| damage(&error.to_string()))?;
+                }
+                None => {
+                    let what =
+                        format!("chunks compressed with {other:?}, which gripd does not use");
+                    return Err(RawError::Damaged { offset: *offset, what, skippable: true });
+                }
+            },
         }
-        let (whole, crc) = (self.chunk.len() as u64 == size, header.uncompressed_crc);
-        if !whole || (crc != 0 && crc32fast::hash(&self.chunk) != crc) {
-            self.chunk.clear();
+        let (whole, crc) = (chunk.len() as u64 == size, header.uncompressed_crc);
+        if !whole || (crc != 0 && crc32fast::hash(chunk) != crc) {
+            chunk.clear();
             return Err(damage("the chunk has not the checksum that it says"));
         }
         Ok(())
@@ -362,6 +477,15 @@ fn parse(opcode: u8, body: &[u8]) -> Option<RawRecord<'_>> {
     mcap::parse_record(opcode, body).ok()
 }
 
+/// Channel, log time and bytes of the message in `body`, as `mcap` reads them, which takes as long for it as the rest of the reading.
+fn message(body: &[u8]) -> Option<(u16, u64, &[u8])> {
+    let (channel, rest) = body.split_first_chunk()?;
+    let (_sequence, rest) = rest.split_first_chunk::<4>()?;
+    let (log, rest) = rest.split_first_chunk()?;
+    let (_published, data) = rest.split_first_chunk::<8>()?;
+    Some((u16::from_le_bytes(*channel), u64::from_le_bytes(*log), data))
+}
+
 /// Whether an attachment has room for its checksum behind times and names, without which `mcap` 0.26 panics.
 fn may_be_attachment(body: &[u8]) -> bool {
     let behind_names = body.get(16..).and_then(behind_text).and_then(behind_text);
@@ -371,4 +495,25 @@ fn may_be_attachment(body: &[u8]) -> bool {
 fn behind_text(from: &[u8]) -> Option<&[u8]> {
     let (len, text) = from.split_first_chunk()?;
     text.get(usize::try_from(u32::from_le_bytes(*len)).ok()?..)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RawRecord, message, op, parse};
+
+    #[test]
+    fn a_message_is_read_as_mcap_reads_it() {
+        let bytes: Vec<u8> = (3..60).collect();
+        for len in 0..bytes.len() {
+            let body = &bytes[..len];
+            let theirs = match parse(op::MESSAGE, body) {
+                Some(RawRecord::Message { header, data }) => {
+                    Some((header.channel_id, header.log_time, data.into_owned()))
+                }
+                _ => None,
+            };
+            let ours = message(body).map(|(channel, log, data)| (channel, log, data.to_vec()));
+            assert_eq!(ours, theirs, "{len}");
+        }
+    }
 }

@@ -65,6 +65,18 @@ impl McapReader<BufReader<File>> {
     }
 }
 
+impl<R: Read + Send + 'static> McapReader<R> {
+    /// The same recording, read and decompressed in a thread of its own: for who reads it to its end.
+    ///
+    /// # Errors
+    /// Where there is no thread to be had.
+    pub fn read_ahead(self) -> Result<Self, McapError> {
+        let Self { file, raw, .. } = self;
+        let raw = raw.read_ahead().map_err(|error| reported(&file, error))?;
+        Ok(Self { raw, file, ..self })
+    }
+}
+
 impl<R: Read + Seek> McapReader<R> {
     /// Goes on with the chunk, or other record, that begins at `offset`, as an index shows it. Topics that were announced in a part that
     /// was never read are not known there; gripd announces them at the start of a file.
@@ -146,17 +158,18 @@ impl<R: Read> McapReader<R> {
         let Self { file, raw, channels, taxels, .. } = self;
         let offset = raw.offset();
         let damaged = |what| McapError::Damaged { file: file.clone(), offset, what };
+        if place.is_message() {
+            let (channel, log_ns, data) =
+                raw.message(place).map_err(|error| reported(file, error))?;
+            let topic = *channels.get(&channel).ok_or_else(|| {
+                damaged(format!("a message of channel {channel}, which was not announced"))
+            })?;
+            let record = Record::decode(topic, data, taxels).map_err(|source| {
+                McapError::Message { file: file.clone(), offset, topic, source }
+            })?;
+            return Ok(Entry::Message { log_ns, record });
+        }
         Ok(match raw.record(place).map_err(|error| reported(file, error))? {
-            RawRecord::Message { header, data: Cow::Borrowed(data) } => {
-                let (channel, log_ns) = (header.channel_id, header.log_time);
-                let topic = *channels.get(&channel).ok_or_else(|| {
-                    damaged(format!("a message of channel {channel}, which was not announced"))
-                })?;
-                let record = Record::decode(topic, data, taxels).map_err(|source| {
-                    McapError::Message { file: file.clone(), offset, topic, source }
-                })?;
-                Entry::Message { log_ns, record }
-            }
             RawRecord::Attachment { header, data, .. } => {
                 Entry::Attachment { name: header.name, media_type: header.media_type, data }
             }

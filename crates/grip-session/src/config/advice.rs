@@ -39,6 +39,10 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
         "[realtime] is set, but nothing is asked of the system: realtime.mode is \"off\"",
     );
     warn(
+        config.realtime.mode == RealtimeMode::Warn && config.realtime.spin_us > 0,
+        "realtime.spin_us is set, but realtime.mode is \"warn\": the hot thread sleeps until a frame is there",
+    );
+    warn(
         config.fleet.site.is_none() && is_set("fleet"),
         "[fleet] is set, but nothing is published: fleet.site is not set",
     );

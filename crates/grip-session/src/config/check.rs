@@ -60,6 +60,7 @@ impl HostConfig {
         ConfigError::within("fleet.ros_domain", ros_domain, 0.0, 232.0)?;
         let cpu = f32::from(self.realtime.cpu.unwrap_or(0));
         ConfigError::within("realtime.cpu", cpu, 0.0, 1023.0)?;
+        ConfigError::within("realtime.spin_us", f32::from(self.realtime.spin_us), 0.0, 500.0)?;
         self.pipeline(Signal::Displacement, Hertz(rate)).check()
     }
 }

@@ -91,11 +91,22 @@ pub struct RealtimeConfig {
     pub priority: u8,
     /// The processor it is bound to; any, where absent.
     pub cpu: Option<u16>,
+    /// It asks the line again and again so long (us) before and after the next frame is due, 0 to 500, and does not sleep; never for 0.
+    /// Only in the mode `strict`.
+    pub spin_us: u16,
+}
+
+impl RealtimeConfig {
+    /// How long it does not sleep around a frame (us); 0 without the mode for it.
+    #[must_use]
+    pub const fn spins_us(&self) -> u16 {
+        if matches!(self.mode, RealtimeMode::Strict) { self.spin_us } else { 0 }
+    }
 }
 
 impl Default for RealtimeConfig {
     fn default() -> Self {
-        Self { mode: RealtimeMode::Off, priority: 50, cpu: None }
+        Self { mode: RealtimeMode::Off, priority: 50, cpu: None, spin_us: 0 }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The example of a router with TLS and access control, on loopback with keys made now: each does what it is there for and nothing else.
+//! The example of a router with QUIC and access control, on loopback with keys made now: each does what it is there for and nothing else.
 #![expect(clippy::unwrap_used, reason = "test code")]
 
 use core::{
@@ -12,7 +12,7 @@ use grip_fleet::{
 use std::{
     env, fs,
     io::ErrorKind,
-    net::TcpListener,
+    net::UdpSocket,
     path::{Path, PathBuf},
     process::Command,
     thread,
@@ -74,8 +74,8 @@ impl Place {
         let file = example("router.json5", folder.path(), &[]);
         // Between two uses of a free port a connection of the other test may take it.
         let routed = |_| {
-            let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-            let endpoint = format!("tls/127.0.0.1:{port}");
+            let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+            let endpoint = format!("quic/127.0.0.1:{port}");
             let network = Network { router: Some(endpoint.clone()), file: Some(file.clone()) };
             net::router(&network).map(|router| (endpoint, router))
         };
@@ -190,7 +190,7 @@ fn nobody_comes_in_without_a_key_of_the_authority() {
         Ok(_) => panic!("{network:?} came in"),
         Err(error) => error.to_string(),
     };
-    let plain = place.endpoint.replace("tls/", "tcp/");
+    let plain = place.endpoint.replace("quic/", "tcp/");
     let text = refused(&Network { router: Some(plain.clone()), file: None });
     assert!(text.starts_with(&format!("no router answers at {plain}")), "{text}");
     // Encrypted, but nobody's key.
