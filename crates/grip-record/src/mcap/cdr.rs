@@ -182,6 +182,22 @@ impl<'a> CdrReader<'a> {
         Ok(taken)
     }
 
+    /// The next fields, `N` of them `f32`.
+    ///
+    /// # Errors
+    /// [`CdrError::Short`].
+    #[inline]
+    pub fn f32s<const N: usize>(&mut self) -> Result<[f32; N], CdrError> {
+        self.align(size_of::<f32>());
+        let mut values = [0.0; N];
+        let (bytes, _) = self.slice(size_of::<[f32; N]>())?.as_chunks();
+        for (value, bytes) in values.iter_mut().zip(bytes) {
+            *value = f32::from_le_bytes(*bytes);
+        }
+        Ok(values)
+    }
+
+    #[inline]
     fn slice(&mut self, len: usize) -> Result<&'a [u8], CdrError> {
         let short = CdrError::Short { at: self.bytes.len() };
         let end = self.at.checked_add(len).ok_or(short)?;

@@ -245,8 +245,8 @@ impl<'a> SampleRecord<'a> {
         let t = Micros(r.u64()?);
         let (index, present) = (r.u32()?, r.u16()?);
         let mut sample = Sample::stylus(t, r.f32()?);
-        for (bit, channel) in Channel::ALL.into_iter().enumerate() {
-            let value = r.f32()?;
+        let readings = r.f32s::<{ Channel::ALL.len() }>()?;
+        for (bit, (channel, value)) in Channel::ALL.into_iter().zip(readings).enumerate() {
             channel.set(&mut sample, (present >> bit & 1 == 1).then_some(value));
         }
         taxels.clear();
