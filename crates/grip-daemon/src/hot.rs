@@ -179,13 +179,15 @@ impl Rhythm {
         self.period_ns = match self.period_ns {
             _ if gap > Self::LONGEST_NS => 0,
             0 => gap,
+            // Some are missing, or there is another rhythm: the next one shows that.
+            known if gap > known + known / 2 => 0,
             known => (7 * known + gap) / 8,
         };
     }
 
-    /// From when to when (ns) the next one is awaited without sleeping; `None` where none is due.
+    /// From when to when (ns) the next one is awaited without sleeping, half of the time at most; `None` where none is due.
     fn awaited(&self, now_ns: u64, spin_us: u16) -> Option<(u64, u64)> {
-        let spin_ns = 1000 * u64::from(spin_us);
+        let spin_ns = (1000 * u64::from(spin_us)).min(self.period_ns / 4);
         let due = self.last_ns + self.period_ns;
         let until = due + spin_ns;
         (spin_ns > 0 && self.period_ns > 0 && now_ns < until)
@@ -267,6 +269,7 @@ impl<C: Fn() -> u64> Hot<C> {
         self.note(now_us, LinkNote::PortOpened);
         self.counters.reconnects += u64::from(self.attached);
         self.session.set_least_interval(line.least_interval_us(COMMAND));
+        self.rhythm = Rhythm::default();
         self.other = false;
         Ok(Some(line))
     }
@@ -317,11 +320,9 @@ impl<C: Fn() -> u64> Hot<C> {
             return line.read(input, READ_TIMEOUT);
         };
         let sleep = Duration::from_nanos(from_ns.saturating_sub(now_ns));
-        if sleep > READ_TIMEOUT {
-            return line.read(input, READ_TIMEOUT);
-        }
-        let mut count = line.read(input, sleep)?;
-        while count == 0 && (self.clock)() < until_ns {
+        let mut count = line.read(input, sleep.min(READ_TIMEOUT))?;
+        // Where it was woken early the loop goes round first.
+        while count == 0 && (from_ns..until_ns).contains(&(self.clock)()) {
             count = line.read(input, Duration::ZERO)?;
         }
         Ok(count)
@@ -590,6 +591,12 @@ mod tests {
         assert_eq!(rhythm.awaited(soon, 0), None);
         assert_eq!(rhythm.awaited(soon, 50), Some((140_950_000, 141_050_000)));
         assert_eq!(rhythm.awaited(141_050_000, 50), None, "it did not come");
+        // One that is missing costs one more.
+        rhythm.frame(142_000_000);
+        assert_eq!(rhythm.awaited(142_000_001, 50), None);
+        rhythm.frame(143_000_000);
+        let quarter = Some((143_750_000, 144_250_000));
+        assert_eq!(rhythm.awaited(143_000_001, 500), quarter);
         rhythm.frame(240_000_000);
         assert_eq!(rhythm.awaited(240_000_001, 50), None);
     }

@@ -190,6 +190,7 @@ fn nobody_comes_in_without_a_key_of_the_authority() {
         Ok(_) => panic!("{network:?} came in"),
         Err(error) => error.to_string(),
     };
+    // The port is UDP's: there is nobody to speak to without encryption.
     let plain = place.endpoint.replace("quic/", "tcp/");
     let text = refused(&Network { router: Some(plain.clone()), file: None });
     assert!(text.starts_with(&format!("no router answers at {plain}")), "{text}");

@@ -19,7 +19,7 @@ use clap::Parser;
 use core::time::Duration;
 use grip_fleet::net;
 use std::io::Read as _;
-use std::net::TcpListener;
+use std::net::{TcpListener, UdpSocket};
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -79,9 +79,12 @@ fn router(args: &Args, address: &str, before: Option<&str>) -> anyhow::Result<()
 
 /// A place on this machine where a router can listen.
 fn address(args: &Args) -> anyhow::Result<String> {
-    let listener = TcpListener::bind("127.0.0.1:0").context("no free port")?;
-    let protocol = if args.quic.is_some() { "quic" } else { "tcp" };
-    Ok(format!("{protocol}/{}", listener.local_addr()?))
+    let any = "127.0.0.1:0";
+    Ok(if args.quic.is_some() {
+        format!("quic/{}", UdpSocket::bind(any).context("no free port")?.local_addr()?)
+    } else {
+        format!("tcp/{}", TcpListener::bind(any).context("no free port")?.local_addr()?)
+    })
 }
 
 /// Microseconds of the machine's clock, which all processes share.

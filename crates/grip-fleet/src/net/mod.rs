@@ -27,7 +27,8 @@ use zenoh::{Config, Wait as _, config::EndPoint};
 /// Which network.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Network {
-    /// Where the router is, as Zenoh writes it: `tcp/10.0.0.1:7447`, `unixsock-stream//run/zenoh.sock`. What the file states, where absent.
+    /// Where the router is, as Zenoh writes it: `tcp/10.0.0.1:7447`, `quic/10.0.0.1:7447`,
+    /// `unixsock-stream//run/zenoh.sock`. What the file states, where absent.
     pub router: Option<String>,
     /// Zenoh configuration file.
     pub file: Option<PathBuf>,
@@ -51,6 +52,14 @@ pub enum NetError {
         router: String,
         /// What Zenoh states.
         reason: String,
+    },
+    /// An endpoint of Zenoh's TLS.
+    #[error(
+        "{endpoint}: Zenoh's TLS can spoil memory; write quic/ in its place, here and at the router, with the same keys and certificates"
+    )]
+    Tls {
+        /// The endpoint.
+        endpoint: String,
     },
     /// A router cannot listen there.
     #[error("a router cannot listen at {place}: {reason}")]
@@ -139,7 +148,7 @@ impl Network {
                 set("connect/endpoints", &format!("[{router:?}]"))?;
             }
             None if self.file.is_none() => return Err(NetError::Nowhere),
-            None => check_endpoints(&config, "connect/endpoints")?,
+            None => refuse_tls(&config, "connect/endpoints")?,
         }
         Ok(config)
     }
@@ -189,7 +198,7 @@ impl Network {
 /// keys, certificates, how many may connect and who may do what: for tests, and where none is installed. It ends with the session.
 ///
 /// # Errors
-/// [`NetError::File`], [`NetError::Nowhere`], [`NetError::Router`] where the endpoint is none and [`NetError::Listen`] where it cannot
+/// [`NetError::File`], [`NetError::Nowhere`], [`NetError::Tls`], [`NetError::Router`] where the endpoint is none and [`NetError::Listen`] where it cannot
 /// listen there.
 pub fn router(network: &Network) -> Result<Session, NetError> {
     let mut config = network.file()?;
@@ -217,8 +226,10 @@ pub fn router(network: &Network) -> Result<Session, NetError> {
             config.insert_json5("listen/endpoints", &endpoints).map_err(wrong)?;
         }
         None if network.file.is_none() => return Err(NetError::Nowhere),
-        None => check_endpoints(&config, "listen/endpoints")?,
+        None => refuse_tls(&config, "listen/endpoints")?,
     }
+    // It only tries again, and says nothing, where it cannot connect.
+    refuse_tls(&config, "connect/endpoints")?;
     zenoh::open(config).wait().map_err(wrong)
 }
 
@@ -229,23 +240,23 @@ fn check_endpoint(text: &str) -> Result<(), NetError> {
     match endpoint.protocol().as_str() {
         "tcp" | "quic" | "unixsock-stream" => Ok(()),
         // Two threads use one connection of it at the same time (eclipse-zenoh/zenoh#2557).
-        "tls" => Err(wrong(
-            "Zenoh's TLS can spoil memory; quic, with the same keys and certificates, takes its place".to_owned(),
-        )),
+        "tls" => Err(NetError::Tls { endpoint: text.to_owned() }),
         other => {
             Err(wrong(format!("{other} is not built in, only tcp, quic and unixsock-stream are")))
         }
     }
 }
 
-/// The same of all endpoints under `key`: a list, or one for each mode.
-fn check_endpoints(config: &Config, key: &str) -> Result<(), NetError> {
+/// Refuses `tls/` among the endpoints under `key`: a list, or one for each mode.
+fn refuse_tls(config: &Config, key: &str) -> Result<(), NetError> {
     let listed = config.get_json(key).ok();
     let listed = listed.and_then(|json| serde_json::from_str(&json).ok()).unwrap_or_default();
     let mut left = vec![listed];
     while let Some(value) = left.pop() {
         match value {
-            Value::String(endpoint) => check_endpoint(&endpoint)?,
+            Value::String(endpoint) if endpoint.starts_with("tls/") => {
+                return Err(NetError::Tls { endpoint });
+            }
             Value::Array(more) => left.extend(more),
             Value::Object(more) => left.extend(more.into_iter().map(|(_, more)| more)),
             _ => {}

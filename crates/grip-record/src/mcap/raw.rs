@@ -101,8 +101,8 @@ struct Ahead<R> {
     thread: JoinHandle<Pieces<R>>,
 }
 
-/// Pieces that are read before they are asked for.
-const AHEAD: usize = 4;
+/// Pieces that wait until they are asked for.
+const AHEAD: usize = 1;
 
 /// The records of a file, those in its chunks too.
 #[derive(Debug)]
@@ -114,7 +114,7 @@ pub(super) struct RawReader<R> {
 }
 
 impl<R: Read + Seek> RawReader<R> {
-    /// Goes to the record of the file that begins at `offset`. Whether the data are sound as a whole is not known any more.
+    /// Goes to the record of the file that begins at `offset`, and reads here from then on. Whether the data are sound as a whole is not known any more.
     pub(super) fn jump(&mut self, offset: u64) -> Result<(), RawError> {
         let mut pieces = match core::mem::replace(&mut self.source, Source::Gone) {
             Source::Here(pieces) => pieces,
@@ -122,12 +122,12 @@ impl<R: Read + Seek> RawReader<R> {
             Source::Gone => return Err(gone()),
         };
         let sought = pieces.input.seek(SeekFrom::Start(offset));
-        (pieces.next, pieces.ended) = (offset, false);
+        // Where that failed nobody knows where the input stands.
+        (pieces.next, pieces.ended) = (offset, sought.is_err());
         self.source = Source::Here(pieces);
-        sought.map_err(RawError::Io)?;
         self.piece.chunk.clear();
-        (self.piece.next, self.piece.ended, self.at) = (offset, false, 0);
-        Ok(())
+        (self.piece.next, self.piece.ended, self.at) = (offset, sought.is_err(), 0);
+        sought.map(drop).map_err(RawError::Io)
     }
 }
 
@@ -155,7 +155,10 @@ impl<R: Read + Send + 'static> RawReader<R> {
 
 impl<R> Ahead<R> {
     fn next(&self, piece: &mut Piece) -> Result<Option<u8>, RawError> {
-        let Ok((read, found)) = self.read.recv() else { return Err(gone()) };
+        let Ok((read, found)) = self.read.recv() else {
+            piece.ended = true;
+            return Err(gone());
+        };
         // The thread may have ended.
         let _ended = self.used.send(core::mem::replace(piece, read));
         found
@@ -266,7 +269,10 @@ impl<R: Read> RawReader<R> {
         match &mut self.source {
             Source::Here(pieces) => pieces.read(&mut self.piece),
             Source::Ahead(ahead) => ahead.next(&mut self.piece),
-            Source::Gone => Err(gone()),
+            Source::Gone => {
+                self.piece.ended = true;
+                Err(gone())
+            }
         }
     }
 
@@ -499,7 +505,31 @@ fn behind_text(from: &[u8]) -> Option<&[u8]> {
 
 #[cfg(test)]
 mod tests {
-    use super::{RawRecord, message, op, parse};
+    use super::{MAGIC, RawError, RawReader, RawRecord, message, op, parse};
+    use std::io::{self, Cursor, Read, Seek, SeekFrom};
+
+    struct Unseekable(Cursor<&'static [u8]>);
+
+    impl Read for Unseekable {
+        fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+            self.0.read(out)
+        }
+    }
+
+    impl Seek for Unseekable {
+        fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+            Err(io::ErrorKind::NotSeekable.into())
+        }
+    }
+
+    #[test]
+    fn where_seeking_fails_reading_has_ended() {
+        let reader = || RawReader::new(Unseekable(Cursor::new(MAGIC))).unwrap();
+        for mut reader in [reader(), reader().read_ahead().unwrap()] {
+            assert!(matches!(reader.jump(8), Err(RawError::Io(_))));
+            assert!(reader.ended() && matches!(reader.advance(), Ok(None)));
+        }
+    }
 
     #[test]
     fn a_message_is_read_as_mcap_reads_it() {

@@ -66,7 +66,8 @@ impl McapReader<BufReader<File>> {
 }
 
 impl<R: Read + Send + 'static> McapReader<R> {
-    /// The same recording, read and decompressed in a thread of its own: for who reads it to its end.
+    /// The same recording, read and decompressed in a thread of its own, some three chunks ahead, until [`McapReader::jump`]: for who
+    /// reads it to its end.
     ///
     /// # Errors
     /// Where there is no thread to be had.

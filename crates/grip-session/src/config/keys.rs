@@ -91,8 +91,8 @@ pub struct RealtimeConfig {
     pub priority: u8,
     /// The processor it is bound to; any, where absent.
     pub cpu: Option<u16>,
-    /// It asks the line again and again so long (us) before and after the next frame is due, 0 to 500, and does not sleep; never for 0.
-    /// Only in the mode `strict`.
+    /// It asks the line again and again so long (us) before and after the next frame is due, 0 to 500 and at most a quarter of the time
+    /// between two frames, and does not sleep; never for 0. Only in the mode `strict`, and on another processor than the interrupts of the line.
     pub spin_us: u16,
 }
 
