@@ -31,7 +31,7 @@ BENCHES_AND_TESTS = {"slip-benches", "stories"}
 # execution, by hand: crate, then files under src. Not counted: files that only define settings, units, codes or errors.
 PATH_FILES = {
     "grip-daemon": """
-        hot rings latency
+        hot rhythm rings latency
     """,
     "grip-port": """
         line linux/wire

@@ -17,6 +17,7 @@ pub mod metrics;
 pub mod pages;
 pub mod realtime;
 pub mod recorder;
+mod rhythm;
 pub mod rings;
 pub mod rows;
 pub mod status;

@@ -66,7 +66,7 @@ impl McapReader<BufReader<File>> {
 }
 
 impl<R: Read + Send + 'static> McapReader<R> {
-    /// The same recording, read and decompressed in a thread of its own, some three chunks ahead, until [`McapReader::jump`]: for who
+    /// The same recording, read and decompressed in a thread of its own, two chunks ahead, until [`McapReader::jump`]: for who
     /// reads it to its end.
     ///
     /// # Errors
