@@ -32,6 +32,17 @@ pub struct Recording {
     pub notes: Notes,
 }
 
+impl Recording {
+    /// Keeps its first `count` samples, with their taxels, alone, and gives the memory of the others back.
+    pub fn truncate(&mut self, count: usize) {
+        self.samples.truncate(count);
+        self.samples.shrink_to_fit();
+        if let Some(taxels) = &mut self.taxels {
+            taxels.truncate(count);
+        }
+    }
+}
+
 /// The cells of one row, by the number of their column.
 pub(crate) trait Cells {
     /// A time that is not before `previous`.

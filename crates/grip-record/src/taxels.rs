@@ -63,6 +63,14 @@ impl Taxels {
         self.values.extend(filled.take(self.count));
     }
 
+    /// Keeps the frames of the first `count` samples alone.
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.present.truncate(count);
+        self.present.shrink_to_fit();
+        self.values.truncate(count.saturating_mul(self.count));
+        self.values.shrink_to_fit();
+    }
+
     /// The companion of the recording `NAME.csv`: `NAME_taxels.csv` or `NAME_electrodes.csv` in the same folder.
     #[must_use]
     pub fn companions(recording: &Path) -> [PathBuf; 2] {

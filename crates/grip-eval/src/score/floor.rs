@@ -5,10 +5,10 @@
 
 use super::{
     Detector, ScoreError,
-    labelled::{Labelled, rest_until},
+    labelled::{Labelled, Recordings, rest_until},
 };
 use crate::taxels;
-use grip_record::Channel;
+use grip_record::{Channel, LabelKind};
 use slip_core::{
     PipelineConfig,
     alarm::Method,
@@ -31,22 +31,23 @@ pub(super) struct AtRest {
 }
 
 impl AtRest {
-    /// Pooled over the labelled rest of `all`.
+    /// Pooled over the labelled rest of `all`, recordings of the `folder`.
     pub(super) fn of<'a>(
+        folder: &Recordings,
         all: impl Iterator<Item = &'a Labelled> + Clone,
         detector: Detector,
         config: &PipelineConfig,
         guard_ms: f64,
     ) -> Result<Self, ScoreError> {
         let mut rest = if config.methods.has(Method::Stylus) {
-            match learned_live(all.clone(), config, guard_ms)? {
+            match learned_live(folder, all.clone(), config, guard_ms)? {
                 Some(learned) => learned,
-                None => pooled_floor(all.clone(), config, guard_ms)?,
+                None => pooled_floor(folder, all.clone(), config, guard_ms)?,
             }
         } else {
             Self::default()
         };
-        let taxels = pooled_taxels(all, detector, config, guard_ms);
+        let taxels = pooled_taxels(folder, all, detector, config, guard_ms)?;
         rest.taxel_rms = taxels.rms(config.pressure.threshold);
         rest.taxel_range = taxels.range();
         Ok(rest)
@@ -66,14 +67,17 @@ impl AtRest {
 }
 
 fn pooled_floor<'a>(
+    folder: &Recordings,
     all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,
     guard_ms: f64,
 ) -> Result<AtRest, ScoreError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)
         .map_err(|source| ScoreError::Config { recording: "all recordings".to_owned(), source })?;
-    for Labelled { label, recording, .. } in all {
-        let until = rest_until(label, guard_ms);
+    for one in all.filter(|one| one.label.kind != LabelKind::Steady) {
+        let until = rest_until(&one.label, guard_ms);
+        let contents = folder.open_rest(one)?;
+        let recording = contents.recording(false);
         meter.start();
         for sample in recording.samples.iter().take_while(|s| s.t.as_seconds() < until) {
             meter.push_vector(sample.vibration());
@@ -88,17 +92,16 @@ fn pooled_floor<'a>(
 /// Where recordings show when the robot moves: what each of them would have learned by the end of its rest, as live,
 /// and of that the median. Pooled motion would be no floor.
 fn learned_live<'a>(
+    folder: &Recordings,
     all: impl Iterator<Item = &'a Labelled>,
     config: &PipelineConfig,
     guard_ms: f64,
 ) -> Result<Option<AtRest>, ScoreError> {
     let (mut floors, mut references, mut floor_s) = (Vec::new(), Vec::new(), 0.0);
-    for Labelled { label, recording, .. } in all {
-        let channels = &recording.channels;
-        if !channels.has(Channel::Reference) && !channels.has(Channel::Motion) {
-            continue;
-        }
-        let until = rest_until(label, guard_ms);
+    for one in all.filter(|one| one.has(Channel::Reference) || one.has(Channel::Motion)) {
+        let until = rest_until(&one.label, guard_ms);
+        let contents = folder.open_rest(one)?;
+        let recording = contents.recording(false);
         let known = KnownFloors { stylus: None, reference: config.known_reference };
         let mut detector =
             SlipDetector::new(&config.detector, config.floor, known, config.sample_rate.0)
@@ -137,17 +140,19 @@ fn median<const N: usize>(all: &[[f32; N]]) -> Option<[f32; N]> {
 }
 
 fn pooled_taxels<'a>(
+    folder: &Recordings,
     all: impl Iterator<Item = &'a Labelled>,
     detector: Detector,
     config: &PipelineConfig,
     guard_ms: f64,
-) -> PatternRest<MAX_TAXELS> {
+) -> Result<PatternRest<MAX_TAXELS>, ScoreError> {
     let mut meter = PatternRest::<MAX_TAXELS>::new(config.pressure.follow_ms);
-    for one in all {
-        let recording = one.recording(detector.companions);
+    for one in all.filter(|one| one.has_taxels(detector.companions)) {
+        let contents = folder.open_rest(one)?;
+        let recording = contents.recording(detector.companions);
         let until = rest_until(&one.label, guard_ms);
         let rest = recording.samples.partition_point(|s| s.t.as_seconds() < until);
         taxels::push_rest(&mut meter, recording, |index| index < rest);
     }
-    meter
+    Ok(meter)
 }

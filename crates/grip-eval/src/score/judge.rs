@@ -5,7 +5,7 @@ use super::{
     beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL},
     curve::Trace,
-    labelled::{Labelled, rest_until},
+    labelled::{Contents, Labelled, rest_until},
 };
 use grip_record::{LabelKind, Recording};
 use grip_session::replay::Replay;
@@ -35,10 +35,15 @@ pub(super) struct Judged {
 }
 
 /// What became of the recording, the statistic it showed, and its false alarms by cause.
-pub(super) fn judge(one: &Labelled, fitted: Fitted, guard_ms: f64) -> Result<Judged, ScoreError> {
-    let Labelled { label, travel, .. } = one;
+pub(super) fn judge(
+    one: &Labelled,
+    contents: &Contents,
+    fitted: Fitted,
+    guard_ms: f64,
+) -> Result<Judged, ScoreError> {
+    let (label, travel) = (&one.label, &contents.travel);
     let detector = fitted.detector;
-    let recording = one.recording(detector.companions);
+    let recording = contents.recording(detector.companions);
     let Played { spans, statistics, causes, length_s, reported_s } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
@@ -133,7 +138,7 @@ impl Window {
 
 /// One for each labelled onset.
 fn windows(one: &Labelled, guard_ms: f64) -> Vec<Window> {
-    let onsets: Vec<Micros> = one.label.onset().into_iter().chain(one.further.clone()).collect();
+    let onsets: Vec<Micros> = one.onsets().collect();
     let begins = |onset: &Micros| onset.as_seconds() - 1e-3 * guard_ms;
     let window = |(nth, onset): (usize, &Micros)| {
         let ends_s = onsets.get(nth + 1).map_or(f64::INFINITY, begins);

@@ -1,74 +1,310 @@
 //! A folder with `labels.csv` in, its checked recordings with their labels and companions out.
+//!
+//! Small folders stay in memory, and of larger ones the labelled rest as far as it fits. What does not is read again wherever it is needed, a few
+//! recordings at a time: a folder of any size takes as much memory as [`Memory`] states, or as one of its recordings.
 
 use super::{ScoreError, companions};
 use grip_record::{
-    CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording, Travel, read_alarms,
-    read_labels, read_phases, read_recording,
+    Channel, ChannelSet, CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording,
+    StylusKind, Travel, read_alarms, read_labels, read_phases, read_recording,
 };
 use grip_session::recording::read_mcap;
-use slip_core::units::Micros;
-use std::path::{Path, PathBuf};
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+use slip_core::{Sample, alarm::Method, units::Micros};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::{Arc, Condvar, Mutex, PoisonError},
+};
 
-/// A recording of the folder and what is known of it.
+/// How much of the recordings is held at once (bytes).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Memory {
+    /// Whole recordings, from the first reading to the end, and as much again for the labelled rest of others.
+    pub(super) kept: usize,
+    /// Beside that while it is worked on; a recording that is larger is alone.
+    pub(super) open: usize,
+}
+
+impl Memory {
+    pub(super) const DEFAULT: Self = Self { kept: 128 << 20, open: 512 << 20 };
+}
+
+/// A text of few digits takes so many times its bytes in memory.
+const GROWS: usize = 10;
+
+/// What is known of a recording of the folder.
 pub(super) struct Labelled {
     /// Its only label, or that of its first slip.
     pub(super) label: Label,
     /// Onsets of further slips, in rising order.
-    pub(super) further: Vec<Micros>,
-    pub(super) recording: Recording,
-    /// The same with what lies beside it as further channels.
-    joined: Option<Recording>,
-    pub(super) travel: Option<Travel>,
+    further: Vec<Micros>,
     /// Alarms of a detector of one's own in it, by their begin; `None` where the folder has none.
     pub(super) own: Option<Vec<Phase>>,
     /// What else went on in it.
     pub(super) phases: Vec<Phase>,
+    file: PathBuf,
+    /// Of the recording itself, and with what lies beside it.
+    seen: [Seen; 2],
+    rate_hz: f32,
+    /// Time of the first and of the last sample.
+    span: Option<(Micros, Micros)>,
+    bytes: usize,
+    /// All of it, or its labelled rest.
+    kept: Option<Arc<Contents>>,
+    is_whole: bool,
 }
 
-impl Labelled {
+/// What the samples of a recording have.
+#[derive(Clone)]
+struct Seen {
+    channels: ChannelSet,
+    taxels: bool,
+}
+
+/// A recording in memory.
+pub(super) struct Contents {
+    recording: Recording,
+    /// The same with what lies beside it as further channels.
+    joined: Option<Recording>,
+    pub(super) travel: Option<Travel>,
+}
+
+impl Contents {
     /// With its companions, where they were read.
     pub(super) fn recording(&self, companions: bool) -> &Recording {
         self.joined.as_ref().filter(|_| companions).unwrap_or(&self.recording)
     }
+
+    /// Keeps what lies before a time (s) alone.
+    fn truncate(&mut self, until_s: f64) {
+        let rest = |sample: &Sample| sample.t.as_seconds() < until_s;
+        for recording in [Some(&mut self.recording), self.joined.as_mut()].into_iter().flatten() {
+            recording.truncate(recording.samples.partition_point(rest));
+        }
+    }
+
+    fn read(file: &Path, options: &CsvOptions, companions: bool) -> Result<Self, ScoreError> {
+        let recording = match file.extension() {
+            Some(ending) if ending == "mcap" => read_mcap(file)?,
+            _ => read_recording(file, options)?,
+        };
+        let travel = Travel::read_beside(file)?;
+        let joined =
+            companions.then(|| companions::join(file, &recording, travel.as_ref())).transpose()?;
+        Ok(Self { recording, joined, travel })
+    }
+
+    /// What it takes while a detector looks at it, the statistic of each sample included (bytes).
+    fn bytes(&self) -> usize {
+        let of = |recording: &Recording| {
+            let taxels = recording.channels.taxels * size_of::<f32>();
+            recording.samples.len() * (size_of::<Sample>() + taxels + size_of::<(f64, f32)>())
+        };
+        of(&self.recording) + self.joined.as_ref().map_or(0, of)
+    }
 }
 
-/// Every labelled recording, in the order of the labels.
-pub(super) fn load(
-    directory: &Path,
-    options: &CsvOptions,
-    companions: bool,
-) -> Result<Vec<Labelled>, ScoreError> {
-    let mut all: Vec<Labelled> = Vec::new();
-    let labels = directory.join("labels.csv");
-    let all_phases = read_phases(&directory.join("phases.csv"))?;
-    let all_alarms = read_alarms(&directory.join("alarms.csv"))?;
-    for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
-        let same = |one: &&mut Labelled| one.label.recording == label.recording;
-        if let Some(first) = all.iter_mut().find(same) {
-            check_onset(&label, &first.recording)?;
-            first.further.extend(label.onset());
-            continue;
-        }
-        let file = file(&label, directory);
-        let recording = match file.extension() {
-            Some(ending) if ending == "mcap" => read_mcap(&file)?,
-            _ => read_recording(&file, options)?,
-        };
-        check_onset(&label, &recording)?;
-        let travel = Travel::read_beside(&file)?;
-        let joined =
-            companions.then(|| companions::join(&file, &recording, travel.as_ref())).transpose()?;
-        let of = |phases: &Vec<Phase>| {
-            let its = phases.iter().filter(|phase| phase.recording == label.recording);
-            its.cloned().collect::<Vec<_>>()
-        };
-        let (phases, own) = (of(&all_phases), all_alarms.as_ref().map(of));
-        all.push(Labelled { label, further: Vec::new(), recording, joined, travel, own, phases });
+impl Labelled {
+    /// Whether it has a channel.
+    pub(super) fn has(&self, channel: Channel) -> bool {
+        let [own, _] = &self.seen;
+        own.channels.has(channel)
     }
-    let first =
-        all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
-    check_alike(first, &all)?;
-    Ok(all)
+
+    /// Whether it has taxels, in itself or beside it.
+    pub(super) fn has_taxels(&self, companions: bool) -> bool {
+        self.seen[usize::from(companions)].taxels
+    }
+
+    /// Whether it has what a method looks at.
+    pub(super) fn serves(&self, method: Method, companions: bool) -> bool {
+        let Seen { channels, taxels } = &self.seen[usize::from(companions)];
+        match method {
+            Method::Travel => channels.has(Channel::Travel),
+            Method::Pressure => *taxels,
+            _ => channels.stylus != StylusKind::Absent,
+        }
+    }
+
+    /// Where slips begin in it, in rising order.
+    pub(super) fn onsets(&self) -> impl Iterator<Item = Micros> {
+        self.label.onset().into_iter().chain(self.further.iter().copied())
+    }
+
+    /// What its stylus measures.
+    pub(super) fn stylus(&self) -> StylusKind {
+        let [own, _] = &self.seen;
+        own.channels.stylus
+    }
+
+    fn check_onset(&self, onset: Micros) -> Result<(), ScoreError> {
+        let Some((first, last)) = self.span else { return Ok(()) };
+        if (first..=last).contains(&onset) {
+            return Ok(());
+        }
+        Err(ScoreError::OnsetOutside {
+            recording: self.label.recording.clone(),
+            onset_s: onset.as_seconds(),
+            first_s: first.as_seconds(),
+            last_s: last.as_seconds(),
+        })
+    }
+}
+
+/// Every labelled recording of a folder, in the order of the labels.
+pub(super) struct Recordings {
+    pub(super) all: Vec<Labelled>,
+    options: CsvOptions,
+    companions: bool,
+    room: Room,
+}
+
+impl Recordings {
+    /// Reads and checks all of them; the rest before an onset ends `guard_ms` before it.
+    pub(super) fn load(
+        directory: &Path,
+        options: &CsvOptions,
+        companions: bool,
+        guard_ms: f64,
+        memory: Memory,
+    ) -> Result<Self, ScoreError> {
+        let labels = directory.join("labels.csv");
+        let all_phases = read_phases(&directory.join("phases.csv"))?;
+        let all_alarms = read_alarms(&directory.join("alarms.csv"))?;
+        let mut named: Vec<(Label, Vec<Micros>)> = Vec::new();
+        for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
+            match named.iter_mut().find(|(first, _)| first.recording == label.recording) {
+                Some((_, further)) => further.extend(label.onset()),
+                None => named.push((label, Vec::new())),
+            }
+        }
+        let room = Room::new(memory.open);
+        let (whole, rests) = (Mutex::new(memory.kept), Mutex::new(memory.kept));
+        let read = |(label, further): (Label, Vec<Micros>)| {
+            let of = |phases: &Vec<Phase>| {
+                let its = phases.iter().filter(|phase| phase.recording == label.recording);
+                its.cloned().collect::<Vec<_>>()
+            };
+            let (phases, own) = (of(&all_phases), all_alarms.as_ref().map(of));
+            let file = file(&label, directory);
+            let length = fs::metadata(&file).map_or(0, |file| file.len());
+            let _place =
+                room.take(usize::try_from(length).map_or(usize::MAX, |n| n.saturating_mul(GROWS)));
+            let mut contents = Contents::read(&file, options, companions)?;
+            let bytes = contents.bytes();
+            let seen = [false, true].map(|companions| {
+                let recording = contents.recording(companions);
+                Seen { channels: recording.channels.clone(), taxels: recording.taxels.is_some() }
+            });
+            let Recording { samples, rate_hz, .. } = &contents.recording;
+            let span = samples.first().zip(samples.last()).map(|(first, last)| (first.t, last.t));
+            let rate_hz = *rate_hz;
+            let is_whole = take(&whole, bytes);
+            if !is_whole {
+                contents.truncate(rest_until(&label, guard_ms));
+            }
+            let is_kept = is_whole || take(&rests, contents.bytes());
+            let kept = is_kept.then(|| Arc::new(contents));
+            let one = Labelled {
+                label,
+                further,
+                own,
+                phases,
+                file,
+                seen,
+                rate_hz,
+                span,
+                bytes,
+                kept,
+                is_whole,
+            };
+            one.onsets().try_for_each(|onset| one.check_onset(onset))?;
+            Ok(one)
+        };
+        // In the order of the labels, so that the first fault of these is the one that is reported.
+        let all: Vec<Result<Labelled, ScoreError>> = named.into_par_iter().map(read).collect();
+        let all = all.into_iter().collect::<Result<Vec<Labelled>, ScoreError>>()?;
+        let first =
+            all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
+        check_alike(first, &all)?;
+        Ok(Self { all, options: options.clone(), companions, room })
+    }
+
+    /// A recording for as long as it is used; waits where others have to go first. One thread uses one at a time.
+    pub(super) fn open(&self, one: &Labelled) -> Result<Open<'_>, ScoreError> {
+        if let Some(kept) = one.kept.as_ref().filter(|_| one.is_whole) {
+            return Ok(Open { contents: Arc::clone(kept), _place: None });
+        }
+        let place = self.room.take(one.bytes);
+        let contents = Contents::read(&one.file, &self.options, self.companions)?;
+        Ok(Open { contents: Arc::new(contents), _place: Some(place) })
+    }
+
+    /// The same for its labelled rest; what comes after may be missing.
+    pub(super) fn open_rest(&self, one: &Labelled) -> Result<Open<'_>, ScoreError> {
+        match &one.kept {
+            Some(kept) => Ok(Open { contents: Arc::clone(kept), _place: None }),
+            None => self.open(one),
+        }
+    }
+}
+
+/// A recording in use.
+pub(super) struct Open<'a> {
+    contents: Arc<Contents>,
+    _place: Option<Place<'a>>,
+}
+
+impl core::ops::Deref for Open<'_> {
+    type Target = Contents;
+
+    fn deref(&self) -> &Contents {
+        &self.contents
+    }
+}
+
+/// Memory for the recordings in use.
+struct Room {
+    all: usize,
+    free: Mutex<usize>,
+    more: Condvar,
+}
+
+/// A part of it.
+struct Place<'a> {
+    room: &'a Room,
+    bytes: usize,
+}
+
+impl Room {
+    fn new(all: usize) -> Self {
+        Self { all, free: Mutex::new(all), more: Condvar::new() }
+    }
+
+    /// Waits until so much is free; all of it for what is larger.
+    fn take(&self, bytes: usize) -> Place<'_> {
+        let bytes = bytes.min(self.all);
+        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.more.wait_while(free, |free| *free < bytes);
+        *waited.unwrap_or_else(PoisonError::into_inner) -= bytes;
+        Place { room: self, bytes }
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        *self.room.free.lock().unwrap_or_else(PoisonError::into_inner) += self.bytes;
+        self.room.more.notify_all();
+    }
+}
+
+/// Takes so much of what is left, if it is.
+fn take(left: &Mutex<usize>, bytes: usize) -> bool {
+    let mut left = left.lock().unwrap_or_else(PoisonError::into_inner);
+    let rest = left.checked_sub(bytes);
+    *left = rest.unwrap_or(*left);
+    rest.is_some()
 }
 
 /// `NAME.csv`, or `NAME.npz` or `NAME.mcap` where only that is there.
@@ -92,33 +328,15 @@ fn labels_error(file: &Path, error: LabelError) -> ScoreError {
     }
 }
 
-fn check_onset(label: &Label, recording: &Recording) -> Result<(), ScoreError> {
-    let (Some(onset), Some(first), Some(last)) =
-        (label.onset(), recording.samples.first(), recording.samples.last())
-    else {
-        return Ok(());
-    };
-    if (first.t..=last.t).contains(&onset) {
-        return Ok(());
-    }
-    Err(ScoreError::OnsetOutside {
-        recording: label.recording.clone(),
-        onset_s: onset.as_seconds(),
-        first_s: first.t.as_seconds(),
-        last_s: last.t.as_seconds(),
-    })
-}
-
 fn check_alike(first: &Labelled, all: &[Labelled]) -> Result<(), ScoreError> {
-    let reference = &first.recording;
-    for Labelled { recording, .. } in all {
-        let same_rate = (recording.rate_hz / reference.rate_hz - 1.0).abs() < 0.01;
-        if !same_rate || recording.channels.stylus != reference.channels.stylus {
+    for one in all {
+        let same_rate = (one.rate_hz / first.rate_hz - 1.0).abs() < 0.01;
+        if !same_rate || one.stylus() != first.stylus() {
             return Err(ScoreError::Mixed {
-                recording: recording.name.clone(),
-                rate_hz: recording.rate_hz,
-                first: reference.name.clone(),
-                first_hz: reference.rate_hz,
+                recording: one.label.recording.clone(),
+                rate_hz: one.rate_hz,
+                first: first.label.recording.clone(),
+                first_hz: first.rate_hz,
             });
         }
     }
@@ -131,5 +349,31 @@ pub(super) fn rest_until(label: &Label, guard_ms: f64) -> f64 {
         LabelKind::Onset { at } => at.as_seconds() - 1e-3 * guard_ms,
         LabelKind::Rest => f64::INFINITY,
         LabelKind::Steady => f64::NEG_INFINITY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Room;
+    use core::sync::atomic::{AtomicUsize, Ordering};
+    use std::thread;
+
+    #[test]
+    fn no_more_is_in_use_than_there_is_room_and_what_is_larger_is_alone() {
+        let (room, used) = (Room::new(1000), AtomicUsize::new(0));
+        thread::scope(|threads| {
+            for nth in 0..40 {
+                let (room, used) = (&room, &used);
+                threads.spawn(move || {
+                    let bytes = if nth % 4 == 0 { 5000 } else { 300 };
+                    let _place = room.take(bytes);
+                    let taken = bytes.min(1000);
+                    assert!(used.fetch_add(taken, Ordering::SeqCst) + taken <= 1000);
+                    thread::yield_now();
+                    used.fetch_sub(taken, Ordering::SeqCst);
+                });
+            }
+        });
+        assert_eq!(*room.free.lock().unwrap(), 1000);
     }
 }

@@ -47,19 +47,23 @@ pub use quantiles::Quantiles;
 pub use totals::{RecordingScore, Score, Total};
 
 use causes::Causes;
-use core::time::Duration;
+use core::{
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
 use floor::AtRest;
-use grip_record::{Channel, CsvOptions, StylusKind};
+use grip_record::{CsvOptions, StylusKind};
 use grip_session::{config::HostConfig, replay};
 use judge::{Fitted, judge};
-use labelled::{Labelled, load};
+use labelled::{Labelled, Memory, Recordings};
+use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use slip_core::{
     PipelineConfig,
     alarm::{Method, Methods},
     esc::Reading,
 };
 use std::{
-    collections::{BTreeMap, btree_map::Entry},
+    collections::{BTreeMap, BTreeSet},
     path::Path,
 };
 
@@ -104,15 +108,15 @@ pub fn score(
 }
 
 /// Time since some instant, where a program reads a clock.
-pub type Clock<'a> = &'a dyn Fn() -> Duration;
+pub type Clock<'a> = &'a (dyn Fn() -> Duration + Sync);
 
 /// What a program may want beside the scores.
 #[derive(Clone, Copy, Default)]
 pub struct Watch<'a> {
     /// Measures the run time of each detector; `None` where that is not wanted.
     pub clock: Option<Clock<'a>>,
-    /// Gets how many pairs of recording and detector are done, and of how many.
-    pub done: Option<&'a dyn Fn(usize, usize)>,
+    /// Gets how many pairs of recording and detector are done, and of how many; from several threads.
+    pub done: Option<&'a (dyn Fn(usize, usize) + Sync)>,
 }
 
 impl core::fmt::Debug for Watch<'_> {
@@ -122,7 +126,8 @@ impl core::fmt::Debug for Watch<'_> {
 }
 
 /// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one. A detector that cannot
-/// run on them has its reason in the place of its score.
+/// run on them has its reason in the place of its score. All cores work, unless run times are measured; a folder of any size takes
+/// at most some 800 MB of memory, or that of its largest recording.
 ///
 /// # Errors
 /// The first thing that keeps a recording from being used, or the reason of the first detector where none can run.
@@ -134,20 +139,43 @@ pub fn compare(
     detectors: &[Detector],
     watch: Watch<'_>,
 ) -> Result<Vec<Result<Score, ScoreError>>, ScoreError> {
+    compare_within(Memory::DEFAULT, directory, options, detectors, &Task { config, rules, watch })
+}
+
+/// What is asked of each detector.
+struct Task<'a> {
+    config: &'a HostConfig,
+    rules: Rules,
+    watch: Watch<'a>,
+}
+
+fn compare_within(
+    memory: Memory,
+    directory: &Path,
+    options: &CsvOptions,
+    detectors: &[Detector],
+    task: &Task<'_>,
+) -> Result<Vec<Result<Score, ScoreError>>, ScoreError> {
     let companions = detectors.iter().any(|detector| detector.companions);
-    let all = load(directory, options, companions)?;
+    let folder = Recordings::load(directory, options, companions, task.rules.guard_ms, memory)?;
+    let Some(first) = folder.all.first() else { return Ok(Vec::new()) };
+    let configured =
+        replay::pipeline_config(folder.open(first)?.recording(false), task.config, true);
+    let vibration = first.stylus() == StylusKind::Vibration;
+    task.config.check_signal(configured.sample_rate, vibration)?;
     let mut scores = Vec::with_capacity(detectors.len());
-    for (nth, detector) in detectors.iter().enumerate() {
-        let done = |recordings| {
-            if let Some(done) = watch.done {
-                done(nth * all.len() + recordings, detectors.len() * all.len());
+    let (done, pairs) = (AtomicUsize::new(0), detectors.len() * folder.all.len());
+    for detector in detectors {
+        let more = || {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if let Some(report) = task.watch.done {
+                report(done, pairs);
             }
         };
-        let score =
-            score_with(*detector, &all, config, rules, watch.clock, &done).and_then(|score| {
-                let directory = directory.to_owned();
-                score.ok_or(ScoreError::NoRest { directory, guard_ms: rules.guard_ms })
-            });
+        let score = score_with(*detector, &folder, configured, task, &more).and_then(|score| {
+            let (directory, guard_ms) = (directory.to_owned(), task.rules.guard_ms);
+            score.ok_or(ScoreError::NoRest { directory, guard_ms })
+        });
         match score {
             Err(error) if !error.is_of_one_detector() => return Err(error),
             score => scores.push(score),
@@ -162,53 +190,56 @@ pub fn compare(
 /// `None` where there is no rest at all to measure the noise on, and it should be.
 fn score_with(
     detector: Detector,
-    all: &[Labelled],
-    config: &HostConfig,
-    rules: Rules,
-    clock: Option<Clock<'_>>,
-    done: &dyn Fn(usize),
+    folder: &Recordings,
+    configured: PipelineConfig,
+    task: &Task<'_>,
+    done: &(dyn Fn() + Sync),
 ) -> Result<Option<Score>, ScoreError> {
-    let Rules { guard_ms, floors } = rules;
-    let Some(first) = all.first() else { return Ok(None) };
-    let configured = replay::pipeline_config(&first.recording, config, true);
-    let vibration = first.recording.channels.stylus == StylusKind::Vibration;
-    config.check_signal(configured.sample_rate, vibration)?;
+    let Rules { guard_ms, floors } = task.rules;
     let pipeline = (detector.change)(configured);
-    check_input(detector, pipeline.methods, all)?;
-    let pooled = match (pipeline.known_floor, config.stylus_calibration(), floors) {
+    check_input(detector, pipeline.methods, &folder.all)?;
+    let pooled = match (pipeline.known_floor, task.config.stylus_calibration(), floors) {
         (Some(floor), Some(made), _) => {
             AtRest { floor: Some(floor), floor_s: made.evidence.rest_s, ..AtRest::default() }
         }
         (_, _, Floors::Live) => AtRest::default(),
-        _ => AtRest::of(all.iter(), detector, &pipeline, guard_ms)?,
+        _ => AtRest::of(folder, folder.all.iter(), detector, &pipeline, guard_ms)?,
     };
     let floorless = pooled.floor.is_none() && pooled.taxel_rms.is_none();
     if floorless && floors == Floors::Folds && pipeline.methods != Methods::only(Method::Travel) {
         return Ok(None);
     }
-    let folder = Folder { all, detector, pipeline, rules };
-    let mut folds: BTreeMap<&str, Fitted> = BTreeMap::new();
-    let mut run_time: Vec<f64> = Vec::new();
+    let folds = Folds { folder, detector, pipeline, rules: task.rules };
+    let materials: BTreeSet<&str> =
+        folder.all.iter().map(|one| one.label.material.as_str()).collect();
+    let fitted = in_order(materials.into_iter().collect(), |material| {
+        Ok((material, folds.fitted(material)?))
+    });
+    let fitted: BTreeMap<&str, Fitted> = fitted?.into_iter().collect();
+    let judged = |one: &Labelled| {
+        let Some(fitted) = fitted.get(one.label.material.as_str()) else { return Ok(None) };
+        let contents = folder.open(one)?;
+        let began = task.watch.clock.map(|now| now());
+        let judged = judge(one, &contents, fitted.clone(), guard_ms)?;
+        let took = task.watch.clock.zip(began).map(|(now, began)| now().saturating_sub(began));
+        let samples = contents.recording(detector.companions).samples.len();
+        done();
+        Ok(Some((judged, took.and_then(|took| per_sample_ns(took, samples)))))
+    };
+    let judged = match task.watch.clock {
+        // Beside others a run time would be that of both.
+        Some(_) => folder.all.iter().map(judged).collect::<Result<Vec<_>, _>>(),
+        None => in_order(folder.all.iter().collect(), judged),
+    };
     let (mut recordings, mut traces, mut causes) = (Vec::new(), Vec::new(), Causes::default());
-    for (nth, one) in all.iter().enumerate() {
-        let fitted = match folds.entry(&one.label.material) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => {
-                let fitted = folder.fitted(place.key())?;
-                place.insert(fitted)
-            }
-        };
-        let began = clock.map(|now| now());
-        let judged = judge(one, fitted.clone(), guard_ms)?;
-        let took = clock.zip(began).map(|(now, began)| now().saturating_sub(began));
-        run_time.extend(took.and_then(|took| per_sample_ns(took, one.recording.samples.len())));
-        causes.add(&judged.causes);
-        recordings.extend(judged.scores);
-        traces.extend(judged.traces);
-        done(nth + 1);
+    let mut ns_per_sample: Option<f64> = None;
+    for (one, took_ns) in judged?.into_iter().flatten() {
+        causes.add(&one.causes);
+        recordings.extend(one.scores);
+        traces.extend(one.traces);
+        ns_per_sample = took_ns.into_iter().chain(ns_per_sample).reduce(f64::min);
     }
     let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
-    let ns_per_sample = run_time.into_iter().reduce(f64::min);
     Ok(Some(Score {
         detector,
         recordings,
@@ -222,6 +253,15 @@ fn score_with(
     }))
 }
 
+/// What `work` makes of each, by all cores; the first fault in the order of `all`.
+fn in_order<T: Send, U: Send>(
+    all: Vec<T>,
+    work: impl Fn(T) -> Result<U, ScoreError> + Sync + Send,
+) -> Result<Vec<U>, ScoreError> {
+    let done: Vec<Result<U, ScoreError>> = all.into_par_iter().map(work).collect();
+    done.into_iter().collect()
+}
+
 /// A detector none of whose methods has its channel in any recording is refused.
 fn check_input(detector: Detector, methods: Methods, all: &[Labelled]) -> Result<(), ScoreError> {
     if detector.decides == Decides::Own && all.iter().all(|one| one.own.is_none()) {
@@ -231,15 +271,7 @@ fn check_input(detector: Detector, methods: Methods, all: &[Labelled]) -> Result
     let used = METHODS.into_iter().filter(|(method, _)| methods.has(*method));
     let (mut missing, mut found) = (None, false);
     for (method, needs) in used {
-        let has = |one: &Labelled| {
-            let recording = one.recording(detector.companions);
-            match method {
-                Method::Travel => recording.channels.has(Channel::Travel),
-                Method::Pressure => recording.taxels.is_some(),
-                _ => recording.channels.stylus != StylusKind::Absent,
-            }
-        };
-        found |= all.iter().any(has);
+        found |= all.iter().any(|one| one.serves(method, detector.companions));
         missing = missing.or(Some(needs));
     }
     match missing.filter(|_| !found) {
@@ -264,22 +296,22 @@ fn per_sample_ns(took: Duration, samples: usize) -> Option<f64> {
     (samples > 0).then(|| 1e9 * took.as_secs_f64() / samples as f64)
 }
 
-/// Labelled recordings and a detector that is to judge them.
-struct Folder<'a> {
-    all: &'a [Labelled],
+/// Labelled recordings and a detector that is to judge those of each material by the others.
+struct Folds<'a> {
+    folder: &'a Recordings,
     detector: Detector,
     pipeline: PipelineConfig,
     rules: Rules,
 }
 
-impl<'a> Folder<'a> {
+impl<'a> Folds<'a> {
     /// The detector for the recordings of `material`, with floors and network of the others.
     fn fitted(&self, material: &str) -> Result<Fitted, ScoreError> {
-        let Self { detector, pipeline, rules, .. } = *self;
+        let Self { folder, detector, pipeline, rules } = *self;
         let known = match rules.floors {
             Floors::Live => AtRest::default(),
             Floors::Folds => {
-                AtRest::of(self.others(material), detector, &pipeline, rules.guard_ms)?
+                AtRest::of(folder, self.others(material), detector, &pipeline, rules.guard_ms)?
             }
         };
         let config = known.known_to(pipeline);
@@ -293,7 +325,7 @@ impl<'a> Folder<'a> {
     }
 
     fn others(&self, material: &str) -> impl Iterator<Item = &'a Labelled> + Clone {
-        self.all.iter().filter(move |other| other.label.material != material)
+        self.folder.all.iter().filter(move |other| other.label.material != material)
     }
 
     fn esc(&self, reading: Reading) -> Result<Test, ScoreError> {
@@ -305,7 +337,7 @@ impl<'a> Folder<'a> {
     }
 
     fn network(&self, material: &str, config: PipelineConfig) -> Result<Test, ScoreError> {
-        let rows = training::rows(self.others(material), config, self.rules.guard_ms)?;
+        let rows = training::rows(self.folder, self.others(material), config, self.rules.guard_ms)?;
         let network = SlipNetwork::train(&rows).map_err(|source| ScoreError::Untrained {
             material: material.to_owned(),
             detector: self.detector.name,

@@ -4,9 +4,10 @@ use super::{
     Detector, Floors, Rules, Score, ScoreError, Watch, compare,
     tests::{RULES, folder, recording},
 };
+use core::sync::atomic::{AtomicU64, Ordering};
 use grip_record::CsvOptions;
 use grip_session::config::HostConfig;
-use std::{fs, path::Path};
+use std::{fs, path::Path, sync::Mutex};
 
 const LABELS: &str =
     "recording,kind,material,onset_s\na,onset,x,0.3\nb,onset,x,0.3\ns,steady,y,\nr,rest,y,\n";
@@ -132,20 +133,20 @@ fn what_cannot_train_a_network_is_refused_with_what_is_missing() {
 #[test]
 fn a_clock_gives_the_shortest_run_time() {
     let dir = folder(LABELS);
-    let calls = core::cell::Cell::new(0_u64);
+    let calls = AtomicU64::new(0);
     // Readings 0, 1, 3, 6, .. ms: each recording takes longer than the one before.
     let clock = || {
-        let n = calls.get();
-        calls.set(n + 1);
+        let n = calls.fetch_add(1, Ordering::Relaxed);
         core::time::Duration::from_millis(n * (n + 1) / 2)
     };
     let detectors = [Detector::named("esc").unwrap()];
     let (options, config) = (CsvOptions::default(), HostConfig::default());
-    let done = core::cell::Cell::new((0, 0));
-    let report = |now, of| done.set((now, of));
+    let done = Mutex::new((0, 0));
+    let report = |now, of| *done.lock().unwrap() = (now, of);
     let watch = Watch { clock: Some(&clock), done: Some(&report) };
     let scores = compare(dir.path(), &options, &config, RULES, &detectors, watch).unwrap();
-    assert!(done.get().0 > 1 && done.get().0 == done.get().1, "{done:?}");
+    let (now, of) = *done.lock().unwrap();
+    assert!(now > 1 && now == of, "{now} of {of}");
     let ns = scores[0].as_ref().unwrap().ns_per_sample.unwrap();
     assert!((ns - 1e6 / 1320.0).abs() < 1e-6, "{ns}");
     assert_eq!(run(dir.path(), "esc").unwrap().ns_per_sample, None);

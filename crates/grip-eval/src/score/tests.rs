@@ -1,4 +1,6 @@
-use super::{Floors, Quantiles, Rules, ScoreError, score};
+use super::{
+    Detector, Floors, Memory, Quantiles, Rules, ScoreError, Task, Watch, compare_within, score,
+};
 use core::fmt::Write as _;
 use grip_record::{CsvError, CsvOptions};
 use grip_session::{config::HostConfig, exit::Exit};
@@ -51,6 +53,29 @@ fn finds_what_is_labelled_and_counts_what_is_not() {
     assert_eq!((total.onsets, total.missed, total.early), (2, 0, 1));
     assert_eq!((total.steady, total.steady_missed, total.rest_alarms), (1, 0, 0));
     assert!((total.rest_s - 0.6).abs() < 0.01);
+}
+
+#[test]
+fn a_folder_that_does_not_fit_in_memory_has_the_same_scores() {
+    let dir = folder(
+        "recording,kind,material,onset_s\na,onset,x,0.3\nb,onset,x,0.225\ns,steady,y,\nr,rest,y,\n",
+    );
+    let task = Task { config: &HostConfig::default(), rules: RULES, watch: Watch::default() };
+    let detectors = ["default", "esc", "nn"].map(|name| Detector::named(name).unwrap());
+    let options = CsvOptions::default();
+    let within = |memory| {
+        let scores = compare_within(memory, dir.path(), &options, &detectors, &task).unwrap();
+        let all = scores.into_iter().map(|score| {
+            let score = score.unwrap();
+            (serde_json::to_string(&score.recordings).unwrap(), score.floor, score.floor_s)
+        });
+        all.collect::<Vec<_>>()
+    };
+    let whole = within(Memory::DEFAULT);
+    // Nothing fits; the rest of some; one whole and the rest of the others.
+    for kept in [0, 100_000, 300_000] {
+        assert_eq!(within(Memory { kept, open: 1 }), whole, "{kept}");
+    }
 }
 
 #[test]

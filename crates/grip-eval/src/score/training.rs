@@ -5,7 +5,7 @@
 
 use super::{
     ScoreError,
-    labelled::{Labelled, rest_until},
+    labelled::{Labelled, Recordings, rest_until},
     network_test::Rows,
 };
 use grip_record::LabelKind;
@@ -18,17 +18,21 @@ const SETTLE_S: f64 = 0.02;
 /// No block is longer (s): the rest is a gap.
 const MOST_BLOCK_S: f64 = 0.05;
 
-/// The levels of every block of `all` that is labelled, seen with the floors of `config`.
+/// The levels of every block of `all`, recordings of the `folder`, that is labelled, seen with the floors of `config`.
 pub(super) fn rows<'a>(
+    folder: &Recordings,
     all: impl Iterator<Item = &'a Labelled>,
     config: PipelineConfig,
     guard_ms: f64,
 ) -> Result<Rows, ScoreError> {
     let mut rows = Rows::default();
-    for Labelled { label, recording, .. } in all {
+    for one in all {
+        let label = &one.label;
         if label.kind == LabelKind::Steady && config.known_floor.is_none() {
             continue;
         }
+        let contents = folder.open(one)?;
+        let recording = contents.recording(false);
         let first_s = recording.samples.first().map_or(0.0, |sample| sample.t.as_seconds());
         let until_s = rest_until(label, guard_ms);
         let from_s = match label.kind {
