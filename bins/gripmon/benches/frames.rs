@@ -12,7 +12,9 @@ mod fleet_fixture;
 use core::time::Duration;
 use eframe::egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
 use grip_link::message::daemon::Scene;
-use grip_scope::feed::{BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, Turn};
+use grip_scope::feed::{
+    BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, TaxelBlock, Turn,
+};
 use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Layout;
 use gripmon::scope::{self, Shared};
@@ -41,7 +43,8 @@ fn main() {
         return fleet();
     }
     curves();
-    live();
+    live(0);
+    live(244);
     gaps();
     spectrogram();
     #[cfg(feature = "fleet")]
@@ -121,9 +124,9 @@ const TWELVE: [Channel; 12] = [
     Channel::OwnEstimate,
 ];
 
-/// Twelve channels that grow at 20 kHz while every plot is seen, with everything else that a daemon reports and the scope derives: 33 ms of it
-/// come before each frame.
-fn live() {
+/// Twelve channels, and an array of `taxels`, that grow at 20 kHz while every plot is seen, with everything else that a daemon reports and the
+/// scope derives: 33 ms of it come before each frame.
+fn live(taxels: usize) {
     let mut model = fixture::grasp();
     model.take(Feed::Restart);
     let mut bench = Bench::new(model, &StripId::ALL);
@@ -132,7 +135,9 @@ fn live() {
     let rows = 667;
     let grow = |bench: &mut Bench, i: usize| {
         let from = 100_000 + i * rows;
-        let block = fixture::rows(&TWELVE, RATE_HZ, (from, from + rows));
+        let mut block = fixture::rows(&TWELVE, RATE_HZ, (from, from + rows));
+        let values = || (0..rows * taxels).map(|k| ((k + i) % 1000) as f32).collect();
+        block.taxels = (taxels > 0).then(|| TaxelBlock { count: taxels, values: values() });
         let more = beside(from as f64 / RATE_HZ as f64, i);
         let start = now();
         let mut engine = bench.scope.shared.engine();
@@ -140,7 +145,8 @@ fn live() {
         more.into_iter().for_each(|feed| engine.model.take(feed));
         taken.push(start.elapsed());
     };
-    bench.run("10 plots, 12 channels live at 20 kHz, 20 more", grow);
+    let array = if taxels > 0 { format!(", {taxels} taxels") } else { String::new() };
+    bench.run(&format!("10 plots, 12 channels live at 20 kHz{array}, 20 more"), grow);
     taken.sort();
     line(&format!(
         "{:<46} {:>9}",
