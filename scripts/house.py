@@ -57,7 +57,7 @@ PATH_FILES = {
 }
 # Types that carry a sample's content from one of these files to the next, by hand: their values are made for each sample or frame.
 PATH_TYPES = """
-Header Frame HostEvent SamplesHeader Samples Row Sample MotionInput SlipState Rested Detection Features Velocity ForceEstimate Evidence Sliding
+Header Frame HostEvent SamplesHeader Samples Row Sample SlipState Rested Detection Features Velocity ForceEstimate Sliding
 GripInput Newtons Step SlipReport Event Update Item GripCommand Grip
 """.split()
 

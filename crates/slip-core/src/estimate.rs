@@ -33,6 +33,12 @@ pub struct ForceEstimate {
 }
 
 impl ForceEstimate {
+    /// A force (N) with the deviation from estimate to estimate (N) as all that is known of its error.
+    #[must_use]
+    pub const fn new(force_n: f32, noise_n: f32) -> Self {
+        Self { force_n, sigma_n: noise_n, noise_n, extrapolated: false }
+    }
+
     /// Whether it may move the fingers: made within the range that the network knows, with a noise of at most half of itself. What may not is
     /// shown all the same.
     #[must_use]
@@ -497,14 +503,7 @@ impl FrictionMeter {
     #[must_use]
     pub fn estimate(&self) -> Option<ForceEstimate> {
         let force_n = KAPPA * self.mean?.tangential_n / self.friction()?;
-        let sigma_n = MU_SIGMA * force_n;
-        let noise_n = sigma_n;
-        force_n.is_finite().then_some(ForceEstimate {
-            force_n,
-            sigma_n,
-            noise_n,
-            extrapolated: false,
-        })
+        force_n.is_finite().then_some(ForceEstimate::new(force_n, MU_SIGMA * force_n))
     }
 }
 

@@ -85,6 +85,13 @@ impl Sample {
         [self.stylus, y, z]
     }
 
+    /// Whether arm or fingers were commanded to move.
+    #[must_use]
+    #[inline]
+    pub fn commands_motion(&self) -> bool {
+        self.motion.is_some_and(|motion| motion != 0.0)
+    }
+
     /// Every component of the motion reference (its unit), where it has a reading.
     #[must_use]
     pub const fn reference_vector(&self) -> Option<Vector> {

@@ -9,8 +9,10 @@
 )]
 
 use slip_core::{
-    detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
+    Sample,
+    detector::{DetectorConfig, KnownFloors, SlipDetector, SlipState},
     floor::FloorConfig,
+    units::Micros,
 };
 use std::{
     env, fs,
@@ -78,7 +80,7 @@ fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
             detector.prime();
             last = (last.0.min(1), 0.0);
         } else if x.abs() < HUGE
-            && let Some((statistic, state)) = detector.step(*x, &MotionInput::default())
+            && let Some((statistic, state)) = detector.step(&Sample::stylus(Micros(0), *x))
         {
             last = (code(state), statistic);
         }

@@ -1,8 +1,9 @@
 //! Controllers of any settings in random stretches of slips, faults and wishes: what must hold in each step, and in the end.
 
 use proptest::prelude::*;
-use slip_core::grip::{
-    Evidence, GripConfig, GripController, GripInput, GripState, Sliding, SlipNow,
+use slip_core::{
+    estimate::ForceEstimate,
+    grip::{GripConfig, GripController, GripInput, GripState, Sliding, SlipNow},
 };
 
 const DT_S: f32 = 1e-3;
@@ -49,7 +50,7 @@ fn any_input(furthest_m: f32) -> impl Strategy<Value = GripInput> {
             dt_s: DT_S,
             slip,
             moved_m: Some(moved_m),
-            evidence: estimate.map(|(estimate_n, sigma_n)| Evidence { estimate_n, sigma_n }),
+            estimate: estimate.map(|(estimate_n, sigma_n)| ForceEstimate::new(estimate_n, sigma_n)),
             sliding: sliding.map(|(force_n, acceleration_g)| Sliding { force_n, acceleration_g }),
             travel: true,
             applied_n,

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use slip_core::{
     Arrival, Pipeline, PipelineConfig, Sample,
     course::Motion,
+    estimate::ForceEstimate,
     grip::{GripConfig, GripController, GripEvent, GripInput, GripState, SlipNow},
     units::{Hertz, Micros},
 };
@@ -233,10 +234,10 @@ proptest! {
         let mut grip = GripController::holding(config, 2.0);
         let motion = Some(Motion { speed_m_s, acceleration_m_s2: Some(acceleration_m_s2) });
         for i in 0..ms {
-            let evidence = estimate_n.filter(|_| i < 10).map(|estimate_n| slip_core::grip::Evidence { estimate_n, sigma_n: 0.0 });
+            let estimate = estimate_n.filter(|_| i < 10).map(|estimate_n| ForceEstimate::new(estimate_n, 0.0));
             let moved_m = Some(1e-3 + 1e-3 * f32::from(i) * speed_m_s);
             let command_n = grip.step(&GripInput {
-                dt_s: 1e-3, slip: SlipNow::Evident, moved_m, evidence, motion, travel: true, applied_n, touching: true, healthy: true,
+                dt_s: 1e-3, slip: SlipNow::Evident, moved_m, estimate, motion, travel: true, applied_n, touching: true, healthy: true,
                 ..GripInput::default()
             });
             let since_s = (1e-3 * f32::from(i) - 0.01).max(0.0);
@@ -250,13 +251,13 @@ proptest! {
     fn an_estimate_that_the_object_contradicts_loses_its_say(estimate_n in 2.0_f32..20.0, speed_m_s in 0.003_f32..0.3) {
         let mut grip = GripController::holding(GripConfig::default(), 2.0);
         let motion = Some(Motion { speed_m_s, acceleration_m_s2: Some(0.0) });
-        let evidence = Some(slip_core::grip::Evidence { estimate_n, sigma_n: 0.0 });
+        let estimate = Some(ForceEstimate::new(estimate_n, 0.0));
         let mut moved_m = 1e-4;
         for _ in 0..1000 {
             moved_m += 1e-3 * speed_m_s;
             let applied_n = Some(grip.command_n());
             grip.step(&GripInput {
-                dt_s: 1e-3, slip: SlipNow::Evident, moved_m: Some(moved_m), evidence, motion, travel: true, applied_n, touching: true,
+                dt_s: 1e-3, slip: SlipNow::Evident, moved_m: Some(moved_m), estimate, motion, travel: true, applied_n, touching: true,
                 healthy: true, ..GripInput::default()
             });
         }

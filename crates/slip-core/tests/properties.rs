@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use slip_core::{
     Phase, Pipeline, PipelineConfig, Sample,
-    grip::{Evidence, GripConfig, GripController, GripInput, GripState, Sliding, SlipNow},
+    estimate::ForceEstimate,
+    grip::{GripConfig, GripController, GripInput, GripState, Sliding, SlipNow},
     units::{Hertz, Micros},
 };
 
@@ -123,9 +124,9 @@ proptest! {
         for (slip, moved_m, estimate_n, [healthy, touching], dt_s, slides) in inputs {
             let slip = [SlipNow::No, SlipNow::Fading, SlipNow::Evident][usize::from(slip)];
             let closing = grip.state() == GripState::Closing;
-            let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.1 });
+            let estimate = estimate_n.map(|estimate_n| ForceEstimate::new(estimate_n, 0.1));
             let sliding = slides.map(|[force_n, acceleration_g]| Sliding { force_n, acceleration_g });
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, evidence, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy, ..GripInput::default() });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, estimate, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy, ..GripInput::default() });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");

@@ -12,7 +12,7 @@ use grip_record::{Channel, LabelKind};
 use slip_core::{
     PipelineConfig,
     alarm::Method,
-    detector::{BANDS, KnownFloors, MotionInput, RestMeter, SlipDetector},
+    detector::{BANDS, KnownFloors, RestMeter, SlipDetector},
     pressure::{MAX_TAXELS, PatternRest},
 };
 
@@ -113,10 +113,7 @@ fn learned_live<'a>(
             if !sample.stylus.is_finite() {
                 continue;
             }
-            let commanded = sample.motion.is_some_and(|motion| motion != 0.0);
-            let motion = MotionInput { reference: sample.reference, commanded };
-            detector.beside(sample);
-            detector.step(sample.stylus, &motion);
+            detector.step(sample);
             if !detector.is_moving() {
                 floor_s += 1.0 / f64::from(config.sample_rate.0);
             }

@@ -8,8 +8,8 @@ use grip_session::{
     replay::{self, Replay},
 };
 use slip_core::{
-    Step,
-    detector::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState},
+    Sample, Step,
+    detector::{DetectorConfig, KnownFloors, SlipDetector, SlipState},
     floor::FloorConfig,
     health::SensorHealth,
     pressure::{MAX_TAXELS, PressureConfig, PressurePattern},
@@ -243,7 +243,7 @@ fn motion_at_40_hz_is_no_slip_and_a_slip_of_three_times_its_level_is_found() {
             let mut detector =
                 SlipDetector::new(&DetectorConfig::default(), floor, known, 40.0).unwrap();
             for x in &x[..count / 2] {
-                detector.step(*x as f32, &MotionInput::default());
+                detector.step(&Sample::stylus(Micros(0), *x as f32));
             }
             let smallest = f64::from(detector.smallest_over_motion().unwrap());
             // A slip is reported at three times the energy; noise of 0 to 20 Hz has 0.6 of its energy between 4 and 16.

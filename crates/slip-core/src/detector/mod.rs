@@ -11,7 +11,7 @@ mod test;
 
 pub use config::{BANDS, BandThreshold, DetectorConfig, STILL_BANDS, TestKind};
 pub use evidence::{Certificate, Evidence, LIMITS, ScoreLaw, Scores};
-pub use reference::{GateConfig, MotionInput};
+pub use reference::GateConfig;
 pub use rest::{FloorHealth, RestMeter};
 pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
 pub use test::{Block, Cusum, EnergyTest, Glrt, SequentialTest};

@@ -13,17 +13,8 @@ use crate::{
     filter::FilterBank,
     floor::{Floor, FloorConfig},
     health::SensorHealth,
-    sample::FURTHER_AXES,
+    sample::Sample,
 };
-
-/// What is known of the robot's motion at a sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MotionInput {
-    /// The motion reference (own unit); `None` where there is none, or its reading is unusable.
-    pub reference: Option<f32>,
-    /// Arm or fingers were commanded to move.
-    pub commanded: bool,
-}
 
 /// Time constant of the mean from which a reading's distance counts (s).
 const MEAN_S: f32 = 0.01;
@@ -111,10 +102,10 @@ impl Reference {
         })
     }
 
-    /// Takes the further axes of the next reading.
+    /// Takes the further axes of a sample that nobody asks about.
     #[inline]
-    pub(super) fn beside(&mut self, axes: [f32; FURTHER_AXES]) {
-        self.axes.next(axes);
+    pub(super) fn pass_axes(&mut self, sample: &Sample) {
+        self.axes.next(sample.reference_axes);
     }
 
     /// Takes the further axes of this step into the block, where the reading is `live`.
@@ -123,12 +114,13 @@ impl Reference {
         self.axes.put_by(live);
     }
 
-    /// Whether the robot moves. Takes the next readings.
+    /// Whether the robot moves. Takes the next readings; where the reference has none, there is none or it is unusable.
     #[inline]
-    pub(super) fn watch(&mut self, motion: &MotionInput) -> bool {
-        self.judge(motion.reference);
-        self.live = motion.reference.is_some() && self.health == SensorHealth::Good;
-        if let Some(r) = motion.reference {
+    pub(super) fn watch(&mut self, sample: &Sample) -> bool {
+        self.axes.next(sample.reference_axes);
+        self.judge(sample.reference);
+        self.live = sample.reference.is_some() && self.health == SensorHealth::Good;
+        if let Some(r) = sample.reference {
             let mean = *self.mean.get_or_insert(r);
             let distance = r - mean;
             self.mean = Some(mean + self.mean_share * distance);
@@ -140,7 +132,7 @@ impl Reference {
                 self.hold = self.hold_len;
             }
         }
-        if motion.commanded {
+        if sample.commands_motion() {
             self.hold = self.hold_len;
         }
         self.hold = self.hold.saturating_sub(1);

@@ -15,7 +15,7 @@ use super::{
     coupling::{Correlation, Coupling, Knocks, Relation, WEAK},
     evidence::{Certificate, Decision, Evidence, Scores},
     lanes::{Axes, LANES, Lanes, Pending, PrimedBank, of_bands, padded},
-    reference::{Delay, Gate, MotionInput, Reference},
+    reference::{Delay, Gate, Reference},
     rest::{Doubt, FloorHealth},
     test::{Block, Cusum, EnergyTest, Glrt, Level, SequentialTest},
 };
@@ -362,18 +362,13 @@ impl SlipDetector {
         self.floor.interrupt();
     }
 
-    /// Takes the further axes (finite) of the sensor and of the reference, before the step that takes their first ones.
-    #[inline]
-    pub fn beside(&mut self, sample: &Sample) {
-        self.axes.next(sample.stylus_axes);
-        self.reference.beside(sample.reference_axes);
-    }
-
-    /// Takes the next reading (finite). Gives the statistic, 1 and above being a slip, and the slip state;
+    /// Takes the stylus (finite), the motion reference and the commanded motion of the next sample. Gives the statistic, 1 and above being a slip, and the slip state;
     /// `None` while the filters start and while the floor is unknown.
     #[inline]
-    pub fn step(&mut self, x: f32, motion: &MotionInput) -> Option<(f32, SlipState)> {
-        let moving = self.reference.watch(motion);
+    pub fn step(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
+        let x = sample.stylus;
+        self.axes.next(sample.stylus_axes);
+        let moving = self.reference.watch(sample);
         if self.bank.is_starting() {
             self.bank.start_with(x);
             self.axes.take();
@@ -383,11 +378,11 @@ impl SlipDetector {
             self.turn(moving);
         }
         if self.moving {
-            self.reference.follow_command(motion.commanded);
+            self.reference.follow_command(sample.commands_motion());
         }
         let gated = self.moving || self.no_skip;
-        let u = if gated { self.reference.off_mean(motion.reference) } else { 0.0 };
-        self.reference.put_by(gated && motion.reference.is_some());
+        let u = if gated { self.reference.off_mean(sample.reference) } else { 0.0 };
+        self.reference.put_by(gated && sample.reference.is_some());
         self.axes.take();
         if self.pending.push(x, u) >= self.block_len {
             self.end_block();
@@ -397,14 +392,17 @@ impl SlipDetector {
 
     /// Takes a reading that nobody asks about, at the cost of one that is decided on. [`SlipDetector::prime`] forgets it.
     #[inline]
-    pub fn step_ignored(&mut self, x: f32, motion: &MotionInput) {
+    pub fn step_ignored(&mut self, sample: &Sample) {
+        let x = sample.stylus;
+        self.axes.next(sample.stylus_axes);
+        self.reference.pass_axes(sample);
         self.axes.take();
         if self.bank.is_starting() {
             self.bank.start_with(x);
             return;
         }
-        self.reference.put_by(motion.reference.is_some());
-        if self.pending.push(x, self.reference.off_mean(motion.reference)) >= self.block_len {
+        self.reference.put_by(sample.reference.is_some());
+        if self.pending.push(x, self.reference.off_mean(sample.reference)) >= self.block_len {
             let energy = self.block_energy();
             let floor = self.gate.block(
                 &self.reference.energy(&self.pending),

@@ -1,13 +1,13 @@
 //! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
 
 use super::{
-    Evidence, GripConfig, GripInput, Sliding, SlipNow,
+    GripConfig, GripInput, Sliding, SlipNow,
     feeling::{FELT_ON_S, Feeling, Giving, Yielding},
     lag::{Reach, Response},
 };
 use crate::{
     course::Passing,
-    estimate::{G_M_S2, KAPPA},
+    estimate::{ForceEstimate, G_M_S2, KAPPA},
 };
 
 /// Estimates that the force to hold with is a mean of, at most.
@@ -380,18 +380,17 @@ impl Braking {
 
     /// What estimate and load ask for (N), with each new one.
     fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
-        if input.evidence.is_none() && input.sliding.is_none() {
+        if input.estimate.is_none() && input.sliding.is_none() {
             return None;
         }
-        let estimate_n = input.evidence.filter(Evidence::is_usable).map(|evidence| {
-            let with_margin = evidence.with_margin(config);
-            let (agreed_n, growth_n) = self.learn(with_margin);
+        let estimate_n = input.estimate.filter(is_usable).map(|estimate| {
+            let (agreed_n, growth_n) = self.learn(with_margin(&estimate, config));
             self.unconfirmed_s = 0.0;
             // The estimate is some milliseconds old, and a load that has grown goes on growing. What has stood already rises again by a load that grows by
             // dF + n da of the need n = F / (1 - a), which is (1 - a) dn.
             let sliding = input.sliding.filter(|_| self.resumed);
             let share = 1.0 - sliding.map_or(0.0, |sliding| sliding.acceleration_g.clamp(0.0, 1.0));
-            let noise_n = core::f32::consts::SQRT_2 * evidence.sigma_n;
+            let noise_n = core::f32::consts::SQRT_2 * estimate.noise_n;
             agreed_n + self.reach.beyond(agreed_n, config.ahead * (share * growth_n - noise_n))
         });
         let most_n = input
@@ -631,4 +630,16 @@ fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32)
     };
     let growth = (TURN * passing.turns_per_s).max(SLOWEST * fastest).min(fastest);
     if passing.slows { growth / SLOWED } else { growth }
+}
+
+/// Whether an estimate has a force and a noise to reckon with.
+fn is_usable(estimate: &ForceEstimate) -> bool {
+    estimate.force_n > 0.0 && estimate.force_n.is_finite() && !estimate.noise_n.is_nan()
+}
+
+/// The estimate with the margin for its noise (N).
+fn with_margin(estimate: &ForceEstimate, config: &GripConfig) -> f32 {
+    let noise_n = estimate.noise_n.max(0.0);
+    // An estimate that shows nothing adds no more than itself.
+    estimate.force_n + (config.margin_sigmas * noise_n).min(estimate.force_n)
 }

@@ -1,8 +1,8 @@
 //! The input of the controller with each sample, and the names of what it does.
 
-use super::GripConfig;
 use crate::{
     course::{Motion, Passing},
+    estimate::ForceEstimate,
     need::Felt,
 };
 
@@ -16,28 +16,6 @@ pub enum SlipNow {
     Fading,
     /// The signal is above the threshold.
     Evident,
-}
-
-/// What a stretch of the slip shows of the force that is needed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Evidence {
-    /// Adequate force (N).
-    pub estimate_n: f32,
-    /// Its standard deviation (N).
-    pub sigma_n: f32,
-}
-
-impl Evidence {
-    pub(super) fn is_usable(&self) -> bool {
-        self.estimate_n > 0.0 && self.estimate_n.is_finite() && !self.sigma_n.is_nan()
-    }
-
-    /// The estimate with the margin for its uncertainty (N).
-    pub(super) fn with_margin(&self, config: &GripConfig) -> f32 {
-        let sigma = self.sigma_n.max(0.0);
-        // An estimate that shows nothing adds no more than itself.
-        self.estimate_n + (config.margin_sigmas * sigma).min(self.estimate_n)
-    }
 }
 
 /// How the object slid over the last milliseconds.
@@ -59,8 +37,8 @@ pub struct GripInput {
     pub slip: SlipNow,
     /// Distance moved since the slip began (m); `None` where no sensor shows.
     pub moved_m: Option<f32>,
-    /// New evidence of the force that is needed.
-    pub evidence: Option<Evidence>,
+    /// A new estimate of the force that is needed, one that may move the fingers.
+    pub estimate: Option<ForceEstimate>,
     /// How the object slides, where the moved distance shows it.
     pub sliding: Option<Sliding>,
     /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.

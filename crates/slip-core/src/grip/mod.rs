@@ -26,7 +26,7 @@ mod lag;
 mod object;
 
 pub use config::GripConfig;
-pub use input::{Evidence, GripInput, Sliding, SlipNow, Trials};
+pub use input::{GripInput, Sliding, SlipNow, Trials};
 pub use object::GripEvent;
 pub use slip_msg::GripState;
 
@@ -552,7 +552,7 @@ impl GripController {
 
     fn brake(&mut self, dt_s: f32, input: &GripInput) {
         self.moved_m = input.moved_m.map_or(self.moved_m, |moved| self.moved_m.max(moved));
-        let evident = input.slip == SlipNow::Evident || input.evidence.is_some();
+        let evident = input.slip == SlipNow::Evident || input.estimate.is_some();
         let evident = evident && !input.stale;
         self.persists = self.slip_s < PERSISTENT_S && self.slip_s + dt_s >= PERSISTENT_S;
         self.slip_s += dt_s;

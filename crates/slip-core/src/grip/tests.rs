@@ -1,8 +1,10 @@
 //! The controller on hand-made evidence.
 
 use super::{
-    Evidence, GripConfig, GripController, GripEvent, GripInput, GripState, Sliding, SlipNow, Trials,
+    GripConfig, GripController, GripEvent, GripInput, GripState, Sliding, SlipNow, Trials,
 };
+
+use crate::estimate::ForceEstimate;
 
 mod hard;
 mod known;
@@ -21,8 +23,8 @@ fn calm() -> GripInput {
 }
 
 fn slipping(moved_m: f32, estimate_n: Option<f32>) -> GripInput {
-    let evidence = estimate_n.map(|estimate_n| Evidence { estimate_n, sigma_n: 0.0 });
-    GripInput { slip: SlipNow::Evident, moved_m: Some(moved_m), evidence, ..calm() }
+    let estimate = estimate_n.map(|estimate_n| ForceEstimate::new(estimate_n, 0.0));
+    GripInput { slip: SlipNow::Evident, moved_m: Some(moved_m), estimate, ..calm() }
 }
 
 /// Nothing happens for `steps`.
@@ -212,8 +214,8 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
         let mut grip = holding();
         grip.step(&slipping(1e-3, None));
         for &estimate_n in estimates {
-            let evidence = Some(Evidence { estimate_n, sigma_n });
-            grip.step(&GripInput { evidence, ..slipping(1e-3, None) });
+            let estimate = Some(ForceEstimate::new(estimate_n, sigma_n));
+            grip.step(&GripInput { estimate, ..slipping(1e-3, None) });
         }
         grip.braking.target_n()
     };

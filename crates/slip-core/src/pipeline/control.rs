@@ -6,7 +6,7 @@ use crate::{
     course::{Passing, Turns},
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2},
     event::Step,
-    grip::{Evidence, GripEvent, GripInput, Sliding, SlipNow},
+    grip::{GripEvent, GripInput, Sliding, SlipNow},
     health::SensorHealth,
     need::Felt,
     sample::{Arrival, Sample},
@@ -63,7 +63,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             impaired,
             slip: SlipNow::No,
             moved_m: None,
-            evidence: None,
+            estimate: None,
             sliding: None,
             motion: None,
             felt: None,
@@ -87,7 +87,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         // Without estimates the controller must not wait for one.
         let waits = self.estimator.as_ref().is_none_or(Estimator::is_trustworthy);
         input.moved_m = self.observation.moved_m(sample).filter(|_| waits);
-        input.evidence = evidence_of(step);
+        // An answer that nothing vouches for must not move the fingers.
+        input.estimate = step.estimate.filter(ForceEstimate::is_trusted);
         input.sliding = step.features.as_ref().and_then(sliding_of);
     }
 
@@ -141,12 +142,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
     friction.watch(sample.normal_force_n?, sample.tangential_n?);
     friction.loaded_n()
-}
-
-/// What the step states of the force that is needed. An answer that nothing vouches for must not move the fingers.
-fn evidence_of(step: &Step) -> Option<Evidence> {
-    let estimate = step.estimate.filter(ForceEstimate::is_trusted)?;
-    Some(Evidence { estimate_n: estimate.force_n, sigma_n: estimate.noise_n })
 }
 
 /// How the object slides. A mean over more than some milliseconds states too little of now.

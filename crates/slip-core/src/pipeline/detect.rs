@@ -5,7 +5,7 @@ use crate::{
     Signal,
     alarm::Method,
     course::Turns,
-    detector::{MotionInput, SlipState},
+    detector::SlipState,
     drift::Hold,
     event::Step,
     fusion::Detection,
@@ -120,8 +120,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if self.config.no_skip && !learning {
             self.counters.bands += 1;
             self.counters.gate += 1;
-            self.detector.beside(sample);
-            self.detector.step_ignored(sample.stylus, &motion_of(sample));
+            self.detector.step_ignored(sample);
         }
         None
     }
@@ -140,8 +139,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub(super) fn step_detector(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {
         self.counters.bands += 1;
-        self.detector.beside(sample);
-        let verdict = self.detector.step(sample.stylus, &motion_of(sample));
+        let verdict = self.detector.step(sample);
         self.counters.gate += u64::from(self.detector.is_moving() || self.config.no_skip);
         verdict
     }
@@ -220,15 +218,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
-    }
-}
-
-/// What a sample shows of the robot's motion.
-#[inline]
-fn motion_of(sample: &Sample) -> MotionInput {
-    MotionInput {
-        reference: sample.reference,
-        commanded: sample.motion.is_some_and(|motion| motion != 0.0),
     }
 }
 

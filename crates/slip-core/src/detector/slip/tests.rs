@@ -1,6 +1,6 @@
 extern crate std;
-use super::{DetectorConfig, KnownFloors, MotionInput, SlipDetector, SlipState, TestKind};
-use crate::floor::FloorConfig;
+use super::{DetectorConfig, KnownFloors, SlipDetector, SlipState, TestKind};
+use crate::{floor::FloorConfig, sample::Sample, units::Micros};
 
 /// Uniform noise of deviation 0.1 um, seeded.
 fn noise(seed: u32) -> impl FnMut() -> f32 {
@@ -14,6 +14,10 @@ fn noise(seed: u32) -> impl FnMut() -> f32 {
     }
 }
 
+fn sample(stylus: f32) -> Sample {
+    Sample::stylus(Micros(0), stylus)
+}
+
 fn detector(rate_hz: f32) -> SlipDetector {
     let known = KnownFloors::default();
     SlipDetector::new(&DetectorConfig::default(), FloorConfig::default(), known, rate_hz).unwrap()
@@ -25,7 +29,7 @@ fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
         let mut detector = detector(f32::from(rate));
         let mut noise = noise(7);
         for _ in 0..20 * u32::from(rate) {
-            if let Some((_, state)) = detector.step(1e-3 + noise(), &MotionInput::default()) {
+            if let Some((_, state)) = detector.step(&sample(1e-3 + noise())) {
                 assert_eq!(state, SlipState::Quiet, "at {rate} Hz");
             }
         }
@@ -33,8 +37,7 @@ fn rest_is_quiet_and_a_texture_is_gross_slip_within_milliseconds() {
         let mut found = None;
         for i in 0..rate {
             let phase = core::f32::consts::TAU * 250.0 * f32::from(i) / f32::from(rate);
-            let verdict =
-                detector.step(1e-3 + 3e-6 * libm::sinf(phase) + noise(), &MotionInput::default());
+            let verdict = detector.step(&sample(1e-3 + 3e-6 * libm::sinf(phase) + noise()));
             if verdict.is_some_and(|(_, state)| state == SlipState::Gross) {
                 found = Some(f32::from(i) / f32::from(rate));
                 break;
@@ -63,7 +66,7 @@ fn hum_of_the_mains_hides_no_scrape() {
             let scrape = if i < scrape_from { 0.0 } else { 3e-6 * wave(1500.0) };
             #[expect(clippy::cast_possible_truncation, reason = "test signal")]
             let signal = (1e-7 * times * hum + scrape) as f32;
-            let step = detector.step(signal + noise(), &MotionInput::default());
+            let step = detector.step(&sample(signal + noise()));
             let state = step.map_or(SlipState::Quiet, |(_, state)| state);
             if i < scrape_from {
                 assert_eq!(state, SlipState::Quiet, "at {rate} Hz, {t} s, mains {mains_hz} Hz");
@@ -88,19 +91,19 @@ fn readings_that_step_by_more_than_their_noise_are_no_slip_and_a_texture_of_some
         let coarse = |stylus_m: f32| step_m * libm::roundf(stylus_m / step_m);
         let (mut detector, mut noise) = (detector(f32::from(rate)), noise(9));
         for _ in 0..rate {
-            detector.step(coarse(1e-3), &MotionInput::default());
+            detector.step(&sample(coarse(1e-3)));
         }
         assert!(!detector.is_learning());
         for i in 0..10 * u32::from(rate) {
             #[expect(clippy::cast_precision_loss, reason = "a time")]
             let creep_m = 1e-7 * i as f32 / f32::from(rate);
-            let verdict = detector.step(coarse(1e-3 + creep_m + noise()), &MotionInput::default());
+            let verdict = detector.step(&sample(coarse(1e-3 + creep_m + noise())));
             assert!(verdict.is_none_or(|(_, state)| state == SlipState::Quiet), "{i} at {rate} Hz");
         }
         let found = (0..rate).find(|i| {
             let phase = core::f32::consts::TAU * 250.0 * f32::from(*i) / f32::from(rate);
             let texture_m = coarse(1e-3 + 4e-6 * libm::sinf(phase) + noise());
-            let verdict = detector.step(texture_m, &MotionInput::default());
+            let verdict = detector.step(&sample(texture_m));
             verdict.is_some_and(|(_, state)| state == SlipState::Gross)
         });
         assert!(found.is_some_and(|i| i < rate / 100), "{found:?} at {rate} Hz");
@@ -122,8 +125,8 @@ fn what_the_reference_shows_too_is_motion() {
                 let swell = (f32::from(i) / 1000.0).min(1.0);
                 let tone = swell * libm::sinf(0.1 * f32::from(i));
                 let reference = Some(reference_m * tone + 0.5 * noise());
-                let motion = MotionInput { reference, commanded: false };
-                let verdict = detector.step(stylus_m * tone + noise(), &motion);
+                let verdict =
+                    detector.step(&Sample { reference, ..sample(stylus_m * tone + noise()) });
                 worst = worst.max(verdict.map_or(0.0, |(statistic, _)| statistic));
             }
             (worst, detector.is_moving())
@@ -141,16 +144,13 @@ fn a_slip_ends_after_the_release_time() {
     let mut detector = detector(1000.0);
     let mut noise = noise(3);
     for _ in 0..1000 {
-        detector.step(noise(), &MotionInput::default());
+        detector.step(&sample(noise()));
     }
     for i in 0..100_u16 {
-        detector.step(noise() + if i % 4 < 2 { 3e-6 } else { -3e-6 }, &MotionInput::default());
+        detector.step(&sample(noise() + if i % 4 < 2 { 3e-6 } else { -3e-6 }));
     }
     let mut lasted = 0_u32;
-    while detector
-        .step(noise(), &MotionInput::default())
-        .is_some_and(|(_, state)| state != SlipState::Quiet)
-    {
+    while detector.step(&sample(noise())).is_some_and(|(_, state)| state != SlipState::Quiet) {
         lasted += 1;
     }
     assert!((50..200).contains(&lasted), "{lasted} ms");
@@ -161,13 +161,13 @@ fn an_offset_does_not_look_like_a_step_when_the_filters_start() {
     let mut detector = detector(20_000.0);
     let mut noise = noise(11);
     for _ in 0..20_000 {
-        detector.step(noise(), &MotionInput::default());
+        detector.step(&sample(noise()));
     }
     for start in 0..50_u8 {
         detector.prime();
         let offset = 1e-4 * f32::from(start);
         for _ in 0..2000 {
-            let verdict = detector.step(offset + noise(), &MotionInput::default());
+            let verdict = detector.step(&sample(offset + noise()));
             assert!(verdict.is_none_or(|(statistic, _)| statistic < 1.0), "start {start}");
         }
     }
@@ -182,9 +182,8 @@ fn a_dead_reference_is_reported_and_blinds_no_more_than_none() {
             (detector(10_000.0), detector(10_000.0), noise(9));
         let mut step = |reference: Option<f32>, stylus: f32| {
             let state = |verdict: Option<(f32, SlipState)>| verdict.map(|(_, state)| state);
-            let without = state(bare.step(stylus, &MotionInput::default()));
-            let motion = MotionInput { reference, commanded: false };
-            let with = state(detector.step(stylus, &motion));
+            let without = state(bare.step(&sample(stylus)));
+            let with = state(detector.step(&Sample { reference, ..sample(stylus) }));
             (with, without, detector.reference_health())
         };
         for _ in 0..10_000 {
@@ -214,7 +213,7 @@ fn alarms_in(motion: impl Fn(f32) -> (f32, f32)) -> (usize, bool) {
         let (stylus_m, reference_m) = motion(time_s % 2.0);
         let reference = Some(moves * reference_m + 0.5 * noise());
         let stylus_m = moves * stylus_m + slip_m + noise();
-        let verdict = detector.step(stylus_m, &MotionInput { reference, commanded: false });
+        let verdict = detector.step(&Sample { reference, ..sample(stylus_m) });
         verdict.is_some_and(|(_, state)| state != SlipState::Quiet)
     };
     (0..10_000).for_each(|_| {

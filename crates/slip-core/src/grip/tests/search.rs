@@ -1,9 +1,8 @@
 //! The search for the smallest force that is enough, blows on objects that are known, and grippers that answer late.
 
 use super::{DT_S, calm, config, press, slipping};
-use crate::grip::{
-    Evidence, GripConfig, GripController, GripInput, GripState, Sliding, SlipNow, Trials,
-};
+use crate::estimate::ForceEstimate;
+use crate::grip::{GripConfig, GripController, GripInput, GripState, Sliding, SlipNow, Trials};
 
 /// Calm, with a sensor of the moved distance.
 fn watched() -> GripInput {
@@ -247,16 +246,16 @@ fn a_distance_that_is_no_longer_measured_ends_the_search() {
 /// An object of which 6 N are known to hold the weight, and what the command becomes in `ms` of a slip that is `sliding`.
 fn struck(sliding: Sliding, ms: u32) -> f32 {
     let mut grip = held(GripConfig { relax_per_s: 0.0, ..searching() });
-    let evidence = Some(Evidence { estimate_n: 6.0, sigma_n: 0.0 });
+    let estimate = Some(ForceEstimate::new(6.0, 0.0));
     for _ in 0..50 {
-        grip.step(&GripInput { evidence, ..slipping(1e-3, None) });
+        grip.step(&GripInput { estimate, ..slipping(1e-3, None) });
     }
     wait(&mut grip, 0.5);
     assert_eq!(grip.command_n(), 6.0);
-    let evidence = Some(Evidence { estimate_n: 50.0, sigma_n: 0.0 });
+    let estimate = Some(ForceEstimate::new(50.0, 0.0));
     for _ in 0..ms {
         let sliding = Some(sliding);
-        grip.step(&GripInput { evidence, sliding, travel: true, ..slipping(1e-3, None) });
+        grip.step(&GripInput { estimate, sliding, travel: true, ..slipping(1e-3, None) });
     }
     grip.command_n()
 }
