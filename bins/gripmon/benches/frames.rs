@@ -145,8 +145,11 @@ fn live(taxels: usize) {
         more.into_iter().for_each(|feed| engine.model.take(feed));
         taken.push(start.elapsed());
     };
-    let array = if taxels > 0 { format!(", {taxels} taxels") } else { String::new() };
-    bench.run(&format!("10 plots, 12 channels live at 20 kHz{array}, 20 more"), grow);
+    let name = match taxels {
+        0 => "10 plots, 12 channels live at 20 kHz, 20 more".to_owned(),
+        _ => format!("the same with an array of {taxels} taxels"),
+    };
+    bench.run(&name, grow);
     taken.sort();
     line(&format!(
         "{:<46} {:>9}",
