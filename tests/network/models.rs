@@ -183,7 +183,7 @@ fn a_model_that_nobody_watches_goes_back() {
 /// The object is pulled out of the fingers during the trial: a grasp that ends with a loss. A gripper in FAULT tries nothing, and goes back all the same.
 #[test]
 fn a_lost_object_is_a_grasp_and_a_gripper_in_fault_tries_nothing() {
-    const PULLED: &str = "name = \"pulled\"\nlift_at_s = 20.0\n[tug]\nforce_n = 400.0\nstart_s = 25.2\nhold_ms = 1000.0\n";
+    const PULLED: &str = "name = \"pulled\"\nlift_at_s = 15.0\n[tug]\nforce_n = 400.0\nstart_s = 5.2\nhold_ms = 1000.0\n";
     let folder = tempfile::tempdir().unwrap();
     let endpoint = endpoint();
     let _router = router(&endpoint);
