@@ -49,7 +49,7 @@ PATH_FILES = {
         pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm event fusion distance course
         crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
         detector/rest detector/test pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
-        need/mod need/candidate need/readings grip/mod grip/object grip/braking grip/lag grip/input grip/feeling
+        need/mod need/candidate need/readings grip/mod grip/object grip/response grip/lag grip/input grip/feeling
     """,
     "mlp-core": """
         model network activation tanh

@@ -117,7 +117,7 @@ pub(super) fn reloads(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
         rig.commands_again(&daemon)?;
     }
     outcome.figure(
-        "broken files told with their place, good ones in force, the object held".to_owned(),
+        "broken files reported with their place, good ones in force, the object held".to_owned(),
     );
     let placed = daemon.times_stated("gripd.toml");
     outcome.require(placed >= usize::try_from(times).unwrap_or(usize::MAX), || daemon.log());

@@ -45,11 +45,11 @@ pub(super) fn run(setup: &Setup<'_>, connects: u64) -> Result<Outcome> {
     let refused = (0..BABBLERS).filter(|_| babble(rig.address, &mut random).is_err()).count();
     let states = hurry(&rig, connects, &mut good, &mut random)?;
     outcome.times = connects + (STALLED + SILENT + BABBLERS) as u64;
-    outcome.require(states > 0, || "the good client heard nothing meanwhile".to_owned());
+    outcome.require(states > 0, || "the good client received nothing meanwhile".to_owned());
     let answered = asks(&mut good)?;
     rig.missed(answered, "the good client is not answered any more", &daemon)?;
     outcome.figure(format!(
-        "{STALLED} stalled, {SILENT} silent, {BABBLERS} babbling ({refused} of them cut off), {connects} connects; a good one heard {states} states"
+        "{STALLED} stalled, {SILENT} silent, {BABBLERS} babbling ({refused} of them cut off), {connects} connects; a good one received {states} states"
     ));
     daemon.must_run()?;
     rig.commands_again(&daemon)?;

@@ -4,8 +4,8 @@ use crate::clock::Clock;
 use grip_daemon::{
     Item, LinkNote,
     log::{Clocks, Entry, Log, LogLevel, LogStyle},
+    port_manager::PortUpdate,
     rows::Back,
-    supply::PortUpdate,
 };
 use grip_link::{
     host::{CloseReason, LinkState},

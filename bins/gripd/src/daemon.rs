@@ -20,10 +20,10 @@ use grip_daemon::{
     hot::{Ends, Hot, HotOptions, Shared},
     http::HttpServer,
     log::LogLevel,
+    port_manager::{Lines, PortManager, PortManagerEnds, usb_filter},
     realtime::{self, Granted, RealtimeConfig},
     rings::{Sizes, rings},
     rows::{Commanded, RowSource, Rows},
-    supply::{Lines, Supply, SupplyEnds, usb_filter},
 };
 use grip_port::{PortError, Source};
 use grip_session::{
@@ -113,14 +113,14 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         shared: Arc::clone(&shared),
     };
     let hot = Hot::new(session, move || clock.now_ns(), options, ends);
-    let lines = SupplyEnds {
+    let lines = PortManagerEnds {
         lines: line_in,
         lost: lost_out,
         updates: updates_in,
         shared: Arc::clone(&shared),
     };
-    let supply = Supply::new(source.lines, options.patient, lines);
-    let port = start_port(supply, Arc::clone(&shared))?;
+    let manager = PortManager::new(source.lines, options.patient, lines);
+    let port = start_port(manager, Arc::clone(&shared))?;
     let (hot, granted) = start_hot(hot, realtime, shared)?;
     service.granted(&granted);
     service.run();
@@ -254,11 +254,11 @@ type HotThread = JoinHandle<HotEnd>;
 type PortThread = JoinHandle<Result<(), PortError>>;
 
 /// The port thread. With its end everything ends.
-fn start_port(supply: Supply, shared: Arc<Shared>) -> io::Result<PortThread> {
+fn start_port(manager: PortManager, shared: Arc<Shared>) -> io::Result<PortThread> {
     let ending = Ending(shared);
     named("port").spawn(move || {
         let _ending = ending;
-        supply.run()
+        manager.run()
     })
 }
 
@@ -316,7 +316,7 @@ fn finish(
 ) -> anyhow::Result<Exit> {
     let Others { simulator, rows, recording } = others;
     let mut fallen = |thread: &str| {
-        service.mourn(thread);
+        service.dump_after_panic(thread);
         anyhow!("the {thread} thread failed")
     };
     let hot = hot.join().map_err(|_| fallen("hot"));

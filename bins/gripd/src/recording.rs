@@ -65,7 +65,7 @@ struct Thread {
 }
 
 impl Recording {
-    /// Begins the recording that the settings ask for, if they do: the end of the ring for the hot thread, the thread and its news.
+    /// Begins the recording that the settings ask for, if they do: the end of the ring for the hot thread, the thread and its reports.
     pub(crate) fn start(
         settings: &Settings,
         clock: Clock,

@@ -27,10 +27,10 @@ use grip_daemon::{
     http::HttpServer,
     log::{Clocks, LogLevel},
     pages::page,
+    port_manager::PortUpdate,
     realtime::{Granted, Outcome},
     rings::{Dropped, Inbox},
     rows::Back,
-    supply::PortUpdate,
 };
 use grip_record::mcap::Attached;
 use grip_session::{
@@ -219,7 +219,7 @@ impl Service {
     }
 
     /// A thread ended with a panic: what it did last is written down.
-    pub(crate) fn mourn(&mut self, thread: &str) {
+    pub(crate) fn dump_after_panic(&mut self, thread: &str) {
         self.dump(&Cause::Panic(format!("the {thread} thread")));
     }
 

@@ -182,12 +182,12 @@ impl Speaker {
             }
             let common = &self.common;
             let status = common.kept().status.clone();
-            let lend = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
+            let with_log = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
                 if let Some((_, spool)) = &common.kept().gripper {
                     use_it(spool.log());
                 }
             };
-            announced.answer(&lend, &status, &self.place.shown);
+            announced.answer(&with_log, &status, &self.place.shown);
             while let Some(question) = announced.question() {
                 self.question(question);
             }

@@ -43,7 +43,7 @@ pub enum Labelling {
     Remove,
 }
 
-/// A wish of the user. [`crate::apply`] is the one place that fulfils them.
+/// A request of the user. [`crate::apply`] is the one place that carries them out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Hold the view where it is, or follow the newest data.

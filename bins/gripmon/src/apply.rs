@@ -1,4 +1,4 @@
-//! A wish of the user in; the state, the model, the source changed: the one place where that happens.
+//! A request of the user in; the state, the model, the source changed: the one place where that happens.
 
 use crate::action::{Action, Cursor, Labelling, Order};
 use crate::engine::Engine;
@@ -29,14 +29,14 @@ pub enum Effect {
     Label(Option<LabelKind>),
 }
 
-/// Fulfils a wish; what remains to be done.
+/// Carries out a request; what remains to be done.
 pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Option<Effect> {
     match action {
         Action::ExportPicture => return Some(Effect::Picture),
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
         Action::ExportReport => return Some(Effect::Report),
-        Action::Label(wish) => return label(state, engine, wish),
+        Action::Label(request) => return label(state, engine, request),
         Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
             command(state, engine, &action)
         }
@@ -260,12 +260,12 @@ fn arrange(state: &mut ViewState, action: Action) {
 }
 
 /// The label that is to be written, where it can be.
-fn label(state: &mut ViewState, engine: &Engine, wish: Labelling) -> Option<Effect> {
+fn label(state: &mut ViewState, engine: &Engine, request: Labelling) -> Option<Effect> {
     let (Some(_), Some(recording)) = (&state.recording, engine.model.span()) else {
         state.complain("Only a recording has a label: open one first.");
         return None;
     };
-    let kind = match (wish, state.cursor(Cursor::A)) {
+    let kind = match (request, state.cursor(Cursor::A)) {
         (Labelling::Remove, _) => return Some(Effect::Label(None)),
         (Labelling::Steady, _) => LabelKind::Steady,
         (Labelling::Rest, _) => LabelKind::Rest,

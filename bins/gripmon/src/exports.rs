@@ -132,7 +132,7 @@ fn shown_channels(scope: &Scope) -> Vec<Channel> {
 /// Writes the file: what it holds.
 fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError> {
     // Window and pump go on while it is written: the model is borrowed for a piece at a time.
-    let look = || shared.lend();
+    let look = || shared.model();
     match work {
         Work::Csv(span, channels) => {
             let rows = export::csv(look, span, &channels, path)?;

@@ -78,7 +78,7 @@ impl TriggerForm {
 
     /// The same with every number in its range.
     #[must_use]
-    pub fn mended(mut self) -> Self {
+    pub fn within_limits(mut self) -> Self {
         let usual = Self::default();
         let in_range = |value: f64, usual: f64| {
             if value.is_finite() { value.clamp(1e-3, 600.0) } else { usual }

@@ -155,12 +155,12 @@ impl Layout {
     /// # Errors
     /// What TOML states.
     pub fn parse(text: &str) -> Result<Self, Box<toml::de::Error>> {
-        Ok(toml::from_str::<Self>(text).map_err(Box::new)?.mended())
+        Ok(toml::from_str::<Self>(text).map_err(Box::new)?.within_limits())
     }
 
     /// The same with every plot once and every number in its range.
     #[must_use]
-    pub fn mended(mut self) -> Self {
+    pub fn within_limits(mut self) -> Self {
         let mut seen = Vec::new();
         self.plots.retain(|strip| {
             !seen.contains(&strip.plot) && {
@@ -186,7 +186,7 @@ impl Layout {
         } else {
             PANEL_WIDTH
         };
-        self.trigger = self.trigger.mended();
+        self.trigger = self.trigger.within_limits();
         self
     }
 

@@ -43,8 +43,8 @@ impl Shared {
     }
 
     /// The model, for whoever copies a piece of it.
-    pub fn lend(&self) -> Lent<'_> {
-        Lent(self.engine())
+    pub fn model(&self) -> ModelGuard<'_> {
+        ModelGuard(self.engine())
     }
 
     /// Whether the window waits.
@@ -56,9 +56,9 @@ impl Shared {
 
 /// The model, while nobody else has the engine.
 #[derive(Debug)]
-pub struct Lent<'a>(MutexGuard<'a, Engine>);
+pub struct ModelGuard<'a>(MutexGuard<'a, Engine>);
 
-impl Deref for Lent<'_> {
+impl Deref for ModelGuard<'_> {
     type Target = Model;
 
     fn deref(&self) -> &Model {

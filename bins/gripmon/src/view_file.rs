@@ -69,7 +69,7 @@ impl ViewFile {
         let reported = |source| LayoutError::Text { path: path.to_owned(), source };
         let file: Self = toml::from_str(&text).map_err(|error| reported(Box::new(error)))?;
         file.kind().map_err(|message| reported(Box::new(serde::de::Error::custom(message))))?;
-        Ok(Self { layout: file.layout.mended(), ..file })
+        Ok(Self { layout: file.layout.within_limits(), ..file })
     }
 
     /// The event that is meant.

@@ -465,7 +465,7 @@ impl<C: Fn() -> u64> Hot<C> {
 }
 
 impl Turn {
-    /// Sends news on their way.
+    /// Sends updates on their way.
     #[inline]
     fn take(&mut self, ends: &mut Ends, host_us: u64, updates: &Update<'_>) {
         match *updates {

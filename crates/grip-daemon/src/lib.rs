@@ -1,4 +1,4 @@
-//! Bytes of a gripper and the time in; force commands, recordings, news for clients and figures out: what runs inside gripd.
+//! Bytes of a gripper and the time in; force commands, recordings, messages for clients and figures out: what runs inside gripd.
 //!
 //! One hot thread is paced by the data; what it has to report goes as [`Item`]s through bounded rings to threads that may wait.
 
@@ -15,13 +15,13 @@ pub mod latency;
 pub mod log;
 pub mod metrics;
 pub mod pages;
+pub mod port_manager;
 pub mod realtime;
 pub mod recorder;
 mod rhythm;
 pub mod rings;
 pub mod rows;
 pub mod status;
-pub mod supply;
 
 pub use board::Board;
 pub use counters::HotCounters;

@@ -1,4 +1,4 @@
-//! What the hot thread wishes of the system in; what it was granted, and what would grant the rest, out.
+//! What the hot thread asks of the system in; what it was granted, and what would grant the rest, out.
 //!
 //! Nothing here is needed for correct work: it keeps other programs, page faults and sleeping timers from delaying an answer. All of
 //! it works without root where the limits RTPRIO and MEMLOCK are raised, as the unit of the package does.
@@ -57,7 +57,7 @@ impl Measure {
     }
 }
 
-/// What became of a wish.
+/// What became of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// It is so from now on.
@@ -68,7 +68,7 @@ pub enum Outcome {
     Refused(Errno),
 }
 
-/// A wish and what became of it.
+/// A request and what became of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Attempt {
     /// What was asked for.
@@ -97,13 +97,13 @@ pub struct Granted {
 }
 
 impl Granted {
-    /// Every wish, for the console and the state.
+    /// Every request, for the console and the state.
     #[must_use]
     pub fn attempts(&self) -> &[Attempt] {
         &self.attempts
     }
 
-    /// The wishes that were refused.
+    /// The requests that were refused.
     pub fn refused(&self) -> impl Iterator<Item = &Attempt> {
         self.attempts.iter().filter(|attempt| matches!(attempt.outcome, Outcome::Refused(_)))
     }
@@ -130,8 +130,8 @@ pub struct RealtimeRefused(pub Attempt);
 #[must_use]
 pub fn enter(config: &RealtimeConfig) -> Granted {
     let asked = config.mode != RealtimeMode::Off;
-    let attempt = |measure, wish: &dyn Fn() -> Outcome| {
-        let outcome = if asked { wish() } else { Outcome::NotAsked };
+    let attempt = |measure, request: &dyn Fn() -> Outcome| {
+        let outcome = if asked { request() } else { Outcome::NotAsked };
         Attempt { measure, outcome }
     };
     let outcome =

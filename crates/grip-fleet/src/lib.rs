@@ -10,10 +10,10 @@
 //! * [`json`]: a message in, the JSON object that stands for it out;
 //! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
-//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the wish to be sent what is missing;
+//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the request for what is missing;
 //! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
 //! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out;
-//! * [`ros`]: the same news as the node of a ROS 2 gripper would report them.
+//! * [`ros`]: the same messages as the node of a ROS 2 gripper would report them.
 
 mod about;
 pub mod archive;

@@ -1,4 +1,4 @@
-//! The wish for a port in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
+//! The port that is asked for in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
 
 use crate::{Line, Places, PortError, PortInfo, UsbPort};
 use core::{fmt::Write as _, time::Duration};
@@ -151,18 +151,18 @@ fn absent(filter: &UsbFilter, others: usize) -> String {
             .to_owned();
     }
     let UsbFilter { vid, pid, serial, product } = filter;
-    let mut wish = String::new();
+    let mut wanted = String::new();
     let ids =
         [("vid", vid), ("pid", pid)].map(|(name, id)| (name, id.map(|id| format!("{id:#06x}"))));
     let texts = [("serial", serial), ("product", product)].map(|(name, text)| (name, text.clone()));
     for (name, value) in ids.into_iter().chain(texts) {
         if let Some(value) = value {
             // Writing to a string does not fail.
-            let _ = write!(wish, " {name} {value}");
+            let _ = write!(wanted, " {name} {value}");
         }
     }
     format!(
-        "--port auto: none of the {others} USB serial ports fits [usb]{wish} of the configuration; `gripctl ports` shows what they say of themselves"
+        "--port auto: none of the {others} USB serial ports fits [usb]{wanted} of the configuration; `gripctl ports` shows what they say of themselves"
     )
 }
 
@@ -230,7 +230,7 @@ impl Default for Backoff {
 }
 
 impl Wanted {
-    /// The wish of a user: `auto` with what the configuration states of USB, or a path.
+    /// What a user asks for: `auto` with what the configuration states of USB, or a path.
     #[must_use]
     pub fn new(name: &str, usb: UsbFilter) -> Self {
         if name == "auto" { Self::Auto(usb) } else { Self::Path(Path::new(name).to_owned()) }

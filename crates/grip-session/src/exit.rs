@@ -35,7 +35,7 @@ impl Exit {
         Self::of_any(error, |_| false)
     }
 
-    /// As [`Exit::of`]; errors, or causes of them, of which `is_argument` holds are the caller's to mend as well.
+    /// As [`Exit::of`]; errors, or causes of them, of which `is_argument` holds are the caller's to correct as well.
     #[must_use]
     pub fn of_any(
         error: &(dyn Error + 'static),

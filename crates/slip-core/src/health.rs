@@ -239,7 +239,7 @@ impl HealthCheck {
         self.drifting = drifts;
     }
 
-    /// Takes a sample in which nothing is to be mended, reported or counted; `false` where there may be
+    /// Takes a sample in which nothing is to be replaced, reported or counted; `false` where there may be
     /// something, and then [`HealthCheck::check`] is still to be asked.
     #[must_use]
     #[inline]

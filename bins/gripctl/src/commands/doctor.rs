@@ -1,4 +1,4 @@
-//! `gripctl doctor`: a port and this computer in; findings out, each with the command that mends it.
+//! `gripctl doctor`: a port and this computer in; findings out, each with the command that fixes it.
 
 mod access;
 mod finding;
@@ -13,7 +13,7 @@ mod storage;
 use crate::{cli::DoctorArgs, output};
 use access::Access;
 use finding::{Finding, Verdict};
-use grip_daemon::{ends::GripperAddress, supply::usb_filter};
+use grip_daemon::{ends::GripperAddress, port_manager::usb_filter};
 use grip_port::{Finder, Places, Wanted, check_baud};
 use grip_session::{
     HostConfig,
@@ -156,8 +156,8 @@ impl Report {
                 return Ok(());
             }
         }
-        let wish = gripper::Wish { name: &name, args, config, seconds: room.seconds };
-        let findings = gripper::findings(&wish);
+        let inquiry = gripper::Inquiry { name: &name, args, config, seconds: room.seconds };
+        let findings = gripper::findings(&inquiry);
         self.all(&findings)
     }
 

@@ -4,7 +4,7 @@ use super::{checked, clock::Clock};
 use crate::{cli::CalibrateArgs, output};
 use anyhow::anyhow;
 use core::sync::atomic::{AtomicBool, Ordering};
-use grip_daemon::supply::usb_filter;
+use grip_daemon::port_manager::usb_filter;
 use grip_link::{
     frame::MAX_WIRE,
     host::{CloseReason, HostEvent},

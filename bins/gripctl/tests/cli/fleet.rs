@@ -59,8 +59,8 @@ fn play(endpoint: &str, end: &AtomicBool, there: &AtomicBool) {
     there.store(true, Ordering::SeqCst);
     while !end.load(Ordering::SeqCst) {
         announced.publish(Topic::State, spool.log().head(), &gripper);
-        let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
-        announced.answer(&lend, &[&gripper], "");
+        let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
+        announced.answer(&with_log, &[&gripper], "");
         while let Some(question) = announced.question() {
             answer(&question);
         }

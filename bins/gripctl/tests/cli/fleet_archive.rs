@@ -70,8 +70,8 @@ fn play(endpoint: &str, spool: &Path, uid: u8, script: &Script) -> Vec<u64> {
             if at.is_multiple_of(20) {
                 announced.publish(Topic::Health, spool.log().head(), &health);
             }
-            let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
-            announced.answer(&lend, &[&health], "");
+            let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(spool.log());
+            announced.answer(&with_log, &[&health], "");
             thread::park_timeout(STEP);
         }
         counts.push(spool.log().head().seq);

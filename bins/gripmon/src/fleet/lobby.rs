@@ -1,4 +1,4 @@
-//! The table without a system's window around it: roster and wishes in, one frame and what is left to be done out.
+//! The table without a system's window around it: roster and requests in, one frame and what is left to be done out.
 
 use super::hall::Hall;
 use super::table::{Table, TableAction};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// What the table leaves to the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Wish {
+pub enum Request {
     /// Open this gripper.
     Open(Member),
     /// Make a picture of the window.
@@ -42,7 +42,7 @@ impl Lobby {
     }
 
     /// Draws a frame and fulfils what the user asks for in it; what is left to be done.
-    pub fn ui(&mut self, ui: &mut Ui) -> Vec<Wish> {
+    pub fn ui(&mut self, ui: &mut Ui) -> Vec<Request> {
         let theme = if self.theme == Look::Dark { Theme::Dark } else { Theme::Light };
         if ui.ctx().theme() != theme {
             ui.ctx().set_theme(theme);
@@ -59,18 +59,22 @@ impl Lobby {
         })
     }
 
-    fn apply(&mut self, roster: &grip_scope::fleet::Roster, action: TableAction) -> Option<Wish> {
+    fn apply(
+        &mut self,
+        roster: &grip_scope::fleet::Roster,
+        action: TableAction,
+    ) -> Option<Request> {
         match action {
             TableAction::ToggleTheme => {
                 self.theme = if self.theme == Look::Dark { Look::Light } else { Look::Dark };
                 None
             }
-            TableAction::Picture => Some(Wish::Picture),
+            TableAction::Picture => Some(Request::Picture),
             TableAction::Clear if self.message.is_some() => {
                 self.message = None;
                 None
             }
-            other => self.table.apply(roster, other).map(Wish::Open),
+            other => self.table.apply(roster, other).map(Request::Open),
         }
     }
 }

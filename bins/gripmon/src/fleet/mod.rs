@@ -1,7 +1,7 @@
 //! A network of grippers in; a window with a table of all of them, and the ordinary view of the one that is opened, out.
 //!
 //! ```text
-//! thread of the network -> ring -> pump -> Hall { Roster } -> views -> Vec<TableAction> -> Table -> Wish
+//! thread of the network -> ring -> pump -> Hall { Roster } -> views -> Vec<TableAction> -> Table -> Request
 //! ```
 
 mod hall;
@@ -13,7 +13,7 @@ pub mod views;
 mod window;
 
 pub use hall::Hall;
-pub use lobby::{Lobby, Wish};
+pub use lobby::{Lobby, Request};
 pub use opened::{Lead, opened};
 pub use pump::{FRAME, FleetPump};
 pub use table::{Table, TableAction};

@@ -1,11 +1,11 @@
-//! Wishes of the user in; which rows the table shows, in which order, and which one is chosen, out.
+//! What the user asks for in; which rows the table shows, in which order, and which one is chosen, out.
 
 use grip_scope::fleet::{Column, Member, Roster, Row, Sorting, order};
 
 /// Time between two orders of the rows (s), unless the user wants another one: rows that leap about cannot be clicked.
 const ORDER_S: f64 = 1.0;
 
-/// A wish of the user.
+/// A request of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableAction {
     /// Order by this column, or the other way round.
@@ -77,7 +77,7 @@ impl Table {
         roster.rows().get(*self.order.get(place)?)
     }
 
-    /// Fulfils a wish that concerns the table only; the gripper that is to be opened.
+    /// Carries out a request that concerns the table only; the gripper that is to be opened.
     pub fn apply(&mut self, roster: &Roster, action: TableAction) -> Option<Member> {
         match action {
             TableAction::Sort(column) => {

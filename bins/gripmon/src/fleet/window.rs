@@ -1,7 +1,7 @@
 //! The system's window around the table and the gripper that is opened: threads, pictures, what is remembered.
 
 use super::hall::Hall;
-use super::lobby::{Lobby, Wish};
+use super::lobby::{Lobby, Request};
 use super::opened::{Lead, opened};
 use super::pump::FleetPump;
 use crate::cli::Cli;
@@ -94,10 +94,10 @@ impl FleetApp {
     fn table(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.shots.written(&mut self.lobby, &ctx);
-        for wish in self.lobby.ui(ui) {
-            match wish {
-                Wish::Open(member) => self.enter(&ctx, member),
-                Wish::Picture => self.shots.begin(&mut self.lobby, &ctx),
+        for request in self.lobby.ui(ui) {
+            match request {
+                Request::Open(member) => self.enter(&ctx, member),
+                Request::Picture => self.shots.begin(&mut self.lobby, &ctx),
             }
         }
         let size = ctx.content_rect().size();

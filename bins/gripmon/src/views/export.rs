@@ -66,16 +66,16 @@ fn labelling(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
         row(ui, "material", &label.material);
     }
     let about = "A label that is there is not replaced: remove it first.";
-    for (name, wish) in [
+    for (name, request) in [
         ("Slip begins at cursor A", Labelling::Onset),
         ("Slips all the time", Labelling::Steady),
         ("Never slips", Labelling::Rest),
         ("Remove the label", Labelling::Remove),
     ] {
-        let enabled = known.is_some() == (wish == Labelling::Remove);
+        let enabled = known.is_some() == (request == Labelling::Remove);
         let button = eframe::egui::Button::new(name).min_size(eframe::egui::vec2(160.0, 22.0));
         if ui.add_enabled(enabled, button).on_hover_text(about).clicked() {
-            actions.push(Action::Label(wish));
+            actions.push(Action::Label(request));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What the mouse does over a plot in; wishes out.
+//! What the mouse does over a plot in; requests out.
 
 use super::Seen;
 use crate::action::Action;

@@ -1,4 +1,4 @@
-//! What is seen in; pictures on the screen and wishes of the user out. Views change nothing themselves.
+//! What is seen in; pictures on the screen and requests of the user out. Views change nothing themselves.
 
 mod axis;
 mod command;

@@ -13,7 +13,7 @@ use grip_scope::feed::{DaemonInfo, Feed};
 use grip_scope::fleet::{FleetFeed, Member, Received, Roster};
 use grip_scope::{Model, SourceStatus};
 use gripmon::engine::Engine;
-use gripmon::fleet::{FleetPump, Hall, Lead, Lobby, Wish, opened};
+use gripmon::fleet::{FleetPump, Hall, Lead, Lobby, Request, opened};
 use gripmon::layout::{Layout, Look};
 use gripmon::scope::{self, Scope, Shared};
 use gripmon::state::ViewState;
@@ -22,20 +22,20 @@ use std::sync::Arc;
 /// A table, and what it left to the window.
 struct Held {
     lobby: Lobby,
-    wishes: Vec<Wish>,
+    requests: Vec<Request>,
     prepared: bool,
 }
 
 fn window(roster: Roster) -> Harness<'static, Held> {
     let hall = Arc::new(Hall::new(roster, None));
     let lobby = Lobby::new(hall, Look::Dark, "tcp/127.0.0.1:7447".to_owned());
-    let held = Held { lobby, wishes: Vec::new(), prepared: false };
+    let held = Held { lobby, requests: Vec::new(), prepared: false };
     let frame = |ui: &mut Ui, held: &mut Held| {
         if !core::mem::replace(&mut held.prepared, true) {
             scope::prepare(ui.ctx(), Look::Dark);
         }
-        let wishes = held.lobby.ui(ui);
-        held.wishes.extend(wishes);
+        let requests = held.lobby.ui(ui);
+        held.requests.extend(requests);
     };
     let mut harness = Harness::builder().with_size([1400.0, 600.0]).build_ui_state(frame, held);
     harness.run_steps(2);
@@ -168,8 +168,9 @@ fn a_click_opens_a_gripper_and_so_does_enter() {
     let mut harness = window(four());
     harness.get_by_label_contains("Gripper 5a5a5a5a5a5a5a5a5a5a5a5a5a5a0002").click();
     harness.run_steps(2);
-    let open = |number| Wish::Open(member(if number == 2 { "hall-2" } else { "hall-1" }, number));
-    assert_eq!(harness.state().wishes, [open(2)]);
+    let open =
+        |number| Request::Open(member(if number == 2 { "hall-2" } else { "hall-1" }, number));
+    assert_eq!(harness.state().requests, [open(2)]);
     // The one that was opened stays chosen; keys go on from there, and not beyond the ends.
     for (key, wanted) in [
         (Key::ArrowUp, member("hall-1", 3)),
@@ -185,10 +186,10 @@ fn a_click_opens_a_gripper_and_so_does_enter() {
     }
     harness.key_press(Key::Enter);
     harness.run_steps(2);
-    assert_eq!(harness.state().wishes, [open(2), open(3)]);
+    assert_eq!(harness.state().requests, [open(2), open(3)]);
     harness.key_press(Key::S);
     harness.run_steps(2);
-    assert_eq!(harness.state().wishes.last(), Some(&Wish::Picture));
+    assert_eq!(harness.state().requests.last(), Some(&Request::Picture));
 }
 
 #[test]
@@ -308,7 +309,7 @@ fn a_gripper_that_comes_does_not_take_the_place_of_the_chosen_one() {
     assert_eq!(numbers(&harness)[0], "09");
     harness.key_press(Key::Enter);
     harness.run_steps(2);
-    assert_eq!(harness.state().wishes, [Wish::Open(member("hall-2", 4))]);
+    assert_eq!(harness.state().requests, [Request::Open(member("hall-2", 4))]);
 }
 
 #[test]

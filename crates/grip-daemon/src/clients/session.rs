@@ -100,7 +100,7 @@ pub struct ClientSession {
 struct Pieces(Option<(Brought, u32)>);
 
 impl Pieces {
-    /// Takes a piece; the whole file with the last one, and at once the wish for the model of the configuration.
+    /// Takes a piece; the whole file with the last one, and at once the request for the model of the configuration.
     fn take(&mut self, load: &Load<'_>, terms: &Terms<'_>) -> Result<Whole, NackReason> {
         let begun = self.0.take();
         if load.size == 0 {

@@ -1,7 +1,7 @@
 //! An end and its port in; the end served over a line that is opened again whenever it is lost.
 
 use super::{EndContext, EndFault};
-use crate::{hot::Shared, supply::wait};
+use crate::{hot::Shared, port_manager::wait};
 use core::{sync::atomic::Ordering, time::Duration};
 use grip_port::{Backoff, Line, Source};
 use std::sync::Arc;

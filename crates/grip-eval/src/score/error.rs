@@ -33,6 +33,12 @@ pub enum ScoreError {
         /// The file of the labels.
         file: PathBuf,
     },
+    /// A recording that was read before is another one now.
+    #[error("{recording} has changed while it was scored; score again when nothing writes to it")]
+    Changed {
+        /// The recording.
+        recording: String,
+    },
     /// An onset that the recording does not reach.
     #[error(
         "labels.csv: {recording}: the onset at {onset_s} s lies outside the recording ({first_s} to {last_s} s); correct onset_s"

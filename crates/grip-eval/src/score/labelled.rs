@@ -1,12 +1,13 @@
 //! A folder with `labels.csv` in, its checked recordings with their labels and companions out.
 //!
-//! Small folders stay in memory, and of larger ones the labelled rest as far as it fits. What does not is read again wherever it is needed, a few
-//! recordings at a time: a folder of any size takes as much memory as [`Memory`] states, or as one of its recordings.
+//! Small folders stay in memory, and of larger ones the labelled rest as far as it fits. What does not is read again
+//! wherever it is needed, a few recordings at a time: a folder of any size takes as much memory as [`Memory`] states; a
+//! recording that is larger than [`Memory::open`] takes its own in place of that.
 
 use super::{ScoreError, companions};
 use grip_record::{
     Channel, ChannelSet, CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording,
-    StylusKind, Travel, read_alarms, read_labels, read_phases, read_recording,
+    StylusKind, Taxels, Travel, read_alarms, read_labels, read_phases, read_recording,
 };
 use grip_session::recording::read_mcap;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
@@ -30,8 +31,10 @@ impl Memory {
     pub(super) const DEFAULT: Self = Self { kept: 128 << 20, open: 512 << 20 };
 }
 
-/// A text of few digits takes so many times its bytes in memory.
-const GROWS: usize = 10;
+/// Before it was read nobody knows how much memory a recording takes: so many times the bytes of a file of gripd at most, and of others, which may
+/// be a text of one short number a sample.
+const GROWS_MCAP: usize = 4;
+const GROWS: usize = 40;
 
 /// What is known of a recording of the folder.
 pub(super) struct Labelled {
@@ -76,12 +79,17 @@ impl Contents {
         self.joined.as_ref().filter(|_| companions).unwrap_or(&self.recording)
     }
 
-    /// Keeps what lies before a time (s) alone.
-    fn truncate(&mut self, until_s: f64) {
-        let rest = |sample: &Sample| sample.t.as_seconds() < until_s;
-        for recording in [Some(&mut self.recording), self.joined.as_mut()].into_iter().flatten() {
-            recording.truncate(recording.samples.partition_point(rest));
+    /// Keeps the samples before a time (s) alone; whether that is everything.
+    fn truncate(&mut self, until_s: f64) -> bool {
+        let count = self.recording.samples.partition_point(|s| s.t.as_seconds() < until_s);
+        if count == self.recording.samples.len() {
+            return true;
         }
+        self.travel = None;
+        for recording in [Some(&mut self.recording), self.joined.as_mut()].into_iter().flatten() {
+            recording.truncate(count);
+        }
+        false
     }
 
     fn read(file: &Path, options: &CsvOptions, companions: bool) -> Result<Self, ScoreError> {
@@ -98,10 +106,12 @@ impl Contents {
     /// What it takes while a detector looks at it, the statistic of each sample included (bytes).
     fn bytes(&self) -> usize {
         let of = |recording: &Recording| {
-            let taxels = recording.channels.taxels * size_of::<f32>();
+            // Those of a file beside it are no channel of the recording.
+            let taxels = recording.taxels.as_ref().map_or(0, Taxels::count) * size_of::<f32>();
             recording.samples.len() * (size_of::<Sample>() + taxels + size_of::<(f64, f32)>())
         };
-        of(&self.recording) + self.joined.as_ref().map_or(0, of)
+        let points = self.travel.as_ref().map_or(0, |travel| travel.points().len());
+        of(&self.recording) + self.joined.as_ref().map_or(0, of) + points * size_of::<(f64, f64)>()
     }
 }
 
@@ -189,8 +199,10 @@ impl Recordings {
             let (phases, own) = (of(&all_phases), all_alarms.as_ref().map(of));
             let file = file(&label, directory);
             let length = fs::metadata(&file).map_or(0, |file| file.len());
+            let is_mcap = file.extension().is_some_and(|ending| ending == "mcap");
+            let grows = if is_mcap { GROWS_MCAP } else { GROWS };
             let _place =
-                room.take(usize::try_from(length).map_or(usize::MAX, |n| n.saturating_mul(GROWS)));
+                room.take(usize::try_from(length).map_or(usize::MAX, |n| n.saturating_mul(grows)));
             let mut contents = Contents::read(&file, options, companions)?;
             let bytes = contents.bytes();
             let seen = [false, true].map(|companions| {
@@ -200,11 +212,9 @@ impl Recordings {
             let Recording { samples, rate_hz, .. } = &contents.recording;
             let span = samples.first().zip(samples.last()).map(|(first, last)| (first.t, last.t));
             let rate_hz = *rate_hz;
-            let is_whole = take(&whole, bytes);
-            if !is_whole {
-                contents.truncate(rest_until(&label, guard_ms));
-            }
-            let is_kept = is_whole || take(&rests, contents.bytes());
+            let fits = take(&whole, bytes);
+            let is_whole = fits || contents.truncate(rest_until(&label, guard_ms));
+            let is_kept = fits || take(&rests, contents.bytes());
             let kept = is_kept.then(|| Arc::new(contents));
             let one = Labelled {
                 label,
@@ -222,7 +232,7 @@ impl Recordings {
             one.onsets().try_for_each(|onset| one.check_onset(onset))?;
             Ok(one)
         };
-        // In the order of the labels, so that the first fault of these is the one that is reported.
+        // In the order of their first labels: of several faults the first is reported.
         let all: Vec<Result<Labelled, ScoreError>> = named.into_par_iter().map(read).collect();
         let all = all.into_iter().collect::<Result<Vec<Labelled>, ScoreError>>()?;
         let first =
@@ -238,6 +248,9 @@ impl Recordings {
         }
         let place = self.room.take(one.bytes);
         let contents = Contents::read(&one.file, &self.options, self.companions)?;
+        if contents.bytes() != one.bytes {
+            return Err(ScoreError::Changed { recording: one.label.recording.clone() });
+        }
         Ok(Open { contents: Arc::new(contents), _place: Some(place) })
     }
 
@@ -354,9 +367,31 @@ pub(super) fn rest_until(label: &Label, guard_ms: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::Room;
-    use core::sync::atomic::{AtomicUsize, Ordering};
-    use std::thread;
+    use super::{Contents, Room};
+    use core::{
+        fmt::Write as _,
+        sync::atomic::{AtomicUsize, Ordering},
+    };
+    use grip_record::CsvOptions;
+    use std::{fs, thread};
+
+    #[test]
+    fn taxels_of_a_file_beside_a_recording_count_as_memory() {
+        let dir = tempfile::tempdir().unwrap();
+        let (mut rows, mut frames) =
+            ("t_s,vibration\n".to_owned(), "t_s,a,b,c,d,e,f,g,h\n".to_owned());
+        for i in 0..100 {
+            writeln!(rows, "{},1", f64::from(i) / 1000.0).unwrap();
+            writeln!(frames, "{},1,1,1,1,1,1,1,1", f64::from(i) / 1000.0).unwrap();
+        }
+        let file = dir.path().join("a.csv");
+        fs::write(&file, rows).unwrap();
+        let bytes =
+            |companions| Contents::read(&file, &CsvOptions::default(), companions).unwrap().bytes();
+        let alone = bytes(false);
+        fs::write(dir.path().join("a_taxels.csv"), frames).unwrap();
+        assert_eq!(bytes(true), 2 * alone + 100 * 8 * 4);
+    }
 
     #[test]
     fn no_more_is_in_use_than_there_is_room_and_what_is_larger_is_alone() {

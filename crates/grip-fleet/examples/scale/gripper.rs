@@ -149,8 +149,8 @@ impl Gripper {
     }
 
     fn answer(&mut self) {
-        let lend = |use_it: &mut dyn FnMut(&KeptEvents)| use_it(self.spool.log());
-        self.announced.answer(&lend, &[&self.identity, &self.figures], "");
+        let with_log = |use_it: &mut dyn FnMut(&KeptEvents)| use_it(self.spool.log());
+        self.announced.answer(&with_log, &[&self.identity, &self.figures], "");
     }
 }
 

@@ -211,7 +211,7 @@ impl Got {
     fn report(&mut self, sent: &Sent) {
         let wanted: u64 = sent.values().map(|id| id.seq).sum();
         let events: usize = self.ids.values().map(Vec::len).sum();
-        println!("events sent {wanted}, received {events}, told as missing {}", self.missing);
+        println!("events sent {wanted}, received {events}, reported as missing {}", self.missing);
         for (delays_us, when) in self.delays_us.iter_mut().zip(WHEN) {
             delays_us.sort_unstable();
             let Some(most) = delays_us.len().checked_sub(1) else { continue };

@@ -274,12 +274,12 @@ impl Deployment {
     pub fn back(&mut self, sha256: Option<&str>) -> Step {
         let is_meant = |model: &ModelId| sha256.is_none_or(|sha256| model.sha256 == sha256);
         if self.trial.as_ref().is_some_and(|trial| is_meant(&trial.model)) {
-            return self.end(How::Told);
+            return self.end(How::Ordered);
         }
         match self.lasting.accepted.take_if(|model| is_meant(model)) {
             Some(model) => {
                 self.lasting.accepted = self.lasting.before.take();
-                self.lasting.last = Some(Ended { model, how: How::Told });
+                self.lasting.last = Some(Ended { model, how: How::Ordered });
                 Step::Swap(self.lasting.accepted.clone())
             }
             None => Step::Stay,
@@ -385,7 +385,7 @@ impl Deployment {
     /// The model on trial goes.
     fn end(&mut self, how: How) -> Step {
         let Some(Trial { model, before, .. }) = self.trial.take() else { return Step::Stay };
-        if matches!(how, How::Told | How::Unwatched) {
+        if matches!(how, How::Ordered | How::Unwatched) {
             self.resumed = before;
         }
         self.lasting.trial = None;

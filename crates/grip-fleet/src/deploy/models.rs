@@ -194,7 +194,7 @@ impl Models {
             }
             Order::Back { sha256, why } => {
                 if sha256.as_deref().is_some_and(|sha256| self.deployment.is_shadow(sha256)) {
-                    self.end_shadow(How::Told, why.clone(), swap);
+                    self.end_shadow(How::Ordered, why.clone(), swap);
                 }
                 let step = self.deployment.back(sha256.as_deref());
                 self.go_back(&step, why, swap)?;
@@ -291,7 +291,7 @@ impl Models {
             return Ok(());
         }
         let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
-        self.end_entry(How::Told, None);
+        self.end_entry(How::Ordered, None);
         self.deployment.cast(model.id.clone(), lease_s, since, now_us);
         self.history.begin(&model.id, origin, model.signed.as_ref(), self.utc_ns);
         self.note_history();
@@ -348,7 +348,7 @@ impl Models {
             self.deployment.end_shadow();
             self.remove_shadow("a model is put in force", swap);
         } else {
-            self.end_shadow(How::Told, None, swap);
+            self.end_shadow(How::Ordered, None, swap);
         }
         if self.standing().trial.is_none() {
             return self.go_back(&step, None, swap);

@@ -28,7 +28,8 @@ pub enum How {
     /// The roll-out was over, and it stays.
     Accepted,
     /// Somebody asked for the model of before.
-    Told,
+    #[serde(rename = "told")]
+    Ordered,
     /// Nobody watched the trial for the time of its lease.
     Unwatched,
     /// The daemon ended during the trial.
@@ -43,7 +44,7 @@ impl fmt::Display for How {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Accepted => "its trial is over, and it stays",
-            Self::Told => "it was asked to",
+            Self::Ordered => "it was asked to",
             Self::Unwatched => "nobody watched its trial any more",
             Self::Restarted => "gripd or gripfleet has started again during the trial",
             Self::Reloaded => "its settings were changed during the trial",

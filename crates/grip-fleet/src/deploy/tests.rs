@@ -58,7 +58,7 @@ fn a_model_on_trial_has_grasps_of_its_own_and_stays_when_it_is_accepted() {
     assert_eq!(deployment.tick(9999 * SECOND, FaultCode::NONE), Step::Stay);
     assert_eq!(deployment.back(Some(&model("other").sha256)), Step::Stay);
     assert_eq!(deployment.back(Some(&sha256)), Step::Swap(None));
-    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Told)));
+    assert_eq!(last(&deployment), Some(("a".to_owned(), How::Ordered)));
     assert_eq!(deployment.back(Some(&sha256)), Step::Stay, "asked twice");
 }
 

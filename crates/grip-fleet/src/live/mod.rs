@@ -99,7 +99,7 @@ impl Wanted {
     }
 
     /// What the daemon is asked for, and every n-th sample (n at least 1): samples, states and slips only while somebody looks. Figures
-    /// and news come always: they are rare, report that the daemon lives, and place samples in time.
+    /// and events come always: they are rare, report that the daemon lives, and place samples in time.
     #[must_use]
     pub fn subscribe(self, every_nth: u16) -> Subscribe {
         let mut topics = Topics::HEALTH.and(Topics::NEWS);

@@ -30,7 +30,7 @@ const MOST_NAMED: usize = 16;
 const SLICE: usize = 64;
 
 /// Hands out the log for a moment.
-pub type Lend<'a> = dyn Fn(&mut dyn FnMut(&EventLog)) + 'a;
+pub type WithLog<'a> = dyn Fn(&mut dyn FnMut(&EventLog)) + 'a;
 
 /// One gripper on the network.
 #[derive(Debug)]
@@ -182,10 +182,10 @@ impl Announced {
     }
 
     /// Answers what was asked meanwhile: `status` with the frames given, `config` with that text, and some of the events that are asked
-    /// for, so that nothing else waits long. `lend` hands out the log for a moment, in which nothing is sent.
-    pub fn answer(&mut self, lend: &Lend<'_>, status: &[impl AsRef<[u8]>], config: &str) {
+    /// for, so that nothing else waits long. `with_log` hands out the log for a moment, in which nothing is sent.
+    pub fn answer(&mut self, with_log: &WithLog<'_>, status: &[impl AsRef<[u8]>], config: &str) {
         let mut head = Stamp::default();
-        lend(&mut |log| head = log.head().into());
+        with_log(&mut |log| head = log.head().into());
         while let Ok((part, query)) = self.asked.try_recv() {
             let key = self.member.key(part);
             if part.has_names_below() && query.key_expr().as_str().ends_with(part.name()) {
@@ -223,15 +223,15 @@ impl Announced {
             }
         }
         if let Some(open) = self.open.pop_front() {
-            self.go_on(open, lend);
+            self.go_on(open, with_log);
         }
     }
 
     /// The next events of an answer; it comes to the end of the queue where it is not complete.
-    fn go_on(&mut self, mut open: Open, lend: &Lend<'_>) {
+    fn go_on(&mut self, mut open: Open, with_log: &WithLog<'_>) {
         let mut events: Vec<Logged> = Vec::new();
         let slice = SLICE.min(open.left);
-        lend(&mut |log| {
+        with_log(&mut |log| {
             let place =
                 open.place.unwrap_or_else(|| log.place(&open.after, open.since)).max(log.dropped());
             events = log.from(place).take(slice).cloned().collect();

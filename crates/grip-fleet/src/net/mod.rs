@@ -11,7 +11,7 @@ mod list;
 mod ros;
 mod watch;
 
-pub use announce::{Announced, Lend, Question};
+pub use announce::{Announced, Question, WithLog};
 pub use ask::{Ask, ask};
 pub use deploy::{Deployer, Happening, standing};
 pub use list::{Listed, ask_about, list, members};
@@ -156,7 +156,7 @@ impl Network {
     /// Whether the configuration can be used at all; nothing is opened.
     ///
     /// # Errors
-    /// [`NetError`] that trying again will not mend.
+    /// [`NetError`] that trying again will not cure.
     pub fn check(&self) -> Result<(), NetError> {
         self.config().map(drop)
     }

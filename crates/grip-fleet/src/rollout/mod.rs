@@ -480,7 +480,7 @@ impl Rollout {
     pub fn abort(&mut self) {
         let ignored = self.members.values_mut().filter(|phase| phase.is_open_question());
         ignored.for_each(|phase| *phase = Phase::Back);
-        self.stop(Stop::Told);
+        self.stop(Stop::Ordered);
     }
 
     /// How many have got the model, of all who did not have it before, when the stage is over.

@@ -137,7 +137,7 @@ pub enum Stop {
     },
     /// Whoever began it.
     #[error("it was stopped from here")]
-    Told,
+    Ordered,
 }
 
 /// Where a roll-out is.

@@ -253,7 +253,7 @@ fn whoever_stops_it_waits_for_nobody_who_has_not_stated_whether_it_would_take_it
     rollout.abort();
     assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
     rollout.receive(&members(1)[0], Report::Fit(before()), 2);
-    assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Told)));
+    assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Ordered)));
 }
 
 #[test]
@@ -418,7 +418,7 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     let back = rollout.step();
     assert_eq!((back, rollout.stage()), (vec![Order::GiveBack(second.clone())], 1));
     assert!(rollout.holding().all(|member| member != third));
-    assert_eq!(rollout.stopped(), Some(&Stop::Told));
+    assert_eq!(rollout.stopped(), Some(&Stop::Ordered));
     let holding: Vec<Member> = rollout.holding().cloned().collect();
     assert_eq!(rollout.progress(), Progress::Stopped(holding.len()));
     holding.iter().for_each(|member| rollout.receive(member, Report::Back, 10));

@@ -114,8 +114,8 @@ impl Daemon {
         }
         let ident = Ident { uid: self.member.uid.0, boot_id: 7, ..Ident::NONE };
         let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
-        let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(self.spool.log());
-        self.announced.answer(&lend, &[&ident, &health], "baud = 1\n");
+        let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(self.spool.log());
+        self.announced.answer(&with_log, &[&ident, &health], "baud = 1\n");
     }
 
     /// Turns until `done`, with the number of the turn, or too many.

@@ -370,7 +370,7 @@ impl<R: Read> Pieces<R> {
         };
         let size = header.uncompressed_size;
         if size > LONGEST {
-            return Err(damage("the chunk says it is longer than any chunk"));
+            return Err(damage("the chunk states that it is longer than any chunk"));
         }
         match header.compression.as_str() {
             "" => chunk.extend_from_slice(&data),
@@ -396,7 +396,7 @@ impl<R: Read> Pieces<R> {
         let (whole, crc) = (chunk.len() as u64 == size, header.uncompressed_crc);
         if !whole || (crc != 0 && crc32fast::hash(chunk) != crc) {
             chunk.clear();
-            return Err(damage("the chunk has not the checksum that it says"));
+            return Err(damage("the chunk has not the checksum that it states"));
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub(super) const LIVE_RING: usize = 2048;
 /// Items that the ring of a file holds: its blocks are larger, and its thread waits.
 pub(super) const FILE_RING: usize = 64;
-/// News that wait for room; samples never do.
+/// Items that wait for room; samples never do.
 const BACKLOG: usize = 256;
 /// How long a file's thread waits for room before it looks again.
 const ROOM: Duration = Duration::from_millis(2);
@@ -52,7 +52,7 @@ impl Outlet {
         self.shared.stop.load(Ordering::Relaxed) || self.ring.is_abandoned()
     }
 
-    /// Offers an item without waiting. News wait in a backlog for room; samples, states and what is derived of them are dropped and
+    /// Offers an item without waiting. Events wait in a backlog for room; samples, states and what is derived of them are dropped and
     /// counted, and the next samples show that something is missing before them.
     pub(super) fn offer(&mut self, feed: Feed) {
         self.catch_up();

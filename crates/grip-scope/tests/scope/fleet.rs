@@ -77,8 +77,8 @@ impl Daemon {
         };
         let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());
         let log = &self.log;
-        let lend = |use_it: &mut dyn FnMut(&EventLog)| use_it(log);
-        self.announced.answer(&lend, &[gripper, health], "");
+        let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(log);
+        self.announced.answer(&with_log, &[gripper, health], "");
         while let Some(question) = self.announced.question() {
             let model = Some("file".to_owned());
             let about = About { firmware: Some("1.2.3".to_owned()), model, ..About::default() };

@@ -152,8 +152,8 @@ impl Session {
         let beginning = Beginning {
             config: carried.noise.map_or(config, |noise| noise.known_to(config)),
             carried_n: carried.force_n,
-            least_n: self.wishes.least_n(),
-            released: self.wishes.released(),
+            least_n: self.setpoints.least_n(),
+            released: self.setpoints.released(),
             taxels: self.taxels(),
         };
         let pipeline = beginning

@@ -26,7 +26,7 @@ use grip_link::{
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use pace::{SlewLimiter, Transit, Wanted};
-use path::{Path, Wishes};
+use path::{ClientSetpoints, Path};
 use slip_core::{
     ClientCommand, ConfigError, Pipeline, Sample, Step,
     event::StageCounters,
@@ -127,7 +127,7 @@ pub struct Session {
     uid: Option<[u8; 16]>,
     /// What the pipeline began with.
     begun: Option<Beginning>,
-    wishes: Wishes,
+    setpoints: ClientSetpoints,
     time: TimeBase,
     transit: Transit,
     /// The state of the clock that was reported last.
@@ -182,7 +182,7 @@ impl Session {
             pipeline: None,
             uid: options.uid,
             begun: None,
-            wishes: Wishes::default(),
+            setpoints: ClientSetpoints::default(),
             time: TimeBase::new(1_000_000, 1),
             transit: Transit::default(),
             clock_health: ClockHealth::Good,
@@ -345,7 +345,7 @@ impl Session {
             HostEvent::Configured { .. } => self.due.configured = true,
             HostEvent::Status(status) => {
                 self.due.lost = status.state == DeviceState::LossAction;
-                self.wishes.receive(status.state);
+                self.setpoints.receive(status.state);
                 self.due.unlatched = latch(&mut self.latched_n, status);
                 self.motion.receive(status);
             }
@@ -377,7 +377,7 @@ impl Session {
 
     /// The next frame of the link itself (requests, clock sync) or of a stop that was asked for: its length.
     pub fn poll_transmit(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
-        if self.wishes.stop_due(now_us) {
+        if self.setpoints.stop_due(now_us) {
             return self.link.estop(out);
         }
         self.link.poll_transmit(now_us, out)
@@ -417,14 +417,14 @@ impl Session {
             return true;
         }
         if command == ClientCommand::Stop {
-            self.wishes.stop(now_us);
+            self.setpoints.stop(now_us);
             return true;
         }
         let controls = self.begun.as_ref().is_some_and(|begun| begun.config.grip.is_some());
         // What is asked for while a stop is latched must not wait for its end.
         let free = controls && !self.options.dry_run && self.latched_n.is_none();
         match &mut self.pipeline {
-            Some(pipeline) if free => self.wishes.apply(command, pipeline),
+            Some(pipeline) if free => self.setpoints.apply(command, pipeline),
             _ => false,
         }
     }

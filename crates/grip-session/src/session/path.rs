@@ -157,13 +157,13 @@ const STOP_EVERY_US: u64 = 20_000;
 
 /// What was asked for and still stands.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Wishes {
+pub(super) struct ClientSetpoints {
     least_n: f32,
     released: bool,
     stop_at_us: Option<u64>,
 }
 
-impl Wishes {
+impl ClientSetpoints {
     /// Carries out and remembers what concerns the controller; `false` where it cannot.
     pub(super) fn apply<W: AsRef<[f32]>>(
         &mut self,

@@ -45,7 +45,7 @@ pub enum SimulatorError {
     Thread(#[source] Option<io::Error>),
 }
 
-/// Whether an error is one of a scene, which is the caller's to mend.
+/// Whether an error is one of a scene, which is the caller's to correct.
 #[must_use]
 pub fn is_scene_error(error: &(dyn Error + 'static)) -> bool {
     error.is::<SceneFileError>() || error.is::<Box<SceneFileError>>() || error.is::<SceneError>()

@@ -114,7 +114,7 @@ impl Reference {
         self.axes.put_by(live);
     }
 
-    /// Whether the robot moves. Takes the next readings; where the reference has none, there is none or it is unusable.
+    /// Whether the robot moves. Takes the next readings; `None`: no reference, or an unusable reading.
     #[inline]
     pub(super) fn watch(&mut self, sample: &Sample) -> bool {
         self.axes.next(sample.reference_axes);

@@ -362,7 +362,8 @@ impl SlipDetector {
         self.floor.interrupt();
     }
 
-    /// Takes the stylus (finite), the motion reference and the commanded motion of the next sample. Gives the statistic, 1 and above being a slip, and the slip state;
+    /// Takes stylus and motion reference, all axes of both (finite), and the commanded motion of the next sample.
+    /// Gives the statistic, 1 and above being a slip, and the slip state;
     /// `None` while the filters start and while the floor is unknown.
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> Option<(f32, SlipState)> {

@@ -2,7 +2,7 @@
 
 use super::{
     GripConfig, GripInput, Sliding,
-    braking::{LEAST_TAUS, SLIDES_ON_M},
+    response::{LEAST_TAUS, SLIDES_ON_M},
 };
 use crate::{estimate::KAPPA, need::Felt};
 

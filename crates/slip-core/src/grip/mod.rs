@@ -18,21 +18,21 @@
 //! force, on slip evidence that is not older than 20 ms, or towards a force that somebody asked for with [`GripController::at_least`]. No fault of
 //! a sensor lowers it. Nothing that a sensor does opens the fingers.
 
-mod braking;
 mod config;
 mod feeling;
 mod input;
 mod lag;
 mod object;
+mod response;
 
 pub use config::GripConfig;
 pub use input::{GripInput, Sliding, SlipNow, Trials};
 pub use object::GripEvent;
 pub use slip_msg::GripState;
 
-use braking::{Braking, HeldBy, Known};
 use lag::Lag;
 use object::{Search, Touch};
+use response::{HeldBy, Known, SlipResponse};
 
 /// The force controller.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +74,7 @@ pub struct GripController {
     /// Length of the slip so far (s), and whether it has just become too long.
     slip_s: f32,
     persists: bool,
-    braking: Braking,
+    response: SlipResponse,
     moved_m: f32,
     trials: Trials,
     touch: Touch,
@@ -141,7 +141,7 @@ impl GripController {
             quiet_s: 0.0,
             slip_s: 0.0,
             persists: false,
-            braking: Braking::default(),
+            response: SlipResponse::default(),
             moved_m: 0.0,
             trials: Trials::default(),
             touch: Touch::default(),
@@ -169,7 +169,7 @@ impl GripController {
     /// fingers. A force below 0 or not a number changes nothing.
     pub fn at_least(&mut self, force_n: f32) {
         if force_n >= 0.0 {
-            if self.is_wished() && self.may_search_below(self.command_n) {
+            if self.is_requested() && self.may_search_below(self.command_n) {
                 // What was asked for has been tried, and less has not.
                 self.hold_n = self.command_n;
             }
@@ -304,7 +304,7 @@ impl GripController {
     /// Whether a sample with or without a reading of the moved distance would change what a controller at rest knows.
     #[must_use]
     #[inline]
-    pub fn heeds_travel(&self, measured: bool) -> bool {
+    pub fn follows_travel(&self, measured: bool) -> bool {
         let known = self.unmeasured_s < UNMEASURED_S;
         let runs = matches!(self.state, GripState::Closing | GripState::Released);
         if measured { !known } else { known && runs }
@@ -499,7 +499,7 @@ impl GripController {
     }
 
     /// Whether it is held as somebody asked for.
-    fn is_wished(&self) -> bool {
+    fn is_requested(&self) -> bool {
         self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
     }
 
@@ -516,12 +516,12 @@ impl GripController {
 
     /// Whether less force is to be tried.
     fn searches(&self) -> bool {
-        !self.is_wished() && self.may_search_below(self.hold_n)
+        !self.is_requested() && self.may_search_below(self.hold_n)
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let held_by = if self.is_wished() {
-            HeldBy::Wish
+        let held_by = if self.is_requested() {
+            HeldBy::Request
         } else if self.is_held_as_known() {
             HeldBy::Memory
         } else if self.searches() {
@@ -538,9 +538,9 @@ impl GripController {
             swing_m: self.swing_m,
             gives: self.excused < EXCUSED,
         };
-        self.braking = Braking::begin(&self.config, self.command_n, self.hold_n, &known);
+        self.response = SlipResponse::begin(&self.config, self.command_n, self.hold_n, &known);
         if input.felt.is_some_and(|felt| !felt.moves) {
-            self.braking.wait();
+            self.response.wait();
         }
         self.state = GripState::Slipping;
         self.quiet_s = if input.stale { f32::INFINITY } else { 0.0 };
@@ -557,13 +557,13 @@ impl GripController {
         self.persists = self.slip_s < PERSISTENT_S && self.slip_s + dt_s >= PERSISTENT_S;
         self.slip_s += dt_s;
         self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
-        self.braking.follow(&self.config, input, self.command_n, (dt_s, self.rise_s));
+        self.response.follow(&self.config, input, self.command_n, (dt_s, self.rise_s));
         self.drive(dt_s, input);
     }
 
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
     fn drive(&mut self, dt_s: f32, input: &GripInput) {
-        let wanted_n = self.braking.command_n(&self.config, input.applied_n);
+        let wanted_n = self.response.command_n(&self.config, input.applied_n);
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S && !input.stale {
                 let reach_n = self.config.slew_n_s * self.rise_s;
@@ -578,8 +578,8 @@ impl GripController {
     fn leave_slip(&mut self) {
         if self.state == GripState::Slipping {
             self.end_moving();
-            self.hold_n = self.braking.left_n().min(self.command_n);
-            self.drifted = self.braking.drifted();
+            self.hold_n = self.response.left_n().min(self.command_n);
+            self.drifted = self.response.drifted();
             self.ebbing = self.command_n > self.hold_n;
         }
     }
@@ -593,10 +593,10 @@ impl GripController {
     /// The slip has ended: what is the force to hold with?
     fn end_slip(&mut self) {
         self.end_moving();
-        self.swing_m = self.braking.swing_m();
-        self.drifted = self.braking.drifted();
-        let believed = self.braking.is_believed(self.search.believes(&self.config));
-        let hold_n = self.braking.hold_n(&self.config, believed);
+        self.swing_m = self.response.swing_m();
+        self.drifted = self.response.drifted();
+        let believed = self.response.is_believed(self.search.believes(&self.config));
+        let hold_n = self.response.hold_n(&self.config, believed);
         self.ebbing = !believed;
         if believed {
             self.learn(hold_n);
@@ -611,15 +611,15 @@ impl GripController {
     /// A slip that `hold_n` (N) has stopped shows what the object needs, unless it was hit or pulled. A known object that moves and needs more from the
     /// start is hit, or is another one: its weight is unknown, and the search goes on.
     fn learn(&mut self, hold_n: f32) {
-        let more = self.braking.was_more_than_weight(hold_n);
+        let more = self.response.was_more_than_weight(hold_n);
         let first = self.known_n > 0.0 && self.trials.trials == FIRST_SLIP;
-        let anew = more && first && self.braking.is_confirmed();
+        let anew = more && first && self.response.is_confirmed();
         if anew && self.may_search_below(hold_n) {
             self.weight_n = None;
             return;
         }
-        self.weight_n = self.braking.weight_n();
-        self.search.found(self.braking.least_n());
+        self.weight_n = self.response.weight_n();
+        self.search.found(self.response.least_n());
         let goes_on = self.may_search_below(hold_n);
         self.finding = if goes_on || (more && !anew) { Finding::No } else { Finding::Coming };
     }

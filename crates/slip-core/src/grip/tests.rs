@@ -217,7 +217,7 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
             let estimate = Some(ForceEstimate::new(estimate_n, sigma_n));
             grip.step(&GripInput { estimate, ..slipping(1e-3, None) });
         }
-        grip.braking.target_n()
+        grip.response.target_n()
     };
     assert_eq!(target(&[4.0; 9], 0.0), 4.0, "a load that stands");
     assert_eq!(target(&[4.0, 4.0, 4.0, 4.0, 4.5, 5.0], 0.0), 5.5, "4.5 N, and 1 N in 4 ms");
@@ -240,7 +240,7 @@ fn the_target_follows_a_load_that_grows_and_an_estimate_that_is_unsure_adds_its_
 fn without_an_estimate_the_reflex_grows_only_while_the_slip_shows() {
     let (mut grip, mut applied_n) = (holding(), 2.0);
     press(&mut grip, &GripInput { moved_m: None, ..slipping(0.0, None) }, &mut applied_n, 20);
-    let grown = grip.braking.target_n();
+    let grown = grip.response.target_n();
     assert!(grown > 4.0 && grown < 8.0, "{grown}");
     let fading = GripInput { slip: SlipNow::Fading, moved_m: None, ..calm() };
     press(&mut grip, &fading, &mut applied_n, 60);
@@ -367,7 +367,7 @@ fn what_grew_in_a_pause_does_not_go_on_growing_that_fast() {
             grip.step(&slipping(5e-5, estimate_n));
         }
     }
-    let target_n = grip.braking.target_n();
+    let target_n = grip.response.target_n();
     assert!((9.0..11.0).contains(&target_n), "{target_n}");
 }
 

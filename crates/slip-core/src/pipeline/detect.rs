@@ -302,7 +302,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let held = self.rest == Rest::Holding;
         let soon = self.last_t.is_some_and(|last| sample.t.since(last) <= self.gap);
         let measured = sample.travel_m.is_some();
-        let updates = self.grip.as_ref().is_some_and(|grip| grip.heeds_travel(measured));
+        let updates = self.grip.as_ref().is_some_and(|grip| grip.follows_travel(measured));
         if soon && !updates && self.contact.would_touch(sample.normal_force_n) == held {
             self.rest
         } else {

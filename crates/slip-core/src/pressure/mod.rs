@@ -253,7 +253,7 @@ impl<const N: usize> PressurePattern<N> {
         if frame.is_empty() || self.repeated(t, frame) {
             return;
         }
-        let Some(frame) = self.mended(frame) else { return };
+        let Some(frame) = self.completed(frame) else { return };
         #[expect(clippy::cast_possible_truncation, reason = "a step of time")]
         let dt_ms = self.last_t.map_or(0.0, |last| t.since(last).as_seconds() * 1e3) as f32;
         self.last_t = Some(t);
@@ -305,7 +305,7 @@ impl<const N: usize> PressurePattern<N> {
     }
 
     /// The frame with taxels that send no number held at their last value; `None` where too many do.
-    fn mended(&mut self, frame: &[f32]) -> Option<[f32; N]> {
+    fn completed(&mut self, frame: &[f32]) -> Option<[f32; N]> {
         let (first, learning) = (self.last_t.is_none(), self.rms.is_none());
         let resolution = &mut self.resolution;
         let mut out = [0.0; N];

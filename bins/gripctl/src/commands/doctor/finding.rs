@@ -1,4 +1,4 @@
-//! One thing that was looked at in; a line with its verdict, and the command that mends it, out.
+//! One thing that was looked at in; a line with its verdict, and the command that fixes it, out.
 
 use core::fmt;
 use serde::Serialize;
@@ -52,7 +52,7 @@ impl fmt::Display for Finding {
         };
         write!(f, "{verdict:8} {:14} {}", self.check, self.text)?;
         match &self.remedy {
-            Some(remedy) => write!(f, "\n{:24}mend: {remedy}", ""),
+            Some(remedy) => write!(f, "\n{:24}fix: {remedy}", ""),
             None => Ok(()),
         }
     }

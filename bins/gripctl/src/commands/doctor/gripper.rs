@@ -7,7 +7,7 @@ use super::{
 };
 use crate::cli::DoctorArgs;
 use anyhow::anyhow;
-use grip_daemon::supply::usb_filter;
+use grip_daemon::port_manager::usb_filter;
 use grip_link::{
     frame::MAX_WIRE,
     host::{HostEvent, HostLink},
@@ -23,7 +23,7 @@ const PATIENCE_US: u64 = 6_000_000;
 
 /// What is to be listened to.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wish<'a> {
+pub(crate) struct Inquiry<'a> {
     pub(crate) name: &'a str,
     pub(crate) args: &'a DoctorArgs,
     pub(crate) config: &'a HostConfig,
@@ -40,9 +40,9 @@ struct Received {
 }
 
 /// Attaches as gripd does, but never sends a force.
-pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
-    match listen(wish) {
-        Ok(received) => judge(wish.config, &received),
+pub(crate) fn findings(inquiry: &Inquiry<'_>) -> Vec<Finding> {
+    match listen(inquiry) {
+        Ok(received) => judge(inquiry.config, &received),
         Err(error) => {
             let text = message(error.as_ref());
             let first = if text.contains("busy") {
@@ -50,23 +50,23 @@ pub(crate) fn findings(wish: &Wish<'_>) -> Vec<Finding> {
             } else {
                 "power, cable and --baud of the gripper"
             };
-            let remedy = format!("{first}; then: gripctl doctor {} --seconds 10", wish.name);
+            let remedy = format!("{first}; then: gripctl doctor {} --seconds 10", inquiry.name);
             vec![Finding::fault("gripper", text, remedy)]
         }
     }
 }
 
-fn listen(wish: &Wish<'_>) -> anyhow::Result<Received> {
+fn listen(inquiry: &Inquiry<'_>) -> anyhow::Result<Received> {
     let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
-    let session = Session::new(wish.config.clone(), model::default_estimator()?, options)?;
+    let session = Session::new(inquiry.config.clone(), model::default_estimator()?, options)?;
     let clock = Clock::start();
-    let baud = wish.args.baud.or(wish.config.baud).unwrap_or(DEFAULT_BAUD);
-    let simulator = Simulator::at(wish.name, None, move || clock.now_us())?;
-    let port = simulator.as_ref().map_or(wish.name, Simulator::port);
-    let line = Source::open(port, baud, usb_filter(&wish.config.usb))?.line()?;
+    let baud = inquiry.args.baud.or(inquiry.config.baud).unwrap_or(DEFAULT_BAUD);
+    let simulator = Simulator::at(inquiry.name, None, move || clock.now_us())?;
+    let port = simulator.as_ref().map_or(inquiry.name, Simulator::port);
+    let line = Source::open(port, baud, usb_filter(&inquiry.config.usb))?.line()?;
     let latency_timer_ms = line.latency_timer_ms();
     let arrivals = Arrivals::default();
-    let mut received = Received { session, arrivals, latency_timer_ms, seconds: wish.seconds };
+    let mut received = Received { session, arrivals, latency_timer_ms, seconds: inquiry.seconds };
     let ended = received.run(line, clock);
     simulator.map(Simulator::stop).transpose()?;
     ended.map(|()| received)

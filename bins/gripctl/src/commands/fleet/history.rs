@@ -88,7 +88,7 @@ fn verdict(entry: &Entry) -> String {
     let grasps = entry.grasps.map_or("not known how many".to_owned(), |grasps| grasps.to_string());
     let end = match (&entry.how, &entry.why) {
         (None, _) => "goes on".to_owned(),
-        (Some(How::Told), Some(why)) => format!("given back: {why}"),
+        (Some(How::Ordered), Some(why)) => format!("given back: {why}"),
         (Some(How::Accepted), _) => "kept".to_owned(),
         (Some(how), _) => format!("given back: {how}"),
     };

@@ -137,7 +137,7 @@ fn rest(client: &mut Client, stopped: &AtomicBool) -> anyhow::Result<bool> {
     }
 }
 
-/// Prints slips and news until the user stops it.
+/// Prints slips and notices until the user stops it.
 fn follow(client: &mut Client, args: &StatusArgs, stopped: &AtomicBool) -> anyhow::Result<Exit> {
     let mut dropped = false;
     while !stopped.load(Ordering::Relaxed) {

@@ -1,4 +1,4 @@
-//! All grippers in; a table with a row for each, and wishes of the user, out. Only the rows that can be seen are drawn.
+//! All grippers in; a table with a row for each, and requests of the user, out. Only the rows that can be seen are drawn.
 
 mod bars;
 mod head;

@@ -130,7 +130,7 @@ fn pause_and_history_survive_a_start() {
     assert_eq!(
         history.iter().map(short).collect::<Vec<_>>(),
         [
-            (alice(), 17, 0, Some(2), Some(How::Told), Some(5)),
+            (alice(), 17, 0, Some(2), Some(How::Ordered), Some(5)),
             (alice(), 17, 3, Some(4), Some(How::Accepted), Some(9)),
             (alice(), 17, 1, None, Some(How::Restarted), None),
         ]

@@ -24,7 +24,7 @@ const PIECE: u64 = 4 << 20;
 const HEADER: u64 = 64 << 10;
 /// Longest other line (bytes).
 const LINE: u64 = 1 << 20;
-/// Rows, or news, of a block.
+/// Rows, or other items, of a block.
 const BLOCK: usize = 2048;
 /// Device time of a block (us): states and events are placed by the rows around them.
 const BLOCK_US: u64 = 500_000;

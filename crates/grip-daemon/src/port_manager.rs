@@ -39,12 +39,12 @@ pub enum PortUpdate {
 
 /// The ends that lead to the hot loop and to the service thread.
 #[derive(Debug)]
-pub struct SupplyEnds {
+pub struct PortManagerEnds {
     /// Open lines to the loop.
     pub lines: Producer<Line>,
     /// Lines it has lost.
     pub lost: Consumer<Lost>,
-    /// News for people.
+    /// Updates for people.
     pub updates: Sender<PortUpdate>,
     /// What is shared with the loop.
     pub shared: Arc<Shared>,
@@ -62,20 +62,20 @@ pub enum Lines {
 
 /// Finds, opens and replaces lines.
 #[derive(Debug)]
-pub struct Supply {
+pub struct PortManager {
     lines: Lines,
     patient: bool,
-    ends: SupplyEnds,
+    ends: PortManagerEnds,
     backoff: Backoff,
     attached: bool,
     /// The last reason that was reported.
     reported: Option<String>,
 }
 
-impl Supply {
+impl PortManager {
     /// Gives the lines on. Where it is not `patient`, the first line of a port must be had at once.
     #[must_use]
-    pub fn new(lines: Lines, patient: bool, ends: SupplyEnds) -> Self {
+    pub fn new(lines: Lines, patient: bool, ends: PortManagerEnds) -> Self {
         Self { lines, patient, ends, backoff: Backoff::default(), attached: false, reported: None }
     }
 
@@ -97,7 +97,7 @@ impl Supply {
                 },
             };
             match line {
-                Ok(line) => self.lend(line),
+                Ok(line) => self.hand_over(line),
                 Err(error) if self.waits_after(&error) => {
                     self.report_once(message(&error));
                     let pause = self.backoff.pause();
@@ -121,7 +121,7 @@ impl Supply {
     }
 
     /// Hands a line over and waits until it comes back.
-    fn lend(&mut self, line: Line) {
+    fn hand_over(&mut self, line: Line) {
         self.reported = None;
         let device = match &self.lines {
             Lines::Port(source) => source.finder().chosen().map(grip_port::describe_usb),

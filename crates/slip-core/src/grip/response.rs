@@ -96,7 +96,7 @@ pub(super) enum HeldBy {
     /// Less and less, until it slips.
     Search,
     /// As somebody asked for.
-    Wish,
+    Request,
     /// With what it is known to need.
     Memory,
 }
@@ -123,7 +123,7 @@ pub(super) struct Known {
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "verdicts of one slip, each reached by itself")]
-pub(super) struct Braking {
+pub(super) struct SlipResponse {
     /// Command when the slip began (N).
     base_n: f32,
     /// What it is raised to at once; less is not enough afterwards (N).
@@ -200,7 +200,7 @@ pub(super) struct Braking {
     sought: bool,
 }
 
-impl Braking {
+impl SlipResponse {
     /// A slip that begins under `command_n`, while `hold_n` (N) was to be held.
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
         // A force that is on its way back moves the pads, and alarms by that must not add up.
@@ -279,7 +279,7 @@ impl Braking {
         }
         let more = self.mean_n.is_some_and(|mean_n| mean_n > self.base_n);
         match self.held_by {
-            HeldBy::Wish => return self.confirmed && more,
+            HeldBy::Request => return self.confirmed && more,
             HeldBy::Memory => {
                 let answered = match self.feeling.held_n() {
                     Some(held_n) => held_n > FELT * KAPPA * self.base_n,
