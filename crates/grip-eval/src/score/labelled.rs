@@ -31,8 +31,8 @@ impl Memory {
     pub(super) const DEFAULT: Self = Self { kept: 128 << 20, open: 512 << 20 };
 }
 
-/// Before it was read nobody knows how much memory a recording takes: so many times the bytes of a file of gripd at most, and of others, which may
-/// be a text of one short number a sample.
+/// Before it was read nobody knows how much memory a recording takes: about so many times the bytes of a file of gripd,
+/// and of others, which may be a text of one short number a sample.
 const GROWS_MCAP: usize = 4;
 const GROWS: usize = 40;
 
@@ -59,7 +59,6 @@ pub(super) struct Labelled {
 }
 
 /// What the samples of a recording have.
-#[derive(Clone)]
 struct Seen {
     channels: ChannelSet,
     taxels: bool,

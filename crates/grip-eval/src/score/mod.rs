@@ -124,8 +124,8 @@ impl core::fmt::Debug for Watch<'_> {
 
 /// Scores every labelled recording of `directory` with each of `detectors`, as [`score`] does with one. A detector that cannot
 /// run on them has its reason in the place of its score. Where run times are measured recordings are judged one after the
-/// other, else by all cores. A folder of any size takes some 800 MB of memory at most, or 270 MB more than its largest recording; a network that is
-/// trained takes 24 bytes for each half millisecond of the other materials beside that.
+/// other, else by all cores. A folder of any size takes some 800 MB of memory at most, or 270 MB more than its largest
+/// recording; a network that is trained takes 24 bytes for each half millisecond of the other materials beside that.
 ///
 /// # Errors
 /// The first thing that keeps a recording from being used, or the reason of the first detector where none can run.
@@ -217,12 +217,12 @@ fn score_with(
         }
     }
     let fit = |material| Ok((material, folds.fitted(material)?));
-    let fitted = match detector.decides {
+    let fitted: Result<Vec<(&str, Fitted)>, ScoreError> = match detector.decides {
         // What one of them learns from fills memory enough.
         Decides::Network => materials.into_iter().map(fit).collect(),
         _ => in_order(materials, fit),
     };
-    let fitted: BTreeMap<&str, Fitted> = Vec::<_>::into_iter(fitted?).collect();
+    let fitted: BTreeMap<&str, Fitted> = fitted?.into_iter().collect();
     let judged = |one: &Labelled| {
         let Some(fitted) = fitted.get(one.label.material.as_str()) else { return Ok(None) };
         let contents = folder.open(one)?;
