@@ -3,7 +3,7 @@
 
 A fault is a link to a file or heading that is not there, a line of prose longer than 120 characters (code, tables and
 what cannot be broken excepted), a README.md of more than 120 lines, a page under docs/ that docs/README.md does not
-link (a decision: docs/decisions/README.md), and sentences of more than 20 words on average, of all pages together, or of
+link (a decision: docs/decisions/README.md), a source file in backticks that is not there, and sentences of more than 20 words on average, of all pages together, or of
 more than 25 in one page of ten sentences and more."""
 
 import re
@@ -16,6 +16,8 @@ WIDTH = README_LINES = 120
 WORDS, PAGE_WORDS = 20, 25
 PAGE_LINES = 300
 LINK = re.compile(r"\]\(([^)\s]+)\)")
+# A source file that prose names: by its end, from any folder on; the folder `src` may be left out.
+SOURCE = re.compile(r"`([\w./-]+\.(?:rs|py|sh))`")
 
 
 def slug(heading):
@@ -81,6 +83,17 @@ def wordy(pages):
         yield f"all pages: {sum(every) / len(every):.1f} words a sentence, at most {WORDS}"
 
 
+def missing_sources(pages, files):
+    """Source files that pages name and nobody has, but for those whose text the page itself gives. The history may name what is gone."""
+    ends = {"/" + name for name in files} | {"/" + name.replace("/src/", "/") for name in files}
+    for page in pages:
+        given = set(re.findall(r"^```\w+ (\S+)$", page.read_text(encoding="utf-8"), re.M))
+        for number, line in prose(page):
+            for name in SOURCE.findall(line):
+                if name not in given and page.name != "CHANGELOG.md" and not any(end.endswith("/" + name) for end in ends):
+                    yield f"{page}:{number}: no file {name}"
+
+
 def faults(pages):
     linked = {}
     for page in pages:
@@ -111,11 +124,10 @@ def faults(pages):
 
 
 def main():
-    listed = subprocess.run(
-        ["git", "ls-files", "-co", "--exclude-standard", "*.md"], capture_output=True, text=True, check=True
-    )
-    pages = [Path(name) for name in listed.stdout.splitlines() if Path(name).exists()]
-    found = [*faults(pages), *wordy(pages)]
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True, check=True)
+    files = [name for name in listed.stdout.splitlines() if Path(name).exists()]
+    pages = [Path(name) for name in files if name.endswith(".md")]
+    found = [*faults(pages), *missing_sources(pages, files), *wordy(pages)]
     print("\n".join([*found, f"{len(pages)} pages, {len(found)} faults"]))
     sys.exit(bool(found))
 

@@ -37,16 +37,16 @@ PATH_FILES = {
         line linux/wire
     """,
     "grip-session": """
-        session/mod session/path session/pace session/time_base motion report
+        session/mod session/path session/pace session/time_base report
     """,
     "grip-link": """
-        host/link host/conversation decoder cobs crc frame sender message/grip message/samples
+        host/link host/conversation decoder cobs crc frame message/grip message/samples
     """,
     "slip-msg": """
         wire message
     """,
     "slip-core": """
-        pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm event fusion distance course
+        pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm fusion distance course
         crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
         detector/rest detector/test pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
         need/mod need/candidate need/readings grip/mod grip/object grip/response grip/lag grip/input grip/feeling

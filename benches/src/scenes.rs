@@ -4,9 +4,8 @@ use crate::signals::{RATE_HZ, Signals};
 use anyhow::{Result, bail};
 use grip_session::model;
 use slip_core::{
-    Pipeline, PipelineConfig, Sample,
+    Pipeline, PipelineConfig, Sample, StageCounters,
     detector::{BANDS, Certificate, ScoreLaw},
-    event::StageCounters,
     sample::Scene,
     units::Hertz,
 };

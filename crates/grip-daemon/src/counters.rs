@@ -4,7 +4,7 @@ use crate::latency::Latency;
 use grip_link::message::daemon::ClockOffset;
 use grip_link::{decoder::Counters as FrameCounters, host::LossCount};
 use grip_session::{Session, session::ClockHealth};
-use slip_core::{event::StageCounters, health::HealthCounters};
+use slip_core::{StageCounters, health::HealthCounters};
 
 /// Counts since the start of the daemon, as of `host_us`. Those of the link and of the pipeline begin anew with each of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

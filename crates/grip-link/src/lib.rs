@@ -19,7 +19,6 @@ pub mod frame;
 pub mod host;
 mod kind;
 pub mod message;
-mod sender;
 
 /// Protocol version spoken by this crate: the high nibble of the first body byte.
 pub const PROTOCOL: u8 = 1;

@@ -7,7 +7,6 @@ pub mod exit;
 pub mod gripper;
 pub mod memory;
 pub mod model;
-pub mod motion;
 pub mod recording;
 pub mod replay;
 pub mod report;

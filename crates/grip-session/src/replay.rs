@@ -3,10 +3,9 @@
 use crate::{config::HostConfig, model::HostEstimator};
 use grip_record::{Channel, Recording, StylusKind, Taxels};
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample, Signal, Step,
+    ConfigError, Pipeline, PipelineConfig, Sample, Signal, StageCounters, Step,
     alarm::Method,
     detector::SlipDetector,
-    event::StageCounters,
     health::{HealthConfig, HealthCounters},
     units::Hertz,
 };

@@ -3,9 +3,8 @@
 
 use proptest::prelude::*;
 use slip_core::{
-    Arrival, Pipeline, PipelineConfig, Sample, Step,
+    Arrival, Pipeline, PipelineConfig, Sample, StageCounters, Step,
     alarm::{Method, Methods},
-    event::StageCounters,
     grip::GripEvent,
     sample::Scene,
     units::{Hertz, Micros},

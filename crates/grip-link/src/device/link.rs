@@ -5,12 +5,11 @@ use super::force::{Drive, ForceGuard, Phase};
 use super::outbox::Outbox;
 use super::{DeviceConfig, DeviceConfigError, Latch};
 use crate::decoder::{Counters, Decoder, Role};
-use crate::frame::Direction;
+use crate::frame::{Direction, Sender};
 use crate::message::{
     Config, DeviceState, Event, EventKind, FaultCode, Grip, Heartbeat, Layout, Reaction,
     SampleFormat,
 };
-use crate::sender::Sender;
 use core::num::NonZero;
 use thiserror::Error;
 

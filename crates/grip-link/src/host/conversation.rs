@@ -8,13 +8,12 @@ use super::{
 use crate::{
     clock::{ClockSync, PongVerdict},
     decoder::{Counters, Decoder},
-    frame::{Direction, Frame, MAX_WIRE},
+    frame::{Direction, Frame, MAX_WIRE, Sender},
     message::{
         Ack, ChannelKind, ClearFault, Config, ConfigAck, DeviceState, Event, FaultCode, Grip,
         GripMode, Hello, Ident, Kind, Layout, Log, Nack, NackReason, PayloadError, Ping, Pong,
         Samples, SamplesHeader, Stats, Status, Versions,
     },
-    sender::Sender,
 };
 
 #[derive(Debug, Clone)]

@@ -16,7 +16,6 @@ pub use explain::explain;
 use crate::{
     config::HostConfig,
     model::HostEstimator,
-    motion::OwnMotion,
     report::{Condition, Event, EventLog},
 };
 use grip_link::{
@@ -26,10 +25,9 @@ use grip_link::{
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use pace::{SlewLimiter, Transit, Wanted};
-use path::{ClientSetpoints, Path};
+use path::{ClientSetpoints, OwnMotion, Path};
 use slip_core::{
-    ClientCommand, ConfigError, Pipeline, Sample, Step,
-    event::StageCounters,
+    ClientCommand, ConfigError, Pipeline, Sample, StageCounters, Step,
     grip::{GripState, Trials},
     health::HealthCounters,
     pressure::MAX_TAXELS,

@@ -1,7 +1,7 @@
 //! Settings in, a pipeline before its first sample out.
 
 use super::{
-    Pipeline,
+    Pipeline, StageCounters,
     control::{GripForce, HostTime},
     detect::Rest,
     slip::Grasp,
@@ -15,7 +15,6 @@ use crate::{
     drift::Sink,
     error::ConfigError,
     estimate::{Estimator, FrictionMeter},
-    event::StageCounters,
     fusion::Fusion,
     grip::GripController,
     health::HealthCheck,

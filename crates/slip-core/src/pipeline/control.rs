@@ -1,11 +1,10 @@
 //! What is known of the slip in, the commanded force out, by the force of the fingers and the time that the host allows.
 
-use super::{Pipeline, detect::Rest};
+use super::{Pipeline, Step, detect::Rest};
 use crate::{
     alarm::Method,
     course::{Passing, Turns},
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2},
-    event::Step,
     grip::{GripEvent, GripInput, Sliding, SlipNow},
     health::SensorHealth,
     need::Felt,

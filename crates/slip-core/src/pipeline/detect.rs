@@ -1,13 +1,12 @@
 //! A sample in; its scene, and what stylus, travel and pressure detect, out; with the guard that lets a sample pass by where nothing happens.
 
-use super::Pipeline;
+use super::{Pipeline, Step};
 use crate::{
     Signal,
     alarm::Method,
     course::Turns,
     detector::SlipState,
     drift::Hold,
-    event::Step,
     fusion::Detection,
     grip::{GripController, GripState},
     health::SensorHealth,

@@ -1,13 +1,12 @@
 //! What the methods detect in; the slip, its causes, and what is measured of it, out.
 
-use super::Pipeline;
+use super::{Pipeline, Step};
 use crate::{
     Phase, Signal, SlipReport,
     alarm::{Cause, Causes, Method, confidence},
     course::Turns,
     crosscheck::Seen,
     detector::SlipState,
-    event::Step,
     fusion::Detection,
     need::Alarm,
     pressure::Standing,
