@@ -289,6 +289,14 @@ def folder_circles(files, packages):
     return found
 
 
+def tuples_of_arguments(texts):
+    """Functions that take a tuple apart in their signature: its parts are arguments of their own."""
+    for name, text in texts.items():
+        for found in re.finditer(r"\bfn (\w+)[^{;]*", text):
+            if re.search(r"[(,]\s*\([\w\s,]+\)\s*:", found[0]):
+                yield f"{name}:{text.count(chr(10), 0, found.start()) + 1} {found[1]}"
+
+
 def main():
     metadata = json.loads(Path(sys.argv[1]).read_text())
     packages = {package["name"]: package for package in metadata["packages"]}
@@ -351,6 +359,10 @@ def main():
         print(f"{what}: {len(those)}.")
         print("".join(f"- {knot}\n" for knot in those), end="")
 
+    tuples = list(tuples_of_arguments(texts))
+    print(f"\n## Tuples of arguments\n\n{len(tuples)}.")
+    print("".join(f"- {place}\n" for place in tuples), end="")
+
     print("\n## Seconds of .ci/run\n")
     if len(sys.argv) > 2:
         steps = re.findall(r"^== (.+) \((\d+) s\)$", Path(sys.argv[2]).read_text(), re.M)
@@ -361,8 +373,8 @@ def main():
         print("no log given")
     if gone:
         sys.exit(f"scripts/house.py: the path names what is gone: {' '.join(gone)}")
-    if up or any(has_folder for has_folder, _ in knots):
-        sys.exit("scripts/house.py: an edge points up, or folders import each other")
+    if up or tuples or any(has_folder for has_folder, _ in knots):
+        sys.exit("scripts/house.py: an edge points up, folders import each other, or a tuple is an argument")
 
 
 main()

@@ -107,7 +107,8 @@ pub fn check(path: Path, pool: &[Known], count: u64, steered: bool, seed: u64) -
         let trial =
             if steered { trial.steered(path.target(), &mut draw, path.width()) } else { trial };
         let (force, speed) = (draw.log(1e-3, 1e3), draw.sign() * draw.log(1e-4, 10.0));
-        one(path, &trial, rounded((force, speed), path.width()), &mut tally);
+        let (force, speed) = rounded((force, speed), path.width());
+        one(path, &trial, force, speed, &mut tally);
     }
     tally
 }
@@ -121,7 +122,7 @@ fn length(draw: &mut Draw) -> usize {
 }
 
 /// Checks one trial on one path.
-pub fn one(path: Path, trial: &Trial, (force, speed): (f64, f64), tally: &mut Tally) {
+pub fn one(path: Path, trial: &Trial, force: f64, speed: f64, tally: &mut Tally) {
     let conditions = Conditions::new(force, speed);
     let scale = exact(trial.lengths.len() as f64) * exact(force) * exact(speed);
     let literal = || &scale * tan(&trial.cots);

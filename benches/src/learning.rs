@@ -33,7 +33,7 @@ pub struct Parts {
 pub fn surface2(data: Option<&Path>) -> Result<Parts> {
     let (inputs, targets) = (specs(&["x1", "x2"])?, specs(&["y"])?);
     let read = |part: &str, seed: u64, rows: usize| match data {
-        Some(folder) => read(folder, &format!("surface2_{part}.csv"), (&inputs, &targets)),
+        Some(folder) => read(folder, &format!("surface2_{part}.csv"), &inputs, &targets),
         None => {
             let bytes = surface_rows(rows, seed)?;
             Ok(DataSet::from_csv("surface2", bytes.as_bytes(), &inputs, &targets)?)
@@ -62,7 +62,7 @@ pub fn building1(data: &Path) -> Result<Parts> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let (inputs, targets) = (specs(&names)?, specs(&["energy", "hot_water", "cold_water"])?);
     let part = |name: &str| {
-        let rows = read(data, &format!("building1_{name}.csv"), (&inputs, &targets))?;
+        let rows = read(data, &format!("building1_{name}.csv"), &inputs, &targets)?;
         anyhow::Ok([rows.input_values().to_owned(), rows.target_values().to_owned()])
     };
     Ok(Parts {
@@ -79,11 +79,7 @@ fn specs(names: &[&str]) -> Result<Vec<ColumnSpec>, ColumnSpecError> {
     names.iter().map(|name| name.parse()).collect()
 }
 
-fn read(
-    data: &Path,
-    name: &str,
-    (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
-) -> Result<DataSet> {
+fn read(data: &Path, name: &str, inputs: &[ColumnSpec], targets: &[ColumnSpec]) -> Result<DataSet> {
     let file = data.join("learning").join(name);
     let bytes = fs::read(&file).with_context(|| file.display().to_string())?;
     Ok(DataSet::from_csv(name, &bytes, inputs, targets)?)

@@ -126,7 +126,8 @@ impl Noise {
 /// Where the noise gives none.
 pub fn calibrated(
     noise: &mut Noise,
-    (seconds, interval_s): (f64, f64),
+    seconds: f64,
+    interval_s: f64,
 ) -> Result<(Calibrated, PipelineConfig), CalibrationError> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an hour or so")]
     let count = (seconds * RATE_HZ) as u64;
@@ -214,7 +215,8 @@ pub struct Delays {
 /// Where the settings are refused.
 pub fn slips(
     noise: &mut Noise,
-    (count, slip): (usize, f64),
+    count: usize,
+    slip: f64,
     config: PipelineConfig,
 ) -> Result<Vec<Delays>, ConfigError> {
     let mut pipeline: Pipeline<&'static [f32]> = Pipeline::new(config, None)?;
@@ -279,11 +281,11 @@ mod tests {
     #[test]
     fn a_clear_slip_is_certified_and_noise_is_not() {
         let mut noise = Noise::new(Law::Gaussian, 1);
-        let (made, config) = calibrated(&mut noise, (60.0, 60.0)).unwrap();
+        let (made, config) = calibrated(&mut noise, 60.0, 60.0).unwrap();
         assert_eq!(made.certified, Ok(()));
         let alarms = null_run(&mut noise, 0.05, config).unwrap();
         assert!(alarms.certified <= 8, "three minutes at one a minute: {alarms:?}");
-        let delays = slips(&mut noise, (20, 100.0), config).unwrap();
+        let delays = slips(&mut noise, 20, 100.0, config).unwrap();
         let found = delays.iter().filter(|d| d.certified_ms.is_some_and(|ms| ms < 60.0)).count();
         assert!(delays.len() >= 18 && found == delays.len(), "{delays:?}");
     }

@@ -58,7 +58,7 @@ fn a_million_irregularities_in_any_order_stay_within_the_bound() {
     for order in orders {
         for path in Path::ALL {
             let mut tally = Default::default();
-            one(path, &order, (2.0, 0.0625), &mut tally);
+            one(path, &order, 2.0, 0.0625, &mut tally);
             assert_eq!((tally.failures, tally.missing), (0, 0), "{path:?}");
         }
     }

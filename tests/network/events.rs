@@ -193,7 +193,8 @@ fn shelf(session: &Session, member: &Member) -> Vec<Recording> {
 
 /// The bytes of one as `gripctl fleet collect` gets them.
 fn fetched(
-    (session, member): (&Session, &Member),
+    session: &Session,
+    member: &Member,
     recording: &Recording,
     folder: &Path,
 ) -> Result<Fetched, FetchError<NetError>> {
@@ -241,13 +242,13 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
         assert!(refused.ends_with("no recording of that name"), "{name}: {refused}");
     }
     let here = tempfile::tempdir().unwrap();
-    let growing = fetched((&session, &member), &reported[0], here.path());
+    let growing = fetched(&session, &member, &reported[0], here.path());
     assert!(matches!(growing, Err(FetchError::Growing(_))), "{growing:?}");
-    fetched((&session, &member), &reported[1], here.path()).unwrap();
+    fetched(&session, &member, &reported[1], here.path()).unwrap();
     assert_eq!(fs::read(here.path().join("run.mcap")).unwrap(), fs::read(&run).unwrap());
     let changed = Recording { modified_ns: 1, name: "run.mcap".to_owned(), ..reported[1].clone() };
     fs::remove_file(here.path().join("run.mcap")).unwrap();
-    let refused = fetched((&session, &member), &changed, here.path()).unwrap_err().to_string();
+    let refused = fetched(&session, &member, &changed, here.path()).unwrap_err().to_string();
     assert!(refused.ends_with("the recording has changed"), "{refused}");
     second.stop();
 }

@@ -5,7 +5,12 @@ use crate::model::{self, Weights};
 use crate::signal::{RATE_HZ, Signal};
 use crate::stack;
 use core::hint::black_box;
-use slip_core::{Pipeline, PipelineConfig, estimate::{Estimator, Feature}, sample::Scene, units::Hertz};
+use slip_core::{
+    Pipeline, PipelineConfig,
+    estimate::{Estimator, Feature},
+    sample::Scene,
+    units::Hertz,
+};
 
 /// Samples in which the floor is learned, the fingers close, and a scene becomes steady.
 const LEARN: u32 = 2_100;

@@ -130,9 +130,10 @@ pub fn q15_new<'a>(
     sizes: &[usize],
     activations: &[Activation],
     exponents: &[u8],
-    parts: (&'a [i16], &'a [i32]),
+    weights: &'a [i16],
+    biases: &'a [i32],
 ) -> Result<Q15<'a>, Q15Error> {
-    Q15::new(sizes, activations, exponents, parts)
+    Q15::new(sizes, activations, exponents, weights, biases)
 }
 
 /// How far off the integers may be.

@@ -1,7 +1,10 @@
 //! Samples in, steps out.
 
 use mlp_core::{Model, Network, Scaler};
-use slip_core::{ConfigError, Pipeline, PipelineConfig, Sample, Step, estimate::{Estimator, EstimatorError, Feature}};
+use slip_core::{
+    ConfigError, Pipeline, PipelineConfig, Sample, Step,
+    estimate::{Estimator, EstimatorError, Feature},
+};
 
 /// Weights in flash.
 type Weights = &'static [f32];

@@ -67,7 +67,7 @@ fn row<T: Real>(
     clock: Clock<'_>,
 ) -> Option<Row> {
     let trained: Vec<(f64, f64)> = (0..effort.starts)
-        .map(|seed| start::<T>(parts, algorithm, effort, (seed, clock)))
+        .map(|seed| start::<T>(parts, algorithm, effort, seed, clock))
         .collect::<Result<_, _>>()
         .ok()?;
     let mut errors: Vec<f64> = trained.iter().map(|(_, error)| *error).collect();
@@ -86,7 +86,8 @@ fn start<T: Real>(
     parts: &Parts,
     algorithm: Algorithm,
     effort: Effort,
-    (seed, clock): (u64, Clock<'_>),
+    seed: u64,
+    clock: Clock<'_>,
 ) -> Result<(f64, f64), ShapeError> {
     let objective = |[inputs, targets]: &[Array2<f64>; 2]| {
         NetworkObjective::<T>::new(&parts.topology, inputs, targets)

@@ -45,9 +45,9 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
         return Ok(());
     }
     eprintln!("thresholds: {} h without slip", args.hours);
-    let mut working = contest::thresholds(robot, (args.hours, args.seed), &PER_HOUR)?;
+    let mut working = contest::thresholds(robot, args.hours, args.seed, &PER_HOUR)?;
     eprintln!("false alarms: {} fresh hours", args.hours);
-    contest::count_false(robot, (args.hours, args.seed + 1_000_000), (&mut working, &SHOWN))?;
+    contest::count_false(robot, args.hours, args.seed + 1_000_000, &mut working, &SHOWN)?;
     let mut bounds = Vec::new();
     for slips in kinds(args.count, args.seed + 2_000_000) {
         let robot_is = if slips.moving { "moving" } else { "still" };

@@ -84,9 +84,9 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
 }
 
 fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
-    let lengths = (args.calibration_s, args.interval);
     let mut noise = Noise::new(law, seed);
-    let (made, config) = calibrated(&mut noise, lengths).map_err(|error| error.to_string())?;
+    let (made, config) = calibrated(&mut noise, args.calibration_s, args.interval)
+        .map_err(|error| error.to_string())?;
     let hours = args.hours / f64::from(args.calibrations);
     let refused = |error: slip_core::ConfigError| error.to_string();
     let count = args.slips.div_ceil(args.calibrations) as usize;
@@ -106,7 +106,7 @@ fn judge(args: &Args, law: Law, seed: u64) -> Result<Judged, String> {
         clusters: laws().map(|law| law.clusters).fold(0.0, f64::max),
         claimed_s: stylus.evidence.claimed_s.unwrap_or(0.0),
         delays: SLIPS_DB
-            .map(|db| slips(&mut noise, (count, 10.0_f64.powf(0.1 * db)), config).map_err(refused))
+            .map(|db| slips(&mut noise, count, 10.0_f64.powf(0.1 * db), config).map_err(refused))
             .into_iter()
             .collect::<Result<_, _>>()?,
     })

@@ -74,12 +74,12 @@ fn table<A: Alarm>(args: &Args, name: &str, make: &(dyn Fn() -> A + Sync)) {
     for ra_um in [0.4, 1.6, 6.3] {
         for moving in [false, true] {
             let slip = Slips { ra_um, moving, count: args.count, seed: args.seed };
-            line(args, (name, slip), &slips(RobotConfig::default(), slip, make));
+            line(args, name, slip, &slips(RobotConfig::default(), slip, make));
         }
     }
 }
 
-fn line(args: &Args, (name, slip): (&str, Slips), trials: &[Trial]) {
+fn line(args: &Args, name: &str, slip: Slips, trials: &[Trial]) {
     let Latency { p50: median, p95: late, missed, early, .. } = Latency::of(trials);
     let robot = if slip.moving { "moving" } else { "still" };
     if args.json {

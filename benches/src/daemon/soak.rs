@@ -189,7 +189,7 @@ pub fn run(
     })?;
     // Also where the process is gone already: its output states why.
     let summary = end(&mut daemon)?;
-    report(soak, &device, looks?, (&summary, &shared))
+    report(soak, &device, looks?, &summary, &shared)
 }
 
 impl Soak {
@@ -294,7 +294,8 @@ fn report(
     soak: &Soak,
     device: &Gripper,
     watched: Looks,
-    (summary, shared): (&Value, &Shared),
+    summary: &Value,
+    shared: &Shared,
 ) -> Result<Report> {
     let number =
         |name: &str| summary[name].as_u64().with_context(|| format!("no {name} in {summary}"));

@@ -106,7 +106,7 @@ pub fn simulated(robot: RobotConfig, slips: Slips, interval_s: f64) -> Vec<Least
             let mut hand = Hand::new(robot, slips.ra_um, slips.seed + session);
             let noise = noise(&mut hand, robot.rate_hz, slips.moving);
             (0..SESSION)
-                .filter_map(|_| one(&mut hand, robot.rate_hz, (&noise?, interval_s)))
+                .filter_map(|_| one(&mut hand, robot.rate_hz, &noise?, interval_s))
                 .collect::<Vec<_>>()
         })
         .collect()
@@ -129,7 +129,7 @@ fn noise(hand: &mut Hand, rate_hz: f64, moving: bool) -> Option<[f64; BANDS]> {
     (count > 0.0).then(|| sums.map(|sum| sum / count))
 }
 
-fn one(hand: &mut Hand, rate_hz: f64, (noise, interval_s): (&[f64; BANDS], f64)) -> Option<Least> {
+fn one(hand: &mut Hand, rate_hz: f64, noise: &[f64; BANDS], interval_s: f64) -> Option<Least> {
     let mut bank = Bank::new(rate_hz)?;
     let still_um = 1e6 * hand.height_m();
     hand.begin_slip();

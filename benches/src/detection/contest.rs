@@ -181,7 +181,8 @@ impl Working {
 /// As [`deaf`].
 pub fn thresholds(
     robot: RobotConfig,
-    (hours, seed): (f64, u64),
+    hours: f64,
+    seed: u64,
     per_hour: &[f64],
 ) -> Result<Vec<Working>, ConfigError> {
     let warm = deaf(robot.rate_hz)?;
@@ -222,8 +223,10 @@ fn threshold(seconds: &[f32], passes: f64) -> (f64, bool) {
 /// Where a threshold is too low for the configuration.
 pub fn count_false(
     robot: RobotConfig,
-    (hours, seed): (f64, u64),
-    (working, wanted): (&mut [Working], &[f64]),
+    hours: f64,
+    seed: u64,
+    working: &mut [Working],
+    wanted: &[f64],
 ) -> Result<(), ConfigError> {
     let is_wanted = |w: &Working| wanted.iter().any(|r| (w.wanted_per_hour / r - 1.0).abs() < 1e-9);
     let mut counted: Vec<&mut Working> = working.iter_mut().filter(|w| is_wanted(w)).collect();

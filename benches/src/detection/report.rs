@@ -76,7 +76,7 @@ impl BoundRow {
         }
     }
 
-    fn is_of(&self, (ra_um, moving): (f64, bool), per_hour: f64) -> bool {
+    fn is_of(&self, ra_um: f64, moving: bool, per_hour: f64) -> bool {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
         near(self.ra_um, ra_um) && self.moving == moving && near(self.per_hour, per_hour)
     }
@@ -200,7 +200,7 @@ impl Report {
         }
         write!(f, "\n{:18} {:6} {:9} {:9}", "ln(ARL)/KL", "", "", "")?;
         for kind in KINDS {
-            let row = self.bounds.iter().find(|row| row.is_of(kind, per_hour));
+            let row = self.bounds.iter().find(|row| row.is_of(kind.0, kind.1, per_hour));
             let cell = row.map_or(String::new(), |row| {
                 format!("{} / {}     ", ms(row.together_ms[0]), ms(row.together_ms[1]))
             });

@@ -76,7 +76,8 @@ pub struct Known {
 impl Known {
     /// The exact terms of an irregularity.
     #[must_use]
-    pub fn new((delta, spacing): (f64, f64)) -> Self {
+    pub fn new(lengths: (f64, f64)) -> Self {
+        let (delta, spacing) = lengths;
         Self { delta, spacing, cot: cot(delta, spacing), arc_cot: arc_cot(delta, spacing) }
     }
 }
@@ -107,7 +108,8 @@ pub fn machined(draw: &mut Draw) -> (f64, f64) {
 /// The numbers as the width can hold them.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "that is the rounding asked for")]
-pub fn rounded((delta, spacing): (f64, f64), width: Width) -> (f64, f64) {
+pub fn rounded(lengths: (f64, f64), width: Width) -> (f64, f64) {
+    let (delta, spacing) = lengths;
     match width {
         Width::Double => (delta, spacing),
         Width::Single => (f64::from(delta as f32), f64::from(spacing as f32)),

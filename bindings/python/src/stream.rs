@@ -6,6 +6,7 @@ use crate::{
     recording::{Recording, rows},
     settings::{CalibrationLike, Config, ModelLike, Settings},
 };
+use core::slice::ChunksExact;
 use grip_record::Rows;
 use grip_session::{
     report::{Event, EventLog},
@@ -131,12 +132,13 @@ impl Engine {
     fn rows(
         &mut self,
         rows: &mut Rows,
-        (values, width): (&[f32], usize),
+        values: ChunksExact<'_, f32>,
         times: Option<&[Micros]>,
-        (events, mut trace): (&mut Events, Option<&mut Trace>),
+        events: &mut Events,
+        mut trace: Option<&mut Trace>,
     ) {
         let mut times = times.map(<[Micros]>::iter);
-        for row in values.chunks_exact(width) {
+        for row in values {
             let t = times.as_mut().and_then(|times| times.next().copied());
             let (sample, frame) = rows.sample(t, row);
             self.take(sample, frame, events, trace.as_deref_mut());
@@ -229,8 +231,9 @@ impl Stream {
             let from = at * ROWS_A_TURN;
             let part_times = times.as_deref().map(|times| &times[from..from + part.len() / width]);
             let (engine, rows) = (&mut self.engine, &mut self.rows);
-            let out = (&mut events, trace.as_deref_mut());
-            py.detach(|| engine.rows(rows, (part, width), part_times, out));
+            let (events, trace) = (&mut events, trace.as_deref_mut());
+            let values = part.chunks_exact(width);
+            py.detach(|| engine.rows(rows, values, part_times, events, trace));
             if part.len() == ROWS_A_TURN * width {
                 py.check_signals()?;
             }
@@ -463,7 +466,7 @@ pub(crate) fn detect(
                 "a recording has its own rate, channels and times: leave them out",
             ));
         }
-        return of_recording(py, &recording.get().inner, &settings, (control, bands));
+        return of_recording(py, &recording.get().inner, &settings, control, bands);
     }
     let Some(rate_hz) = rate_hz else {
         return Err(refused("rate_hz is needed for an array: its samples per second"));
@@ -483,7 +486,8 @@ fn of_recording(
     py: Python<'_>,
     recording: &grip_record::Recording,
     settings: &Settings,
-    (control, bands): (bool, bool),
+    control: bool,
+    bands: bool,
 ) -> PyResult<Detection> {
     let mut engine = Engine::new(settings, recording, control)?;
     let mut trace = Trace::of(recording.samples.len(), bands);

@@ -196,7 +196,7 @@ impl Console {
                 if self.device_event.replace(event_now) == Some(event_now) {
                     return None;
                 }
-                (Warn, device_event(event_now))
+                (Warn, device_event(event.kind, event.fault))
             }
             LinkNote::Refused(nack) => {
                 (Warn, format!("the gripper refused a request: {:?}", nack.reason))
@@ -303,7 +303,7 @@ fn clock_words(health: ClockHealth) -> &'static str {
 }
 
 /// What the gripper reports of itself, as a sentence.
-fn device_event((kind, fault): (EventKind, FaultCode)) -> String {
+fn device_event(kind: EventKind, fault: FaultCode) -> String {
     let why = fault_words(fault).map_or_else(String::new, |words| format!(", {words}"));
     let what = match kind {
         EventKind::Fault => "the gripper has stopped with fault",

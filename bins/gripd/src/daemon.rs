@@ -125,7 +125,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     service.granted(&granted);
     service.run();
     let others = Others { simulator: source.simulator, rows: source.rows, recording };
-    finish(cli, (hot, port), others, service)
+    finish(cli, hot, port, others, service)
 }
 
 /// What the threads share; Ctrl-C and the service manager stop all of them.
@@ -310,7 +310,8 @@ struct Others {
 /// Gathers the threads and prints what they did. What went wrong first is what is reported.
 fn finish(
     cli: &Cli,
-    (hot, port): (HotThread, PortThread),
+    hot: HotThread,
+    port: PortThread,
     others: Others,
     mut service: Service,
 ) -> anyhow::Result<Exit> {

@@ -371,7 +371,8 @@ impl Service {
                     self.reloaded(*settings, &changes, replaced.refused.as_ref());
                 }
                 Some(Pending::Model(wanted)) => {
-                    self.model_swapped(*wanted, replaced.refused.as_ref());
+                    let (load, model) = *wanted;
+                    self.model_swapped(&load, model, replaced.refused.as_ref());
                 }
             }
         }

@@ -99,7 +99,8 @@ impl Console {
         Self { log, clock: Clock::start() }
     }
 
-    fn print(&mut self, (level, text): &Message) {
+    fn print(&mut self, message: &Message) {
+        let (level, text) = message;
         let entry = Entry { level: *level, text, fields: &[] };
         // Nobody reads any more: the gripper is published all the same.
         let _printed = self.log.report(self.clock.now(), &entry, &mut io::stderr().lock());

@@ -61,7 +61,7 @@ fn heading() {
 fn curves() {
     let mut model = Model::new(800 << 20);
     for start in (0..1_000_000).step_by(10_000) {
-        model.take(Feed::Rows(fixture::rows(&Channel::ROWS, RATE_HZ, (start, start + 10_000))));
+        model.take(Feed::Rows(fixture::rows(&Channel::ROWS, RATE_HZ, start, start + 10_000)));
     }
     let mut bench = Bench::new(model, &SIX);
     let whole = |bench: &mut Bench, i: usize| bench.show(0.001 * i as f64, 50.0);
@@ -135,7 +135,7 @@ fn live(taxels: usize) {
     let rows = 667;
     let grow = |bench: &mut Bench, i: usize| {
         let from = 100_000 + i * rows;
-        let mut block = fixture::rows(&TWELVE, RATE_HZ, (from, from + rows));
+        let mut block = fixture::rows(&TWELVE, RATE_HZ, from, from + rows);
         let values = || (0..rows * taxels).map(|k| ((k + i) % 1000) as f32).collect();
         block.taxels = (taxels > 0).then(|| TaxelBlock { count: taxels, values: values() });
         let more = beside(from as f64 / RATE_HZ as f64, i);
@@ -193,7 +193,7 @@ fn spectrum(from_s: f64, length_s: f64) -> SpectrumColumn {
 fn gaps() {
     let mut model = Model::new(800 << 20);
     for gap in 0..50_000 {
-        let mut block = fixture::rows(&SIX_ROWS, 1000, (20 * gap, 20 * gap + 15));
+        let mut block = fixture::rows(&SIX_ROWS, 1000, 20 * gap, 20 * gap + 15);
         block.broken = true;
         model.take(Feed::Rows(block));
         let t_s = 0.02 * gap as f64;
@@ -224,7 +224,7 @@ fn spectrogram() {
     let mut model = Model::new(800 << 20);
     let second = |model: &mut Model, from: usize, rows: usize| {
         let stylus = [Channel::Stylus];
-        model.take(Feed::Rows(fixture::rows(&stylus, 1000, (from, from + rows))));
+        model.take(Feed::Rows(fixture::rows(&stylus, 1000, from, from + rows)));
         let count = (rows / 13).max(1);
         let step_s = rows as f64 / 1000.0 / count as f64;
         let at = |k: usize| from as f64 / 1000.0 + step_s * k as f64;

@@ -186,10 +186,10 @@ impl Desk {
     /// Goes where --view wants to look, and asks for the picture there.
     fn work(&mut self, ctx: &Context) -> Option<Ask> {
         let job = self.job.as_mut()?;
-        let so_far = (self.scope.frames(), ctx.input(|input| input.time));
+        let (frames, time_s) = (self.scope.frames(), ctx.input(|input| input.time));
         let step = {
             let engine = self.scope.shared.engine_first();
-            job.step(&mut self.scope.state, &engine.model, so_far)
+            job.step(&mut self.scope.state, &engine.model, frames, time_s)
         };
         let ends = job.picture.is_some();
         if let Step::Wait(time) = step {

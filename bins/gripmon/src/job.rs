@@ -44,12 +44,7 @@ impl Job {
 
     /// Goes there where the data have come so far; `frames` were painted and `time_s` has passed since the window was opened. A view that the
     /// user holds is left where it is.
-    pub fn step(
-        &mut self,
-        state: &mut ViewState,
-        model: &Model,
-        (frames, time_s): (u64, f64),
-    ) -> Step {
+    pub fn step(&mut self, state: &mut ViewState, model: &Model, frames: u64, time_s: f64) -> Step {
         let may_move = self.picture.is_some() || !state.is_paused();
         if self.placed.is_none() && may_move && self.view.place(state, model) {
             self.placed = Some(frames);
@@ -105,9 +100,9 @@ mod tests {
     #[test]
     fn an_event_that_never_comes_is_waited_for_without_frames_and_then_reported() {
         let (mut job, mut state, model) = parts();
-        let step = job.step(&mut state, &model, (1, 4.0));
+        let step = job.step(&mut state, &model, 1, 4.0);
         assert_eq!(step, Step::Wait(Duration::from_secs(6)));
-        let step = job.step(&mut state, &model, (2, 10.0));
+        let step = job.step(&mut state, &model, 2, 10.0);
         let reported = "the view is not there: what the view asks for did not come within 10 s";
         assert_eq!(step, Step::Failed(reported.to_owned()));
     }
@@ -118,10 +113,10 @@ mod tests {
         model.take(Feed::Event(EventMark::plain(0.5, EventKind::Gross, "x")));
         state.window.hold(model.span());
         let held = state.window;
-        assert!(matches!(job.step(&mut state, &model, (1, 1.0)), Step::Wait(_)));
+        assert!(matches!(job.step(&mut state, &model, 1, 1.0), Step::Wait(_)));
         assert_eq!(state.window, held);
         state.window.follow();
-        assert_eq!(job.step(&mut state, &model, (2, 2.0)), Step::Done);
+        assert_eq!(job.step(&mut state, &model, 2, 2.0), Step::Done);
         assert!((state.window.visible(model.span()).from_s - 0.4).abs() < 1e-9);
     }
 }

@@ -29,7 +29,8 @@ fn plain(
     key: Key,
     shown: &'static str,
     does: &'static str,
-    (part, action): (&'static str, Action),
+    part: &'static str,
+    action: Action,
 ) -> Binding {
     Binding { key, modifiers: Modifiers::NONE, shown, does, part, action }
 }
@@ -38,9 +39,10 @@ fn shift(
     key: Key,
     shown: &'static str,
     does: &'static str,
-    (part, action): (&'static str, Action),
+    part: &'static str,
+    action: Action,
 ) -> Binding {
-    Binding { modifiers: Modifiers::SHIFT, ..plain(key, shown, does, (part, action)) }
+    Binding { modifiers: Modifiers::SHIFT, ..plain(key, shown, does, part, action) }
 }
 
 /// The table, in the order of the overlay.
@@ -58,53 +60,49 @@ fn time() -> Vec<Binding> {
             Key::Space,
             "Space",
             "pause the view, or follow the newest data",
-            (TIME, Action::TogglePause),
+            TIME,
+            Action::TogglePause,
         ),
-        plain(
-            Key::ArrowLeft,
-            "Left",
-            "a tenth of the view earlier",
-            (TIME, Action::PanShare(-0.1)),
-        ),
-        plain(Key::ArrowRight, "Right", "a tenth of the view later", (TIME, Action::PanShare(0.1))),
-        shift(Key::ArrowLeft, "Shift Left", "a whole view earlier", (TIME, Action::PanShare(-1.0))),
-        shift(Key::ArrowRight, "Shift Right", "a whole view later", (TIME, Action::PanShare(1.0))),
-        plain(Key::ArrowUp, "Up", "zoom in", (TIME, Action::ZoomKey(0.5))),
-        plain(Key::ArrowDown, "Down", "zoom out", (TIME, Action::ZoomKey(2.0))),
-        plain(Key::Home, "Home", "show everything", (TIME, Action::ShowAll)),
-        plain(Key::End, "End", "follow the newest data", (TIME, Action::Follow)),
-        plain(Key::N, "N", "next event", (TIME, Action::NextEvent)),
-        plain(Key::P, "P", "previous event", (TIME, Action::PreviousEvent)),
+        plain(Key::ArrowLeft, "Left", "a tenth of the view earlier", TIME, Action::PanShare(-0.1)),
+        plain(Key::ArrowRight, "Right", "a tenth of the view later", TIME, Action::PanShare(0.1)),
+        shift(Key::ArrowLeft, "Shift Left", "a whole view earlier", TIME, Action::PanShare(-1.0)),
+        shift(Key::ArrowRight, "Shift Right", "a whole view later", TIME, Action::PanShare(1.0)),
+        plain(Key::ArrowUp, "Up", "zoom in", TIME, Action::ZoomKey(0.5)),
+        plain(Key::ArrowDown, "Down", "zoom out", TIME, Action::ZoomKey(2.0)),
+        plain(Key::Home, "Home", "show everything", TIME, Action::ShowAll),
+        plain(Key::End, "End", "follow the newest data", TIME, Action::Follow),
+        plain(Key::N, "N", "next event", TIME, Action::NextEvent),
+        plain(Key::P, "P", "previous event", TIME, Action::PreviousEvent),
     ]
 }
 
 fn measure() -> Vec<Binding> {
     vec![
-        plain(Key::A, "A", "cursor A at the pointer", (MEASURE, Action::CursorHere(Cursor::A))),
-        plain(Key::B, "B", "cursor B at the pointer", (MEASURE, Action::CursorHere(Cursor::B))),
-        plain(Key::C, "C", "cursors away", (MEASURE, Action::ClearCursors)),
-        plain(Key::Z, "Z", "zoom to between the cursors", (MEASURE, Action::ZoomToCursors)),
-        plain(Key::M, "M", "marker at the pointer", (MEASURE, Action::MarkHere)),
-        plain(Key::W, "W", "why: explain the slip", (MEASURE, Action::ToggleExplain)),
-        plain(Key::T, "T", "arm or disarm the trigger", (MEASURE, Action::ToggleTrigger)),
-        plain(Key::R, "R", "scale all values to what is seen", (MEASURE, Action::AutoValues)),
+        plain(Key::A, "A", "cursor A at the pointer", MEASURE, Action::CursorHere(Cursor::A)),
+        plain(Key::B, "B", "cursor B at the pointer", MEASURE, Action::CursorHere(Cursor::B)),
+        plain(Key::C, "C", "cursors away", MEASURE, Action::ClearCursors),
+        plain(Key::Z, "Z", "zoom to between the cursors", MEASURE, Action::ZoomToCursors),
+        plain(Key::M, "M", "marker at the pointer", MEASURE, Action::MarkHere),
+        plain(Key::W, "W", "why: explain the slip", MEASURE, Action::ToggleExplain),
+        plain(Key::T, "T", "arm or disarm the trigger", MEASURE, Action::ToggleTrigger),
+        plain(Key::R, "R", "scale all values to what is seen", MEASURE, Action::AutoValues),
     ]
 }
 
 fn window() -> Vec<Binding> {
-    let panel = |panel| (WINDOW, Action::TogglePanel(panel));
+    let panel = Action::TogglePanel;
     vec![
-        plain(Key::H, "H", "health", panel(Panel::Health)),
-        plain(Key::E, "E", "events", panel(Panel::Events)),
-        plain(Key::V, "V", "cursor values", panel(Panel::Cursors)),
-        plain(Key::G, "G", "trigger settings", panel(Panel::Trigger)),
-        plain(Key::X, "X", "export", panel(Panel::Export)),
-        plain(Key::F, "F", "commands to the gripper", panel(Panel::Command)),
-        plain(Key::L, "L", "light or dark", (WINDOW, Action::ToggleTheme)),
-        plain(Key::S, "S", "picture of the window (PNG)", (WINDOW, Action::ExportPicture)),
-        shift(Key::S, "Shift S", "report of what is seen (HTML)", (WINDOW, Action::ExportReport)),
-        shift(Key::Questionmark, "?", "these keys", (WINDOW, Action::ToggleHelp)),
-        plain(Key::Escape, "Esc", "close what lies over the plots", (WINDOW, Action::Dismiss)),
+        plain(Key::H, "H", "health", WINDOW, panel(Panel::Health)),
+        plain(Key::E, "E", "events", WINDOW, panel(Panel::Events)),
+        plain(Key::V, "V", "cursor values", WINDOW, panel(Panel::Cursors)),
+        plain(Key::G, "G", "trigger settings", WINDOW, panel(Panel::Trigger)),
+        plain(Key::X, "X", "export", WINDOW, panel(Panel::Export)),
+        plain(Key::F, "F", "commands to the gripper", WINDOW, panel(Panel::Command)),
+        plain(Key::L, "L", "light or dark", WINDOW, Action::ToggleTheme),
+        plain(Key::S, "S", "picture of the window (PNG)", WINDOW, Action::ExportPicture),
+        shift(Key::S, "Shift S", "report of what is seen (HTML)", WINDOW, Action::ExportReport),
+        shift(Key::Questionmark, "?", "these keys", WINDOW, Action::ToggleHelp),
+        plain(Key::Escape, "Esc", "close what lies over the plots", WINDOW, Action::Dismiss),
     ]
 }
 

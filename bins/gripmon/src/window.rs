@@ -28,7 +28,7 @@ pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
     let start = Start::of(cli)?;
     let outcome = Arc::clone(&start.outcome);
     let parts = start.parts(spec);
-    show((&title(&parts.spec), parts.layout.window), &outcome, move |ctx| {
+    show(&title(&parts.spec), parts.layout.window, &outcome, move |ctx| {
         let mut screen = Screen::open(ctx, parts)?;
         // Pictures and views that are given show what they ask for.
         if start.job.is_none() {
@@ -47,7 +47,8 @@ fn title(spec: &SourceSpec) -> String {
 /// # Errors
 /// Where there is no display, or what is left as the outcome: a sentence.
 pub(crate) fn show(
-    (title, size): (&str, [f32; 2]),
+    title: &str,
+    size: [f32; 2],
     outcome: &Outcome,
     make: impl FnOnce(&egui::Context) -> anyhow::Result<Box<dyn eframe::App>> + 'static,
 ) -> anyhow::Result<()> {

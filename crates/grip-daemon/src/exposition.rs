@@ -8,15 +8,6 @@ use core::fmt::{self, Display, Write as _};
 /// The media type of the text.
 pub const MEDIA_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// What a metric is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Rises, or begins anew with the program.
-    Counter,
-    /// Goes up and down.
-    Gauge,
-}
-
 /// A page that grows metric by metric. Its memory is kept from page to page.
 #[derive(Clone, Debug, Default)]
 pub struct Exposition {
@@ -35,36 +26,18 @@ impl Exposition {
         &self.text
     }
 
-    /// A metric with one value.
-    pub fn one(&mut self, kind: Kind, (name, help): (&str, &str), value: impl Display) {
-        self.header(kind.name(), name, help);
-        self.write(format_args!("{name} {value}\n"));
+    /// A metric that rises, or begins anew with the program.
+    pub fn counter<'a>(&'a mut self, name: &'a str, help: &'a str) -> Metric<'a> {
+        Metric { page: self, kind: "counter", name, help }
     }
 
-    /// A metric with one value, or none where it is not known.
-    pub fn known(&mut self, kind: Kind, named: (&str, &str), value: Option<impl Display>) {
-        if let Some(value) = value {
-            self.one(kind, named, value);
-        }
-    }
-
-    /// A metric with a value for each value of the label `label`.
-    pub fn each<L: AsRef<str>, V: Display>(
-        &mut self,
-        kind: Kind,
-        (name, help): (&str, &str),
-        label: &str,
-        values: impl IntoIterator<Item = (L, V)>,
-    ) {
-        self.header(kind.name(), name, help);
-        for (value_of_label, value) in values {
-            let quoted = Quoted(value_of_label.as_ref());
-            self.write(format_args!("{name}{{{label}=\"{quoted}\"}} {value}\n"));
-        }
+    /// A metric that goes up and down.
+    pub fn gauge<'a>(&'a mut self, name: &'a str, help: &'a str) -> Metric<'a> {
+        Metric { page: self, kind: "gauge", name, help }
     }
 
     /// A metric of value 1 whose labels state something.
-    pub fn info(&mut self, (name, help): (&str, &str), labels: &[(&str, &str)]) {
+    pub fn info(&mut self, name: &str, help: &str, labels: &[(&str, &str)]) {
         self.header("gauge", name, help);
         self.write(format_args!("{name}{{"));
         for (index, (label, value)) in labels.iter().enumerate() {
@@ -75,7 +48,7 @@ impl Exposition {
     }
 
     /// A histogram in seconds.
-    pub fn histogram(&mut self, (name, help): (&str, &str), latency: &Latency) {
+    pub fn histogram(&mut self, name: &str, help: &str, latency: &Latency) {
         self.header("histogram", name, help);
         for (upper_ns, count) in latency.cumulative() {
             self.write(format_args!("{name}_bucket{{le=\"{}\"}} {count}\n", seconds(upper_ns)));
@@ -96,11 +69,41 @@ impl Exposition {
     }
 }
 
-impl Kind {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Counter => "counter",
-            Self::Gauge => "gauge",
+/// A metric whose values are still to be written.
+#[derive(Debug)]
+pub struct Metric<'a> {
+    page: &'a mut Exposition,
+    kind: &'static str,
+    name: &'a str,
+    help: &'a str,
+}
+
+impl Metric<'_> {
+    /// One value.
+    pub fn one(self, value: impl Display) {
+        let Self { page, kind, name, help } = self;
+        page.header(kind, name, help);
+        page.write(format_args!("{name} {value}\n"));
+    }
+
+    /// One value, or nothing where it is not known.
+    pub fn known(self, value: Option<impl Display>) {
+        if let Some(value) = value {
+            self.one(value);
+        }
+    }
+
+    /// A value for each value of the label `label`.
+    pub fn each<L: AsRef<str>, V: Display>(
+        self,
+        label: &str,
+        values: impl IntoIterator<Item = (L, V)>,
+    ) {
+        let Self { page, kind, name, help } = self;
+        page.header(kind, name, help);
+        for (value_of_label, value) in values {
+            let quoted = Quoted(value_of_label.as_ref());
+            page.write(format_args!("{name}{{{label}=\"{quoted}\"}} {value}\n"));
         }
     }
 }
@@ -126,16 +129,16 @@ impl Display for Quoted<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Exposition, Kind};
+    use super::Exposition;
 
     #[test]
     fn labels_are_escaped() {
         let mut page = Exposition::default();
-        page.each(Kind::Gauge, ("a", "An a."), "file", [("x\"\\\ny", 1.5)]);
+        page.gauge("a", "An a.").each("file", [("x\"\\\ny", 1.5)]);
         let expected = "# HELP a An a.\n# TYPE a gauge\na{file=\"x\\\"\\\\\\ny\"} 1.5\n";
         assert_eq!(page.text(), expected);
         page.clear();
-        page.info(("b", "A b."), &[("x", "1"), ("y", "")]);
+        page.info("b", "A b.", &[("x", "1"), ("y", "")]);
         assert!(page.text().ends_with("\nb{x=\"1\",y=\"\"} 1\n"), "{}", page.text());
     }
 }

@@ -255,8 +255,7 @@ impl Outbox {
         let fits = match *item {
             Item::Began { host_us, beginning } => self.began.push((host_us, *beginning)).is_ok(),
             Item::Sample { host_us, index, sample, taxels } => {
-                let taken = (host_us, index, sample);
-                self.put_sample(taken, taxels)
+                self.put_sample(host_us, index, sample, taxels)
             }
             Item::State(state) => self.states.push(*state).is_ok(),
             Item::Event { host_us, event } => self.events.push((host_us, *event)).is_ok(),
@@ -277,11 +276,7 @@ impl Outbox {
     }
 
     #[inline]
-    fn put_sample(
-        &mut self,
-        (host_us, index, sample): (u64, u32, &Sample),
-        taxels: &[f32],
-    ) -> bool {
+    fn put_sample(&mut self, host_us: u64, index: u32, sample: &Sample, taxels: &[f32]) -> bool {
         let taxels = taxels.get(..usize::from(MAX_ELEMENTS)).unwrap_or(taxels);
         let Ok(len) = u16::try_from(taxels.len()) else { return false };
         !self.samples.is_full()

@@ -166,8 +166,7 @@ pub fn calibrate(
         });
     }
     let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;
-    let Motion { gain, seconds: motion_s, reference } =
-        gate(recording, pipeline, (&moving, &floor))?;
+    let Motion { gain, seconds: motion_s, reference } = gate(recording, pipeline, &moving, &floor)?;
     let mut calibration = StylusCalibration {
         sample_rate_hz: pipeline.sample_rate.0,
         vibration: recording.channels.stylus == StylusKind::Vibration,
@@ -391,7 +390,8 @@ struct Motion {
 fn gate(
     recording: &Recording,
     config: PipelineConfig,
-    (moving, floor): (&[bool], &[f32; BANDS]),
+    moving: &[bool],
+    floor: &[f32; BANDS],
 ) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
     let stylus = measure(&config, pairs().map(|(s, m)| (s.vibration(), m)))?;
@@ -520,7 +520,7 @@ fn set_thresholds(
 ) {
     let interval_s = calibration.evidence.wanted_interval_s;
     let moved = calibration.gain.is_some();
-    let thresholds = |seconds: &[[f32; TESTS]]| thresholds(seconds, interval_s, (defaults, moved));
+    let thresholds = |seconds: &[[f32; TESTS]]| thresholds(seconds, interval_s, defaults, moved);
     let half = |odd: usize| -> Vec<[f32; TESTS]> {
         seconds.iter().enumerate().filter(|(i, _)| i % 2 == odd).map(|(_, s)| *s).collect()
     };
@@ -564,7 +564,8 @@ fn peaks(seconds: &[[f32; TESTS]], test: usize) -> Vec<f32> {
 fn thresholds(
     seconds: &[[f32; TESTS]],
     interval_s: f64,
-    (defaults, moved): (&[f32; TESTS], bool),
+    defaults: &[f32; TESTS],
+    moved: bool,
 ) -> [f32; TESTS] {
     #[expect(clippy::cast_precision_loss, reason = "7")]
     let wanted_s = TESTS as f64 * interval_s;

@@ -93,7 +93,7 @@ pub fn certify(
     interval_s: f64,
 ) -> Result<(Certificate, Certified), NotCertified> {
     let made = |part: &[Stretch]| {
-        let law = |moving| law(part, moving, base_s, (bands, interval_s)).unzip();
+        let law = |moving| law(part, moving, base_s, bands, interval_s).unzip();
         let ((rest, at_rest), (motion, in_motion)) = (law(false), law(true));
         #[expect(clippy::cast_possible_truncation, reason = "1 to 1e9")]
         let interval_s = interval_s as f32;
@@ -169,7 +169,8 @@ fn law(
     stretches: &[Stretch],
     moving: bool,
     base_s: f64,
-    (bands, interval_s): ([bool; BANDS], f64),
+    bands: [bool; BANDS],
+    interval_s: f64,
 ) -> Option<(ScoreLaw, LawEvidence)> {
     let stretches: Vec<&Stretch> = stretches.iter().filter(|s| s.moving == moving).collect();
     let mut law = ScoreLaw {
@@ -191,7 +192,7 @@ fn law(
         let Some((length, blocks, clusters)) = choose(&stretches, b, base_s) else { continue };
         let sorted = blocks.descending();
         law.blocks[b] = length as u32;
-        let worth = set_limits(&sorted, clusters, (&mut law.limits[b], &mut law.chances[b]));
+        let worth = set_limits(&sorted, clusters, &mut law.limits[b], &mut law.chances[b]);
         if worth < LEAST_FACTOR {
             law.blocks[b] = 0;
             continue;
@@ -218,7 +219,8 @@ fn law(
 fn set_limits(
     descending: &[f32],
     clusters: f64,
-    (limits, chances): (&mut [f32; LIMITS], &mut [f32; LIMITS]),
+    limits: &mut [f32; LIMITS],
+    chances: &mut [f32; LIMITS],
 ) -> f64 {
     let lowest = (descending.len() / LOWEST).max(1) as f64;
     // All limits of all bands and lengths, at rest and in motion, hold together.

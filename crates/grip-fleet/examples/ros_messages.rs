@@ -123,7 +123,7 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn print(node: &RosNode, topic: RosTopic, (bytes, fields): (&[u8], &Value)) {
+fn print(node: &RosNode, topic: RosTopic, bytes: &[u8], fields: &Value) {
     let token = node.publisher_token(SESSION, topic);
     let gid = Gid::of(&token);
     let attachment = Attachment { sequence: 0x0102, source_ns: 1_763_766_124_000_000_001, gid };
@@ -142,11 +142,11 @@ fn main() -> anyhow::Result<()> {
     for known in [true, false] {
         let (state, slip) = (state(known), slip(known));
         let joint = (joint_state(&state, STAMP), shown_joint(known));
-        print(&node, RosTopic::JointStates, (&joint.0, &joint.1));
+        print(&node, RosTopic::JointStates, &joint.0, &joint.1);
         let state = (grip_state(&state, STAMP), shown_state(known));
-        print(&node, RosTopic::State, (&state.0, &state.1));
+        print(&node, RosTopic::State, &state.0, &state.1);
         let slip = (slip_event(&slip, ID, STAMP), shown_slip(known));
-        print(&node, RosTopic::Slip, (&slip.0, &slip.1));
+        print(&node, RosTopic::Slip, &slip.0, &slip.1);
     }
     Ok(())
 }

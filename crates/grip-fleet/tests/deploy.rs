@@ -101,7 +101,7 @@ impl Hand {
         let grasp = known.unwrap_or_else(|| {
             // The gripper holds each object, or loses it.
             let shadow = self.shadow.as_ref().map(|model| &model.estimator);
-            grasp(&self.scene, key.2, (&self.estimator, shadow), 2).unwrap().unwrap()
+            grasp(&self.scene, key.2, &self.estimator, shadow, 2).unwrap().unwrap()
         });
         thread::park_timeout(Duration::from_millis(2));
         self.played.lock().unwrap().insert(key, grasp);
@@ -111,7 +111,7 @@ impl Hand {
         let (had, member, number) = (&self.had, &self.member, self.number);
         let (estimator, shadow) = (&mut self.estimator, &mut self.shadow);
         self.models.tick(now_us, FaultCode::NONE, &mut |to| {
-            put(to, (estimator, shadow), (had, member));
+            put(to, estimator, shadow, had, member);
             Ok(number)
         });
     }
@@ -128,7 +128,7 @@ impl Hand {
         let order = Order::read(|name| question.parameter(name), question.payload()).unwrap();
         let Self { models, estimator, shadow, had, member, number, now_us, .. } = self;
         let obeyed = models.obey(order, now_us.load(Ordering::Relaxed), &mut |to| {
-            put(to, (estimator, shadow), (had, member));
+            put(to, estimator, shadow, had, member);
             Ok(*number)
         });
         // These grippers record nothing.
@@ -145,8 +145,10 @@ impl Hand {
 
 fn put(
     to: Put<'_>,
-    (estimator, shadow): (&mut HostEstimator, &mut Option<Examined>),
-    (had, member): (&Had, &Member),
+    estimator: &mut HostEstimator,
+    shadow: &mut Option<Examined>,
+    had: &Had,
+    member: &Member,
 ) {
     let model = match to {
         Put::InForce(model) => model,
@@ -169,9 +171,9 @@ fn roll_out(
 ) -> (Deployer, BTreeSet<usize>, Vec<Happening>) {
     let (grasps, silence_us) = (Some(GRASPS), 600_000_000);
     let config = RolloutConfig { grasps, shadow, silence_us, ..RolloutConfig::default() };
-    let file = ("model.json".to_owned(), text.as_bytes().to_vec());
+    let offer = Offer::new("model.json".to_owned(), text.as_bytes().to_vec(), 3600);
     let members = (0..GRIPPERS).map(member);
-    let mut deployer = Deployer::new(session.clone(), config, file, members, (PATIENCE, 3600));
+    let mut deployer = Deployer::new(session.clone(), config, offer, members, PATIENCE);
     let (mut stages, mut reported) = (BTreeSet::new(), Vec::new());
     for now in 0..100_000 {
         reported.extend(deployer.turn(&|| 100_000 * now));
@@ -317,12 +319,11 @@ fn check_lease(session: &Session, common: &Common) {
         thread::park_timeout(Duration::from_millis(50));
     }
     let begin = || {
-        let file = ("model.json".to_owned(), text.as_bytes().to_vec());
+        let offer = Offer::new("model.json".to_owned(), text.as_bytes().to_vec(), 3600);
         let (grasps, shadow) = (Some(GRASPS), Some(0));
         let replay = false;
         let config = RolloutConfig { grasps, replay, shadow, ..RolloutConfig::default() };
-        let times = (PATIENCE, 3600);
-        let mut deployer = Deployer::new(session.clone(), config, file, [member(0)], times);
+        let mut deployer = Deployer::new(session.clone(), config, offer, [member(0)], PATIENCE);
         (0..3).for_each(|_| drop(deployer.turn(&|| 0)));
         assert_eq!(deployer.holding().count(), 1);
     };

@@ -35,7 +35,7 @@ fn grasps(share: f64, objects: u64) -> Vec<Grasp> {
     let in_force = default_estimator().unwrap();
     let shadow = parse_estimator("m.json", &scaled(share).unwrap()).unwrap();
     (0..objects)
-        .filter_map(|seed| grasp(&scene, seed, (&in_force, Some(&shadow)), 2).unwrap())
+        .filter_map(|seed| grasp(&scene, seed, &in_force, Some(&shadow), 2).unwrap())
         .collect()
 }
 
@@ -45,7 +45,7 @@ fn no_grasp_changes_with_a_shadow() {
     let in_force = default_estimator().unwrap();
     let beside = grasps(5.0, 12);
     let alone: Vec<Grasp> =
-        (0..12).filter_map(|seed| grasp(&scene, seed, (&in_force, None), 2).unwrap()).collect();
+        (0..12).filter_map(|seed| grasp(&scene, seed, &in_force, None, 2).unwrap()).collect();
     let compared = beside.iter().filter(|grasp| grasp.compared.is_some()).count();
     assert!(alone.len() > 9 && compared > 6, "{} {compared}", alone.len());
     let without = beside.iter().map(|grasp| Grasp { compared: None, ..*grasp });

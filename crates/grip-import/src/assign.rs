@@ -400,7 +400,7 @@ fn columns(
             streams[stream].values[column].clone()
         } else {
             let from = &streams[stream];
-            placed((&stamps(from), &from.values[column]), &times, once)
+            placed(&stamps(from), &from.values[column], &times, once)
         };
         #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
         let same = *scale == 1.0;
@@ -421,7 +421,7 @@ fn columns(
 }
 
 /// Readings at `times` as they were known then.
-fn placed((at, values): (&[i64], &[f32]), times: &[i64], once: bool) -> Vec<f32> {
+fn placed(at: &[i64], values: &[f32], times: &[i64], once: bool) -> Vec<f32> {
     let span = at.last().zip(at.first()).map_or(0, |(last, first)| last - first);
     let step = span / i64::try_from(at.len().max(2) - 1).unwrap_or(1);
     let mut next = 0;

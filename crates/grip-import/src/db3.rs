@@ -39,7 +39,7 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
         let (id, ns): (i64, i64) = (row.get(0).map_err(unusable)?, row.get(1).map_err(unusable)?);
         if let Some(topic) = topics.get_mut(&id) {
             let data = row.get_ref(2).map_err(unusable)?;
-            topic.push((file, &mut room), ns, data.as_blob().unwrap_or_default())?;
+            topic.push(file, &mut room, ns, data.as_blob().unwrap_or_default())?;
         }
     }
     let mut streams: Vec<Stream> = topics.into_values().map(Topic::finish).collect();

@@ -36,7 +36,7 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
             Ok(Some(Foreign::Message { channel, log_ns, data })) => {
                 if let Some(topic) = topics.get_mut(&channel) {
                     let log_ns = i64::try_from(log_ns).unwrap_or(i64::MAX);
-                    topic.push((file, &mut room), log_ns, data)?;
+                    topic.push(file, &mut room, log_ns, data)?;
                 }
             }
             // A recorder that was killed leaves no end; what is there is whole.

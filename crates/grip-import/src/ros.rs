@@ -192,7 +192,7 @@ impl Decoder {
         depth: usize,
     ) -> Result<(), String> {
         let count = match field.count {
-            Count::One => return self.item(&field.kind, reader, (leaves, true), depth),
+            Count::One => return self.item(&field.kind, reader, leaves, true, depth),
             Count::Fixed(count) => count,
             Count::Sequence => {
                 let count = reader.u32().map_err(|error| error.to_string())? as usize;
@@ -206,7 +206,7 @@ impl Decoder {
             if leaves.paths.is_some() {
                 leaves.path.push_str(&format!("[{k}]"));
             }
-            self.item(&field.kind, reader, (leaves, kept), depth)?;
+            self.item(&field.kind, reader, leaves, kept, depth)?;
             leaves.path.truncate(before);
         }
         Ok(())
@@ -216,7 +216,8 @@ impl Decoder {
         &self,
         kind: &Kind,
         reader: &mut CdrReader<'_>,
-        (leaves, kept): (&mut Leaves, bool),
+        leaves: &mut Leaves,
+        kept: bool,
         depth: usize,
     ) -> Result<(), String> {
         match kind {

@@ -81,7 +81,8 @@ impl Topic {
     /// Where there is no room for more numbers.
     pub(crate) fn push(
         &mut self,
-        (file, room): (&Path, &mut Room),
+        file: &Path,
+        room: &mut Room,
         log_ns: i64,
         data: &[u8],
     ) -> Result<(), ImportError> {

@@ -17,7 +17,7 @@ use crate::PROTOCOL;
 use crate::cobs;
 use crate::crc;
 use crate::kind::Kind;
-use crate::message::PayloadError;
+use slip_msg::PayloadError;
 use thiserror::Error;
 
 /// Most payload bytes in a frame.

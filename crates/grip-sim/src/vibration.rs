@@ -26,7 +26,7 @@ struct TwoPoles {
 
 impl TwoPoles {
     /// A mode at `hz` of this quality, for `rate_hz`.
-    fn mode((hz, quality): (f64, f64), rate_hz: f64) -> Self {
+    fn mode(hz: f64, quality: f64, rate_hz: f64) -> Self {
         let r = (-PI * hz / (quality * rate_hz)).exp();
         let (r2, angle) = (r * r, TAU * hz / rate_hz);
         let power = (1.0 + r2) / ((1.0 - r2) * (1.0 + r2 * r2 - 2.0 * r2 * (2.0 * angle).cos()));
@@ -68,7 +68,7 @@ impl Vibration {
             .map(|(low, high)| random::uniform(&mut rng, low, high));
         let all = shares.iter().map(|share| share * share).sum::<f64>().sqrt();
         shares.iter_mut().for_each(|share| *share /= all);
-        let [first, second] = MODES.map(|mode| TwoPoles::mode(mode, rate_hz));
+        let [first, second] = MODES.map(|(hz, quality)| TwoPoles::mode(hz, quality, rate_hz));
         let filters = [first, second, TwoPoles::below(REST_HZ, rate_hz)];
         Self { level, exponent, noise_m_s2: config.noise_m_s2, shares, filters, rng }
     }

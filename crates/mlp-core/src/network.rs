@@ -258,7 +258,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
             let (biases, rest) = rest.split_at_checked(to).ok_or(missing)?;
             weights = rest;
             let sums = next.get_mut(..to).unwrap_or(&mut []);
-            weighted_sums((matrix, biases), current.get(..from).unwrap_or(&[]), sums);
+            weighted_sums(matrix, biases, current.get(..from).unwrap_or(&[]), sums);
             apply(*activation, sums);
             core::mem::swap(&mut current, &mut next);
         }
@@ -280,7 +280,7 @@ pub(crate) fn joined<N: Number>([a, b, c, d]: [N; LANES]) -> N {
 
 /// The weighted sums of a layer. `from` is not empty.
 #[inline(always)]
-fn weighted_sums<N: Number>((matrix, biases): (&[f32], &[f32]), from: &[N], to: &mut [N]) {
+fn weighted_sums<N: Number>(matrix: &[f32], biases: &[f32], from: &[N], to: &mut [N]) {
     let rows = matrix.chunks_exact(from.len().max(1)).zip(biases);
     let (whole, rest) = from.as_chunks::<LANES>();
     for (sum, (row, bias)) in to.iter_mut().zip(rows) {

@@ -101,7 +101,8 @@ impl<'a> Q15<'a> {
         sizes: &[usize],
         activations: &[Activation],
         exponents: &[u8],
-        (weights, biases): (&'a [i16], &'a [i32]),
+        weights: &'a [i16],
+        biases: &'a [i32],
     ) -> Result<Self, Q15Error> {
         check_sizes(sizes, activations, MAX_WIDTH)?;
         check_bounded(activations)?;
@@ -156,7 +157,7 @@ impl<'a> Q15<'a> {
             }
         }
         let exponents = exponents.get(..network.activations().len()).unwrap_or(&[]);
-        Self::new(network.sizes(), network.activations(), exponents, (weights, biases))
+        Self::new(network.sizes(), network.activations(), exponents, weights, biases)
     }
 
     /// Layer sizes: inputs, hidden layers, outputs.
@@ -455,9 +456,12 @@ mod tests {
             quantize(&tanh, &[1.0; 4], (2, 1)),
             ShapeError::WeightCount { needed: 4, given: 3 }.into()
         );
-        let parts = (&[1_i16, 2][..], &[3_i32, 4][..]);
-        assert_eq!(Q15::new(&[1, 1, 1], &tanh, &[0, 16], parts), Err(Q15Error::Exponents));
-        let network = Q15::new(&[1, 1, 1], &tanh, &[0, 15], parts).unwrap();
+        let (weights, biases) = ([1_i16, 2], [3_i32, 4]);
+        assert_eq!(
+            Q15::new(&[1, 1, 1], &tanh, &[0, 16], &weights, &biases),
+            Err(Q15Error::Exponents)
+        );
+        let network = Q15::new(&[1, 1, 1], &tanh, &[0, 15], &weights, &biases).unwrap();
         assert_eq!(
             network.forward(&[1, 2], &mut [0]),
             Err(ShapeError::Inputs { needed: 1, given: 2 })

@@ -37,7 +37,7 @@ impl Topology {
     /// # Errors
     /// As [`Topology::new`].
     pub fn regression(inputs: usize, hidden: &[usize], outputs: usize) -> Result<Self, ShapeError> {
-        Self::with_hidden(inputs, (hidden, Activation::Tanh), outputs)
+        Self::with_hidden(inputs, hidden, Activation::Tanh, outputs)
     }
 
     /// Hidden layers of these widths with one function for all of them, and linear outputs.
@@ -46,7 +46,8 @@ impl Topology {
     /// As [`Topology::new`].
     pub fn with_hidden(
         inputs: usize,
-        (widths, activation): (&[usize], Activation),
+        widths: &[usize],
+        activation: Activation,
         outputs: usize,
     ) -> Result<Self, ShapeError> {
         let sizes: Vec<usize> =

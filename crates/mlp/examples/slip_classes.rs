@@ -91,7 +91,7 @@ fn train(touches: &[&Touch], seed: u64) -> Fallible<(LargeModel, Vec<String>)> {
     let inputs: Vec<ColumnSpec> =
         (0..values.ncols()).map(|at| format!("x{at}").parse()).collect::<Result<_, _>>()?;
     let classes = Classes { column: "slip".to_owned(), names: Vec::new() };
-    let rows = DataSet::from_classes("windows", &inputs, values, (&classes, &texts))?;
+    let rows = DataSet::from_classes("windows", &inputs, values, &classes, &texts)?;
     let config = FitConfig {
         hidden: vec![HIDDEN],
         run: RunConfig { epochs: EPOCHS, ..RunConfig::default() },
@@ -106,7 +106,8 @@ fn train(touches: &[&Touch], seed: u64) -> Fallible<(LargeModel, Vec<String>)> {
 }
 
 /// Windows right and in all, touches right and in all. A touch is of the class whose probability is largest over its windows.
-fn judged((model, names): &(LargeModel, Vec<String>), touches: &[&Touch]) -> Fallible<[f64; 4]> {
+fn judged(net: &(LargeModel, Vec<String>), touches: &[&Touch]) -> Fallible<[f64; 4]> {
+    let (model, names) = net;
     let mut counts = [0.0; 4];
     for touch in touches {
         let mut sum = vec![0.0; names.len()];

@@ -32,7 +32,7 @@ mod tests {
         };
         let texts: Vec<String> = values.rows().into_iter().map(class).collect();
         let classes = Classes { column: "side".to_owned(), names: Vec::new() };
-        DataSet::from_classes("points", &inputs, values, (&classes, &texts)).unwrap()
+        DataSet::from_classes("points", &inputs, values, &classes, &texts).unwrap()
     }
 
     #[test]
@@ -78,7 +78,7 @@ mod tests {
         let read = |csv: &str, names: &[&str]| {
             let names = names.iter().map(|name| (*name).to_owned()).collect();
             let classes = Classes { column: "c".to_owned(), names };
-            DataSet::from_class_csv("r.csv", csv.as_bytes(), (&inputs, &classes), Some("g"))
+            DataSet::from_class_csv("r.csv", csv.as_bytes(), &inputs, &classes, Some("g"))
         };
         let rows = read("g,x,c\np,1,b\nq,2,a\n", &[]).unwrap();
         assert_eq!(

@@ -39,11 +39,7 @@ mod tests {
         Bound { epoch, relative }
     }
 
-    fn error_after(
-        surface: &Surface2,
-        algorithm: Algorithm,
-        (start, epoch): (usize, usize),
-    ) -> f64 {
+    fn error_after(surface: &Surface2, algorithm: Algorithm, start: usize, epoch: usize) -> f64 {
         let mut weights = surface.start(start);
         let mut trainer = algorithm.trainer(weights.len());
         curve(trainer.as_mut(), &mut surface.objective(), &mut weights, epoch)
@@ -53,7 +49,7 @@ mod tests {
     fn compare(label: &str, algorithm: Algorithm, bounds: &[Bound]) {
         let surface = surface2();
         for (start, epoch, expected) in surface.golden(label) {
-            let got = error_after(&surface, algorithm, (start, epoch));
+            let got = error_after(&surface, algorithm, start, epoch);
             let deviation = (got / expected - 1.0).abs();
             eprintln!("{label} start {start} epoch {epoch}: {got:.9e}, deviation {deviation:.1e}");
             let bound = bounds.iter().find(|bound| epoch <= bound.epoch).unwrap();
@@ -115,10 +111,10 @@ mod tests {
         let surface = surface2();
         for (label, algorithm) in [("scg", Algorithm::Scg(ScgConfig::default())), ("lm", FACTORS)] {
             for (start, epoch, expected) in surface.golden(label) {
-                let own = error_after(&surface, algorithm, (start, epoch));
+                let own = error_after(&surface, algorithm, start, epoch);
                 let spread = (0..8)
                     .map(|seed| surface.moved_within_rounding(seed))
-                    .map(|moved| error_after(&moved, algorithm, (start, epoch)))
+                    .map(|moved| error_after(&moved, algorithm, start, epoch))
                     .map(|other| (other - own).abs())
                     .fold(0.0, f64::max);
                 let ratio = (own - expected).abs() / spread;

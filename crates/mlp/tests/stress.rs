@@ -39,11 +39,12 @@ mod tests {
     }
 
     fn train<T: Real>(algorithm: Algorithm, patterns: &Rows, weights: &[f64]) -> Run {
-        train_net::<T>((&topology(), weights), algorithm, patterns, 200)
+        train_net::<T>(&topology(), weights, algorithm, patterns, 200)
     }
 
     fn train_net<T: Real>(
-        (topology, weights): (&Topology, &[f64]),
+        topology: &Topology,
+        weights: &[f64],
         algorithm: Algorithm,
         patterns: &Rows,
         epochs: usize,
@@ -100,7 +101,7 @@ mod tests {
         let twice = repeated(&once, 2);
         for algorithm in Algorithm::all() {
             let errors = [&once, &twice]
-                .map(|rows| train_net::<f64>((&topology(), &start()), algorithm, rows, 5).mse);
+                .map(|rows| train_net::<f64>(&topology(), &start(), algorithm, rows, 5).mse);
             // The damping of lm counts against sums, which are twice as large.
             let bound = if algorithm.name() == "lm" { 0.5 } else { 1e-6 };
             assert!(
@@ -193,10 +194,9 @@ mod tests {
     fn a_million_rows() {
         let patterns = rows(1_000_000);
         for algorithm in Algorithm::all() {
-            let from = (&topology(), &start()[..]);
             for run in [
-                train_net::<f32>(from, algorithm, &patterns, 2),
-                train_net::<f64>(from, algorithm, &patterns, 2),
+                train_net::<f32>(&topology(), &start(), algorithm, &patterns, 2),
+                train_net::<f64>(&topology(), &start(), algorithm, &patterns, 2),
             ] {
                 let name = algorithm.name();
                 assert_eq!((run.stop, run.history.len()), (Stop::Epochs, 3), "{name}");
@@ -220,12 +220,12 @@ mod tests {
     fn huge_inputs_of_neurons_without_a_limit() {
         let mut patterns = rows(50);
         patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
-        let topology = Topology::with_hidden(2, (&[4], Activation::Relu), 1).unwrap();
+        let topology = Topology::with_hidden(2, &[4], Activation::Relu, 1).unwrap();
         for algorithm in Algorithm::all() {
-            let from = (&topology, &nguyen_widrow(&topology, 3)[..]);
+            let start = nguyen_widrow(&topology, 3);
             for run in [
-                train_net::<f32>(from, algorithm, &patterns, 200),
-                train_net::<f64>(from, algorithm, &patterns, 200),
+                train_net::<f32>(&topology, &start, algorithm, &patterns, 200),
+                train_net::<f64>(&topology, &start, algorithm, &patterns, 200),
             ] {
                 let finite = run.weights.iter().all(|w| w.is_finite());
                 assert!(finite, "{} {}: weights that are not finite", algorithm.name(), run.stop);

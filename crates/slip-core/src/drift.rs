@@ -94,14 +94,14 @@ impl DriftWatch {
         }
     }
 
-    /// Whether the stylus drifts. Takes the next reading (finite) at `t` with the force of a finger (N).
+    /// Whether the stylus drifts. Takes the next reading of the stylus (finite) at `t` with the force of a finger (N).
     #[inline]
-    pub fn step(&mut self, t: Micros, reading: (f32, Option<f32>), hold: Hold) -> bool {
+    pub fn step(&mut self, t: Micros, stylus: f32, force_n: Option<f32>, hold: Hold) -> bool {
         if hold != self.hold {
             self.turn(t, hold);
         }
         if hold == Hold::Still && t >= self.next {
-            self.take(t, reading);
+            self.take(t, stylus, force_n);
         }
         self.drifting
     }
@@ -122,7 +122,7 @@ impl DriftWatch {
         self.end = t.plus(Micros(SECOND));
     }
 
-    fn take(&mut self, t: Micros, (stylus, force_n): (f32, Option<f32>)) {
+    fn take(&mut self, t: Micros, stylus: f32, force_n: Option<f32>) {
         self.next = t.plus(Micros(EVERY));
         let Some(force_n) = force_n else { return };
         if self.sums.count == 0 {
@@ -273,12 +273,7 @@ impl Sink {
 
     /// A slip begins: force by its sensor, where that shows any, and by the command (N), as the sensor shows them. `noise` is that of the stylus (its unit),
     /// `dt_s` the time between samples (s).
-    pub(crate) fn begin(
-        &mut self,
-        (read_n, commanded_n): (Option<f32>, f32),
-        noise: f32,
-        dt_s: f32,
-    ) {
+    pub(crate) fn begin(&mut self, read_n: Option<f32>, commanded_n: f32, noise: f32, dt_s: f32) {
         let noises = self.per_n * self.sigma_n / (NOISE * noise);
         if noises > TOO_NOISY {
             self.per_n = 0.0;
@@ -366,7 +361,8 @@ mod tests {
     /// Runs from second `from` to `to` at 2 kHz and states after which seconds the watch said that it drifts.
     fn run(
         watch: &mut DriftWatch,
-        (from, to): (u16, u16),
+        from: u16,
+        to: u16,
         hold: Hold,
         signal: impl Fn(f32) -> (f32, Option<f32>),
     ) -> [bool; 64] {
@@ -374,7 +370,8 @@ mod tests {
         for i in u32::from(from) * 2000..u32::from(to) * 2000 {
             #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let t_s = i as f32 / 2000.0;
-            let drifts = watch.step(Micros(u64::from(i) * 500), signal(t_s), hold);
+            let (stylus, force_n) = signal(t_s);
+            let drifts = watch.step(Micros(u64::from(i) * 500), stylus, force_n, hold);
             stated[i as usize / 2000] = drifts;
         }
         stated
@@ -390,12 +387,12 @@ mod tests {
         let mut watch = watch();
         let wave = |t: f32| 5e-6 * libm::sinf(900.0 * t);
         let stated =
-            run(&mut watch, (0, 12), Hold::Still, |t| (3e-4 + 2e-5 * t + wave(t), Some(5.0)));
+            run(&mut watch, 0, 12, Hold::Still, |t| (3e-4 + 2e-5 * t + wave(t), Some(5.0)));
         assert!(!stated[4] && stated[6] && stated[11], "{stated:?}");
         // It stays where it is: nothing is re-baselined.
-        assert!(run(&mut watch, (12, 30), Hold::Still, |_| (5.4e-4, Some(5.0)))[29]);
+        assert!(run(&mut watch, 12, 30, Hold::Still, |_| (5.4e-4, Some(5.0)))[29]);
         // Back at its place: three seconds of it, then good.
-        let stated = run(&mut watch, (30, 40), Hold::Still, |t| (3.1e-4 + wave(t), Some(5.0)));
+        let stated = run(&mut watch, 30, 40, Hold::Still, |t| (3.1e-4 + wave(t), Some(5.0)));
         assert!(stated[31] && !stated[35], "{stated:?}");
     }
 
@@ -404,13 +401,11 @@ mod tests {
         let mut watch = watch();
         // Pads that give way by 30 um/N, from 2 to 30 N and back, with 10 um of creep.
         let force = |t: f32| if t < 25.0 { 2.0 + 1.12 * t } else { 30.0 - 1.5 * (t - 25.0) };
-        let stated = run(&mut watch, (0, 40), Hold::Still, |t| {
-            (3e-5 * force(t) + 2.5e-7 * t, Some(force(t)))
-        });
+        let stated =
+            run(&mut watch, 0, 40, Hold::Still, |t| (3e-5 * force(t) + 2.5e-7 * t, Some(force(t))));
         assert!(!stated.contains(&true), "{stated:?}");
         // The same way without the force is one.
-        let stated =
-            run(&mut self::watch(), (0, 40), Hold::Still, |t| (3e-5 * force(t), Some(2.0)));
+        let stated = run(&mut self::watch(), 0, 40, Hold::Still, |t| (3e-5 * force(t), Some(2.0)));
         assert!(stated[10], "{stated:?}");
     }
 
@@ -418,22 +413,22 @@ mod tests {
     fn another_object_and_the_end_of_a_slip_are_another_place() {
         let mut watch = watch();
         let at = |level: f32| move |_: f32| (level, Some(5.0));
-        run(&mut watch, (0, 3), Hold::Still, at(0.0));
-        let slip = run(&mut watch, (3, 5), Hold::Slipping, at(1e-3));
-        let after = run(&mut watch, (5, 9), Hold::Still, at(1e-3));
+        run(&mut watch, 0, 3, Hold::Still, at(0.0));
+        let slip = run(&mut watch, 3, 5, Hold::Slipping, at(1e-3));
+        let after = run(&mut watch, 5, 9, Hold::Still, at(1e-3));
         assert!(!slip[4] && !after[8]);
-        let stated = run(&mut watch, (9, 13), Hold::Still, at(2e-3));
+        let stated = run(&mut watch, 9, 13, Hold::Still, at(2e-3));
         assert!(stated[12]);
         // The hand opens: still reported. The next hold begins good and is judged by itself.
-        assert!(run(&mut watch, (13, 15), Hold::None, at(0.0))[14]);
-        assert!(!run(&mut watch, (15, 18), Hold::Still, at(2e-3))[17]);
-        assert!(run(&mut watch, (18, 22), Hold::Still, at(3e-3))[21]);
+        assert!(run(&mut watch, 13, 15, Hold::None, at(0.0))[14]);
+        assert!(!run(&mut watch, 15, 18, Hold::Still, at(2e-3))[17]);
+        assert!(run(&mut watch, 18, 22, Hold::Still, at(3e-3))[21]);
     }
 
     #[test]
     fn without_force_nothing_is_judged() {
         let mut watch = watch();
-        let stated = run(&mut watch, (0, 30), Hold::Still, |t| (1e-4 * t, None));
+        let stated = run(&mut watch, 0, 30, Hold::Still, |t| (1e-4 * t, None));
         assert!(!stated.contains(&true), "drift cannot be told from a change of grip");
     }
 }

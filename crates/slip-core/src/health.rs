@@ -234,7 +234,7 @@ impl HealthCheck {
     #[inline]
     pub fn watch_drift(&mut self, sample: &Sample, hold: Hold) {
         let hold = if self.readings == SensorHealth::Good { hold } else { Hold::None };
-        let drifts = self.drift.step(sample.t, (sample.stylus, sample.normal_force_n), hold);
+        let drifts = self.drift.step(sample.t, sample.stylus, sample.normal_force_n, hold);
         self.counters.failures += u64::from(drifts && !self.drifting);
         self.drifting = drifts;
     }

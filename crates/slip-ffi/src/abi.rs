@@ -189,18 +189,18 @@ impl SlipEvent {
                     GripEvent::Found => SlipObject::Found,
                 };
                 let command_n = known(*command_n);
-                Self::other(t.0, row, SlipEventKind::Object, (0, object as u8), command_n)
+                Self::other(t.0, row, SlipEventKind::Object, 0, object as u8, command_n)
             }
             Event::Health { t, condition } => {
-                let (kind, code) = match condition {
+                let (kind, sensor, code) = match condition {
                     Condition::Sensor(sensor, health) => {
-                        (SlipEventKind::Health, (sensor.code(), health.code()))
+                        (SlipEventKind::Health, sensor.code(), health.code())
                     }
-                    Condition::Floor(health) => (SlipEventKind::Floor, (0, *health as u8)),
+                    Condition::Floor(health) => (SlipEventKind::Floor, 0, *health as u8),
                     // Only gripd judges the clock of a device.
-                    Condition::Clock(_) => (SlipEventKind::Health, (0, 0)),
+                    Condition::Clock(_) => (SlipEventKind::Health, 0, 0),
                 };
-                Self::other(t.0, row, kind, code, f32::NAN)
+                Self::other(t.0, row, kind, sensor, code, f32::NAN)
             }
         }
     }
@@ -241,7 +241,8 @@ impl SlipEvent {
         t_us: u64,
         row: u64,
         kind: SlipEventKind,
-        (sensor, code): (u8, u8),
+        sensor: u8,
+        code: u8,
         command_n: f32,
     ) -> Self {
         let nothing = SlipReport::UNKNOWN;

@@ -29,7 +29,8 @@ pub fn listener(byte: u8) -> Listener {
 }
 
 /// A decoder for a listener.
-pub fn decoder((role, session, newest): Listener) -> Decoder {
+pub fn decoder(listener: Listener) -> Decoder {
+    let (role, session, newest) = listener;
     let mut decoder = Decoder::new(role);
     if let Some(session) = session {
         decoder.open_session(session, newest);

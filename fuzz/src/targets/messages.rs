@@ -69,14 +69,8 @@ macro_rules! rounds {
                 round($payload, &mut out, Load::parse, |load, out| load.write(out));
             }
             Kind::HEALTH => health($payload),
-            Kind::SLIP => grown(
-                $payload, (SlipReport::SIZE, SlipReport::WHOLE), (SlipReport::parse, SlipReport::write),
-                |slip| SlipReport { certified_s: None, ..*slip },
-            ),
-            Kind::STATE => grown(
-                $payload, (PipelineState::SIZE, PipelineState::WHOLE), (PipelineState::parse, PipelineState::write),
-                |state| PipelineState { late_ms: None, ..*state },
-            ),
+            Kind::SLIP => grown($payload, (SlipReport::SIZE, SlipReport::WHOLE), SlipReport::parse, SlipReport::write, |slip| SlipReport { certified_s: None, ..*slip }),
+            Kind::STATE => grown($payload, (PipelineState::SIZE, PipelineState::WHOLE), PipelineState::parse, PipelineState::write, |state| PipelineState { late_ms: None, ..*state }),
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
@@ -131,7 +125,8 @@ fn health(payload: &[u8]) {
 fn grown<T: PartialEq + Debug>(
     payload: &[u8],
     sizes: (usize, usize),
-    (parse, write): (impl Fn(&[u8]) -> Result<T, PayloadError>, impl Fn(&T, &mut [u8]) -> Written),
+    parse: impl Fn(&[u8]) -> Result<T, PayloadError>,
+    write: impl Fn(&T, &mut [u8]) -> Written,
     older: impl Fn(&T) -> T,
 ) {
     let Ok(message) = parse(payload) else { return };

@@ -41,7 +41,8 @@ pub(super) fn write(path: &Path, card: &Card) -> anyhow::Result<()> {
 
 /// The card of a model that has just been trained: `name` and `text` are its file.
 pub(super) fn trained(
-    (name, text): (&str, &str),
+    name: &str,
+    text: &str,
     fit: &Fit,
     config: &FitConfig,
     train: &DataSet,

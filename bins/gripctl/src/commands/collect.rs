@@ -99,7 +99,7 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
         Some(share) => {
             let divided = divide(&collected.rows, keep(args.split), share, args.seed)
                 .map_err(|error| WrongArgument(format!("--split {}: {error}", by(args.split))))?;
-            split(args, &collected, (&divided, &test_file), share)?
+            split(args, &collected, &divided, &test_file, share)?
         }
     };
     report(args.json, &collected, &summary)?;
@@ -191,7 +191,8 @@ fn write(file: &Path, rows: &[Row], which: &[usize]) -> anyhow::Result<Side> {
 fn split(
     args: &CollectArgs,
     collected: &Collected,
-    (divided, test_file): (&Divided, &Path),
+    divided: &Divided,
+    test_file: &Path,
     share: f64,
 ) -> anyhow::Result<Summary> {
     let train = write(&args.output, &collected.rows, &divided.train)?;

@@ -50,7 +50,7 @@ impl Columns {
     }
 
     /// Numbers to be learned from numbers.
-    pub(crate) fn of_numbers((inputs, targets): (Vec<ColumnSpec>, Vec<ColumnSpec>)) -> Self {
+    pub(crate) fn of_numbers(inputs: Vec<ColumnSpec>, targets: Vec<ColumnSpec>) -> Self {
         Self { inputs, target: Target::Numbers(targets) }
     }
 
@@ -74,10 +74,10 @@ impl Columns {
         let inputs = &self.inputs[..];
         Ok(match &self.target {
             Target::Class(classes) => {
-                DataSet::from_class_csv(&name, &bytes, (inputs, classes), group)?
+                DataSet::from_class_csv(&name, &bytes, inputs, classes, group)?
             }
             Target::Numbers(targets) => {
-                DataSet::from_grouped_csv(&name, &bytes, (inputs, targets), group)?
+                DataSet::from_grouped_csv(&name, &bytes, inputs, targets, group)?
             }
         })
     }
@@ -97,7 +97,7 @@ impl Columns {
         let mut rows = match &self.target {
             Target::Class(classes) => {
                 let texts = npz.texts(&classes.column)?;
-                DataSet::from_classes(name, &self.inputs, inputs, (classes, &texts))?
+                DataSet::from_classes(name, &self.inputs, inputs, classes, &texts)?
             }
             Target::Numbers(targets) => {
                 let values = (inputs, matrix(&mut npz, targets)?);

@@ -30,7 +30,7 @@ struct Result {
 pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let text = model::read_text(&args.model)?;
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
-    let load = |specs| Columns::of_numbers(specs).load(&args.data);
+    let load = |(inputs, targets)| Columns::of_numbers(inputs, targets).load(&args.data);
     let result = match Kind::of(&text) {
         Kind::Svr => {
             let svr = Svr::from_json(&text).map_err(fault)?;

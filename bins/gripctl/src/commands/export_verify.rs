@@ -50,7 +50,7 @@ pub(super) fn compare(
     if !run.status.success() {
         bail!("the compiled C code failed: {}", run.status);
     }
-    check((model, file.classes.is_some()), &inputs, &run.stdout)
+    check(model, file.classes.is_some(), &inputs, &run.stdout)
 }
 
 fn compile(folder: &Path) -> anyhow::Result<()> {
@@ -153,7 +153,8 @@ fn status(answer: Result<Coverage, PredictError>) -> u32 {
 }
 
 fn check(
-    (model, classes): (&LargeModel, bool),
+    model: &LargeModel,
+    classes: bool,
     inputs: &[Vec<f32>],
     bytes: &[u8],
 ) -> anyhow::Result<CardVerified> {

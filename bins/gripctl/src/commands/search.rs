@@ -87,11 +87,11 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     let found =
         grip_study::outlook::search(&train, &validation, &config, &reported).map_err(explain)?;
     bar.finish_and_clear();
-    let fit = found.train_best((&train, &validation), test.as_ref(), &config)?;
+    let fit = found.train_best(&train, &validation, test.as_ref(), &config)?;
     let cpu_s = clock::processor()?.saturating_sub(before).as_secs_f64();
     std::fs::write(&args.output, fit.file.to_json()?)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
-    report(args, &found, &fit, (&train, &validation, cpu_s))?;
+    report(args, &found, &fit, &train, &validation, cpu_s)?;
     if let (true, Some(test)) = (args.compare, &test) {
         let sets = Sets { train: &train, validation: &validation, test };
         others(args, sets, config)?;
@@ -120,7 +120,9 @@ fn report(
     args: &SearchArgs,
     found: &Search,
     fit: &Fit,
-    (train, validation, cpu_s): (&DataSet, &DataSet, f64),
+    train: &DataSet,
+    validation: &DataSet,
+    cpu_s: f64,
 ) -> anyhow::Result<()> {
     if !args.json {
         output::line(&format!(
@@ -136,7 +138,7 @@ fn report(
     for (at, candidate) in found.candidates.iter().take(SHOWN).enumerate() {
         reported(args, at + 1, candidate)?;
     }
-    result(args, found, fit, ([train.rows(), validation.rows()], cpu_s))
+    result(args, found, fit, [train.rows(), validation.rows()], cpu_s)
 }
 
 fn reported(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Result<()> {
@@ -168,7 +170,8 @@ fn result(
     args: &SearchArgs,
     found: &Search,
     fit: &Fit,
-    (rows, cpu_s): ([usize; 2], f64),
+    rows: [usize; 2],
+    cpu_s: f64,
 ) -> anyhow::Result<()> {
     let best = found.best()?;
     let run = fit.runs.first().context("no run was chosen")?;

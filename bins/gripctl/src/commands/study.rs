@@ -117,7 +117,7 @@ fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
     config.fit.seed = args.seed;
     config.search.seed = args.seed;
     let bar = output::progress(conditions.len() * learners::count(), "learners");
-    let section = chapter(&conditions, (args.seed, &config), &|_| bar.inc(1))?;
+    let section = chapter(&conditions, args.seed, &config, &|_| bar.inc(1))?;
     bar.finish_and_clear();
     Ok(section)
 }

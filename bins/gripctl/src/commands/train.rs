@@ -130,7 +130,7 @@ fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Re
     std::fs::write(&args.output, &text)
         .with_context(|| format!("cannot write {}", args.output.display()))?;
     let name = args.output.display().to_string();
-    let trained = card::trained((&name, &text), &fit, config, &train, parts.test.as_ref());
+    let trained = card::trained(&name, &text, &fit, config, &train, parts.test.as_ref());
     card::write(&card_path, &trained)?;
     let rows = Rows {
         train_rows: train.rows(),

@@ -51,7 +51,7 @@ pub(crate) fn ensemble(
         epochs: notes.map(|note| note.epochs).sum(),
         members: Some(config.members),
         stop: format!("{} networks trained", config.members),
-        ..scored(&ensemble, (data, test), config.fit.algorithm.name(), cpu)?
+        ..scored(&ensemble, data, test, config.fit.algorithm.name(), cpu)?
     };
     report(args, &result)
 }
@@ -71,7 +71,7 @@ pub(crate) fn svr(
         model: "svr",
         support_vectors: Some(svr.support_vectors()),
         stop: format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon),
-        ..scored(&svr, (data, test), "svr", cpu)?
+        ..scored(&svr, data, test, "svr", cpu)?
     };
     report(args, &result)
 }
@@ -107,7 +107,8 @@ pub(super) fn explain(error: OutlookError) -> anyhow::Error {
 
 fn scored<'a>(
     learner: &dyn Predict,
-    (data, test): (&DataSet, Option<&DataSet>),
+    data: &DataSet,
+    test: Option<&DataSet>,
     algorithm: &'a str,
     cpu: Duration,
 ) -> anyhow::Result<Result<'a>> {

@@ -27,7 +27,7 @@ fn turned([x, y, z]: [f64; 3], by: f64) -> [f64; 3] {
 
 /// 14 s at 2 kHz, the arm moving along y from 6 to 12 s, a slip along x from `onset` on; the sensors turned. Where it is labelled, the
 /// arm stands, because `score` takes all rest for that of a standing arm.
-fn recording(folder: &Path, name: &str, (seed, moves): (u64, bool), onset: f64, by: f64) {
+fn recording(folder: &Path, name: &str, seed: u64, moves: bool, onset: f64, by: f64) {
     let mut noise = Noise(seed);
     let names = ["vibration", "reference"].map(|n| format!("{n}_x,{n}_y,{n}_z"));
     let mut text = format!("t_s,{}\n", names.join(","));
@@ -46,10 +46,10 @@ fn recording(folder: &Path, name: &str, (seed, moves): (u64, bool), onset: f64, 
 
 fn folder(by: f64) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
-    recording(folder.path(), "moved.csv", (2, true), 12.5, by);
-    recording(folder.path(), "one.csv", (3, false), 12.5, by);
-    recording(folder.path(), "two.csv", (5, false), 13.0, by);
-    recording(folder.path(), "rest.csv", (7, true), f64::INFINITY, by);
+    recording(folder.path(), "moved.csv", 2, true, 12.5, by);
+    recording(folder.path(), "one.csv", 3, false, 12.5, by);
+    recording(folder.path(), "two.csv", 5, false, 13.0, by);
+    recording(folder.path(), "rest.csv", 7, true, f64::INFINITY, by);
     let labels = "recording,kind,material,onset_s\none,onset,a,12.5\ntwo,onset,b,13\n";
     fs::write(folder.path().join("labels.csv"), labels).unwrap();
     let path = folder.path().to_owned();

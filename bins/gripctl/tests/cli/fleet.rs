@@ -210,12 +210,7 @@ fn what_cannot_be_is_reported_in_a_sentence() {
 }
 
 /// A gripper that grasps something twenty times a second; with another model than its own it loses each n-th object, none for 0.
-fn try_models(
-    endpoint: &str,
-    folder: &Path,
-    hall: &Hall,
-    (end, there): (&AtomicBool, &AtomicBool),
-) {
+fn try_models(endpoint: &str, folder: &Path, hall: &Hall, end: &AtomicBool, there: &AtomicBool) {
     let session = Network { router: Some(endpoint.to_owned()), file: None }.open().unwrap();
     let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xAB; 16]) };
     let text = default_text();
@@ -297,7 +292,7 @@ fn in_hall_of<T>(hall: &Hall, text: &str, operate: impl FnOnce(&Path, &str) -> T
     thread::scope(|scope| {
         let models = folder.path().join("models");
         let (end, there, place) = (&end, &there, endpoint.as_str());
-        let gripper = scope.spawn(move || try_models(place, &models, hall, (end, there)));
+        let gripper = scope.spawn(move || try_models(place, &models, hall, end, there));
         let _ends = Ends(end, router);
         while !there.load(Ordering::SeqCst) {
             assert!(!gripper.is_finished(), "the gripper has failed");

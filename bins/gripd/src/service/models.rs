@@ -73,12 +73,13 @@ impl Service {
     /// The hot thread has taken a model, or has not.
     pub(super) fn model_swapped(
         &mut self,
-        (load, model): (Loading, Option<Loaded>),
+        load: &Loading,
+        model: Option<Loaded>,
         refused: Option<&SessionError>,
     ) {
         if let Some(error) = refused {
             self.attach(&self.settings.attachments());
-            return self.refuse_model(&load, NackReason::WrongState, &message(error));
+            return self.refuse_model(load, NackReason::WrongState, &message(error));
         }
         self.settings.loaded = model;
         let loaded = self.settings.loaded.as_ref();
@@ -93,7 +94,7 @@ impl Service {
         }
         self.report_setup();
         if let Some(clients) = &mut self.servers.clients {
-            clients.loaded(&load, Ok(self.settings.loaded.is_some()));
+            clients.loaded(load, Ok(self.settings.loaded.is_some()));
         }
     }
 

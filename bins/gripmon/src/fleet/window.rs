@@ -42,9 +42,7 @@ pub fn run(cli: &Cli, router: &str) -> anyhow::Result<()> {
     let start = Start::of(cli)?;
     let (title, size) = (format!("gripmon - {place}"), start.layout.window);
     let outcome = Arc::clone(&start.outcome);
-    window::show((&title, size), &outcome, move |ctx| {
-        Ok(Box::new(FleetApp::new(ctx, place, start)?))
-    })
+    window::show(&title, size, &outcome, move |ctx| Ok(Box::new(FleetApp::new(ctx, place, start)?)))
 }
 
 /// The gripper that is opened.

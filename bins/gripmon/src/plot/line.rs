@@ -21,14 +21,15 @@ pub fn polyline(
     painter: &Painter,
     frame: &Frame,
     samples: &[[f64; 2]],
-    (colour, style): (Color32, Style),
+    colour: Color32,
+    style: Style,
 ) {
     let mut part: Vec<Pos2> = Vec::with_capacity(samples.len());
     let apart =
         frame.rect.width() * 2.0 / crate::num::narrow(crate::num::count(samples.len().max(1)));
     for &[t_s, value] in samples {
         if !value.is_finite() {
-            stretch(painter, frame.rect, &mut part, (colour, style));
+            stretch(painter, frame.rect, &mut part, colour, style);
         } else {
             part.push(frame.at(t_s, value));
         }
@@ -40,10 +41,10 @@ pub fn polyline(
             |&[t_s, value]: &[f64; 2]| Shape::circle_filled(frame.at(t_s, value), 1.9, colour);
         painter.extend(dots.map(dot).collect::<Vec<_>>());
     }
-    stretch(painter, frame.rect, &mut part, (colour, style));
+    stretch(painter, frame.rect, &mut part, colour, style);
 }
 
-fn stretch(painter: &Painter, plot: Rect, part: &mut Vec<Pos2>, (colour, style): (Color32, Style)) {
+fn stretch(painter: &Painter, plot: Rect, part: &mut Vec<Pos2>, colour: Color32, style: Style) {
     let points = core::mem::take(part);
     match (points.as_slice(), style) {
         ([], _) => {}
@@ -82,7 +83,7 @@ mod tests {
             (0..=samples).map(|k| [f64::from(k) / f64::from(samples), 0.5]).collect();
         let mut output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| {
             let painter = ui.painter().with_clip_rect(rect);
-            polyline(&painter, &frame, &curve, (Color32::RED, Style::Dashed));
+            polyline(&painter, &frame, &curve, Color32::RED, Style::Dashed);
         });
         output.textures_delta.clear();
         let length = |shape: &Shape| match shape {

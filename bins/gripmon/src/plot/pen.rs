@@ -15,7 +15,7 @@ pub(super) struct Pen<'a> {
     /// Where dashes are counted from.
     dashes_from: Option<f32>,
     /// The last place of dashes, its top and bottom, and whether it is in one that has begun.
-    last: Option<(f32, (f32, f32), bool)>,
+    last: Option<(f32, Rangef, bool)>,
 }
 
 impl<'a> Pen<'a> {
@@ -25,7 +25,7 @@ impl<'a> Pen<'a> {
     }
 
     /// A stretch begins.
-    pub(super) fn begin(&mut self, x: f32, edges: (f32, f32)) {
+    pub(super) fn begin(&mut self, x: f32, edges: Rangef) {
         match self.dashes_from {
             Some(_) => self.last = Some((x, edges, false)),
             None => column(self.mesh, x, edges, self.colour, false),
@@ -33,14 +33,17 @@ impl<'a> Pen<'a> {
     }
 
     /// It goes on to here.
-    pub(super) fn on(&mut self, x: f32, edges: (f32, f32)) {
+    pub(super) fn on(&mut self, x: f32, edges: Rangef) {
         let Some(left) = self.dashes_from else {
             return column(self.mesh, x, edges, self.colour, true);
         };
-        let Some((from, (top, bottom), begun)) = self.last else { return };
+        let Some((from, before, begun)) = self.last else { return };
         let at = |place: f32| {
             let share = (place - from) / (x - from);
-            (top + share * (edges.0 - top), bottom + share * (edges.1 - bottom))
+            Rangef::new(
+                before.min + share * (edges.min - before.min),
+                before.max + share * (edges.max - before.max),
+            )
         };
         let mut goes_on = false;
         for dash in dash::across(left, Rangef::new(from, x)) {
@@ -55,20 +58,14 @@ impl<'a> Pen<'a> {
 }
 
 /// Four corners at `x` and, where it continues, the area since the last four.
-pub(super) fn column(
-    mesh: &mut Mesh,
-    x: f32,
-    (top, bottom): (f32, f32),
-    colour: Color32,
-    continues: bool,
-) {
+pub(super) fn column(mesh: &mut Mesh, x: f32, edges: Rangef, colour: Color32, continues: bool) {
     let Ok(base) = u32::try_from(mesh.vertices.len()) else { return };
     let clear = Color32::TRANSPARENT;
     let corners = [
-        (top - HALF - FADE, clear),
-        (top - HALF, colour),
-        (bottom + HALF, colour),
-        (bottom + HALF + FADE, clear),
+        (edges.min - HALF - FADE, clear),
+        (edges.min - HALF, colour),
+        (edges.max + HALF, colour),
+        (edges.max + HALF + FADE, clear),
     ];
     let corners = corners.map(|(y, color)| corner(pos2(x, y), color));
     if continues && lengthen(mesh, &corners) {

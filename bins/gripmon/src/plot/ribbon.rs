@@ -6,16 +6,11 @@
 
 use super::pen::{Pen, column};
 use super::{Frame, Style};
-use eframe::egui::{Color32, Mesh};
+use eframe::egui::{Color32, Mesh, Rangef};
 use grip_scope::Bucket;
 
 /// Adds the ribbon of the buckets to a mesh.
-pub fn ribbon(
-    mesh: &mut Mesh,
-    frame: &Frame,
-    buckets: &[Bucket],
-    (colour, style): (Color32, Style),
-) {
+pub fn ribbon(mesh: &mut Mesh, frame: &Frame, buckets: &[Bucket], colour: Color32, style: Style) {
     let dashes_from = (style == Style::Dashed).then_some(frame.rect.left());
     let mut pen = Pen::new(mesh, colour, dashes_from);
     let mut before: Option<End> = None;
@@ -25,23 +20,23 @@ pub fn ribbon(
             continue;
         }
         let x = frame.x(f64::midpoint(bucket.from_s, bucket.to_s));
-        let (top, bottom) = (edge(frame, bucket.max), edge(frame, bucket.min));
+        let edges = Rangef::new(edge(frame, bucket.max), edge(frame, bucket.min));
         let width = frame.x(bucket.to_s) - frame.x(bucket.from_s);
         let half = if width > 0.0 { width.max(1.0) / 2.0 } else { 0.0 };
         match before.take() {
             Some(last) if !bucket.broken => {
                 // Touch the column before: a jump between two columns is a bar as well.
-                let (above, below) = last.edges;
-                pen.on(x, (top.min(below), bottom.max(above)));
+                let Rangef { min: above, max: below } = last.edges;
+                pen.on(x, Rangef::new(edges.min.min(below), edges.max.max(above)));
             }
             other => {
                 // A stretch has all of its first and last column, however short it is.
                 end(&mut pen, other);
-                pen.begin(x - half, (top, bottom));
-                pen.on(x, (top, bottom));
+                pen.begin(x - half, edges);
+                pen.on(x, edges);
             }
         }
-        before = Some(End { x: x + half, edges: (top, bottom) });
+        before = Some(End { x: x + half, edges });
     }
     end(&mut pen, before);
 }
@@ -51,7 +46,7 @@ pub fn ribbon(
 struct End {
     x: f32,
     /// Top and bottom of its last column.
-    edges: (f32, f32),
+    edges: Rangef,
 }
 
 /// The right half of a stretch's last column.
@@ -63,7 +58,7 @@ fn end(pen: &mut Pen<'_>, stretch: Option<End>) {
 
 /// Adds the area between two curves, given as columns of the same times, to a mesh: the lowest of the one to the highest of the other, where
 /// both have samples.
-pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]), colour: Color32) {
+pub fn band(mesh: &mut Mesh, frame: &Frame, low: &[Bucket], high: &[Bucket], colour: Color32) {
     let (mut low, mut high) = (low.iter().peekable(), high.iter().peekable());
     let mut joined = false;
     while let (Some(&below), Some(&above)) = (low.peek(), high.peek()) {
@@ -86,7 +81,7 @@ pub fn band(mesh: &mut Mesh, frame: &Frame, (low, high): (&[Bucket], &[Bucket]),
             joined = false;
             continue;
         }
-        let edges = (edge(frame, above.max), edge(frame, below.min));
+        let edges = Rangef::new(edge(frame, above.max), edge(frame, below.min));
         let joins = joined && !below.broken && !above.broken;
         column(mesh, frame.x(x_s), edges, colour, joins);
         joined = true;
@@ -134,7 +129,7 @@ mod tests {
         let mut values = vec![(0.1, 0.1); 50];
         values[20] = (0.1, 0.9);
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        ribbon(&mut mesh, &frame(), &buckets(&values), Color32::WHITE, Style::Solid);
         assert!(mesh.is_valid() && covers(&mesh, 10.0));
     }
 
@@ -145,14 +140,15 @@ mod tests {
             &mut mesh,
             &frame(),
             &buckets(&[(0.1, 0.2), (0.7, 0.8)]),
-            (Color32::WHITE, Style::Solid),
+            Color32::WHITE,
+            Style::Solid,
         );
         let joined = mesh.indices.len();
         // The second column reaches down to the first one's top.
         assert!(covers(&mesh, 80.0));
         let mut gap = Mesh::default();
         let values = [(0.1, 0.2), (f32::NAN, f32::NAN), (0.7, 0.8)];
-        ribbon(&mut gap, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        ribbon(&mut gap, &frame(), &buckets(&values), Color32::WHITE, Style::Solid);
         assert!(gap.is_valid() && gap.indices.len() == 36 && joined == 54);
         assert!(
             gap.indices
@@ -162,7 +158,7 @@ mod tests {
     }
 
     /// Whether full colour lies on this place: within a triangle all of whose corners have it.
-    fn paints(mesh: &Mesh, (x, y): (f32, f32)) -> bool {
+    fn paints(mesh: &Mesh, x: f32, y: f32) -> bool {
         mesh.indices.chunks_exact(3).any(|three| {
             let [a, b, c] = [0, 1, 2].map(|k| mesh.vertices[three[k] as usize]);
             let side = |p: Vertex, q: Vertex| {
@@ -179,22 +175,20 @@ mod tests {
         let mut values = vec![(0.5, 0.5); 100];
         values[60] = (0.5, 0.9);
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &buckets(&values), (Color32::WHITE, Style::Solid));
+        ribbon(&mut mesh, &frame(), &buckets(&values), Color32::WHITE, Style::Solid);
         assert!(mesh.is_valid() && mesh.vertices.len() < 4 * 12, "{}", mesh.vertices.len());
         for x in [0.1, 30.2, 57.7, 62.3, 80.0, 99.9] {
-            assert!(paints(&mesh, (x, 50.0)) && !paints(&mesh, (x, 40.0)), "{x}");
+            assert!(paints(&mesh, x, 50.0) && !paints(&mesh, x, 40.0), "{x}");
         }
-        assert!(paints(&mesh, (60.5, 12.0)));
+        assert!(paints(&mesh, 60.5, 12.0));
         // A gap is not bridged.
         let mut gap = buckets(&[(0.5, 0.5); 100]);
         gap[50].broken = true;
         gap.remove(49);
         let mut mesh = Mesh::default();
-        ribbon(&mut mesh, &frame(), &gap, (Color32::WHITE, Style::Solid));
+        ribbon(&mut mesh, &frame(), &gap, Color32::WHITE, Style::Solid);
         assert!(
-            !paints(&mesh, (49.5, 50.0))
-                && paints(&mesh, (48.5, 50.0))
-                && paints(&mesh, (50.5, 50.0))
+            !paints(&mesh, 49.5, 50.0) && paints(&mesh, 48.5, 50.0) && paints(&mesh, 50.5, 50.0)
         );
     }
 
@@ -207,14 +201,14 @@ mod tests {
             (0..50).map(|i| if i % 2 == 0 { (0.4, 0.6) } else { (f32::NAN, f32::NAN) }).collect();
         for (columns, step) in [(breaks, 1), (buckets(&holes), 2)] {
             let mut mesh = Mesh::default();
-            ribbon(&mut mesh, &frame(), &columns, (Color32::WHITE, Style::Solid));
+            ribbon(&mut mesh, &frame(), &columns, Color32::WHITE, Style::Solid);
             assert!(mesh.is_valid());
             for column in (0..50).step_by(step) {
                 let centre = 2.0 * column as f32 + 1.0;
                 for x in [centre - 0.9, centre, centre + 0.9] {
-                    assert!(paints(&mesh, (x, 50.0)), "column {column} at {x}");
+                    assert!(paints(&mesh, x, 50.0), "column {column} at {x}");
                 }
-                assert_eq!(paints(&mesh, (centre + 1.5, 50.0)), step == 1 && column < 49);
+                assert_eq!(paints(&mesh, centre + 1.5, 50.0), step == 1 && column < 49);
             }
         }
     }
@@ -228,11 +222,11 @@ mod tests {
                 bucket.to_s -= f64::from(shift) * 0.003;
             }
             let mut mesh = Mesh::default();
-            ribbon(&mut mesh, &frame(), &columns, (Color32::WHITE, Style::Dashed));
+            ribbon(&mut mesh, &frame(), &columns, Color32::WHITE, Style::Dashed);
             assert!(mesh.is_valid() && mesh.vertices.len() <= 12 * 12);
             for dash in 0..10_u8 {
                 let left = 9.0 * f32::from(dash);
-                let painted = |x: f32| paints(&mesh, (left + x, 50.0));
+                let painted = |x: f32| paints(&mesh, left + x, 50.0);
                 assert!([0.1, 2.5, 4.9].into_iter().all(painted), "dash {dash}, {shift}");
                 assert!(![5.1, 7.0, 8.9].into_iter().any(painted), "dash {dash}, {shift}");
             }
@@ -249,7 +243,7 @@ mod tests {
         high.remove(30);
         high.remove(30);
         let mut mesh = Mesh::default();
-        band(&mut mesh, &frame(), (&low, &high), Color32::WHITE);
+        band(&mut mesh, &frame(), &low, &high, Color32::WHITE);
         assert_eq!(mesh.vertices.len(), 4 * 47);
         for corners in mesh.vertices.chunks_exact(4) {
             let (top, bottom) = (corners[1].pos.y, corners[2].pos.y);
@@ -258,7 +252,7 @@ mod tests {
         // A lone column that does not join the one before it interrupts the area.
         high[20].broken = true;
         let mut cut = Mesh::default();
-        band(&mut cut, &frame(), (&low, &high), Color32::WHITE);
+        band(&mut cut, &frame(), &low, &high, Color32::WHITE);
         assert_eq!(mesh.indices.len() - cut.indices.len(), 18);
     }
 
@@ -266,8 +260,8 @@ mod tests {
     fn wild_values_stay_in_the_window() {
         let mut mesh = Mesh::default();
         let values = buckets(&[(-1e30, 1e30), (f32::NEG_INFINITY, f32::INFINITY), (0.5, 0.4)]);
-        ribbon(&mut mesh, &frame(), &values, (Color32::WHITE, Style::Solid));
-        band(&mut mesh, &frame(), (&values, &values), Color32::WHITE);
+        ribbon(&mut mesh, &frame(), &values, Color32::WHITE, Style::Solid);
+        band(&mut mesh, &frame(), &values, &values, Color32::WHITE);
         assert!(mesh.vertices.iter().all(|v| v.pos.y.abs() < 200.0));
     }
 }

@@ -46,7 +46,7 @@ pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let mut actions = Vec::new();
     for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {
         let Some(at_s) = seen.state.cursor(cursor) else { continue };
-        actions.extend(flag(ui, &frame, (cursor, name, at_s), &seen.palette));
+        actions.extend(flag(ui, &frame, cursor, name, at_s, &seen.palette));
     }
     pointer_time(ui, &frame, seen);
     actions
@@ -55,7 +55,9 @@ pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
 fn flag(
     ui: &Ui,
     frame: &Frame,
-    (cursor, name, at_s): (Cursor, &str, f64),
+    cursor: Cursor,
+    name: &str,
+    at_s: f64,
     palette: &Palette,
 ) -> Option<Action> {
     let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());

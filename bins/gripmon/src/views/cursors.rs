@@ -44,7 +44,7 @@ pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
         row(ui, "1 / (B - A)", format::with_unit(1.0 / (b_s - a_s).abs(), "Hz"));
     }
     for channel in shown(seen) {
-        between(ui, channel, (a_s, b_s), seen);
+        between(ui, channel, a_s, b_s, seen);
     }
     actions
 }
@@ -57,7 +57,7 @@ fn shown(seen: &Seen<'_>) -> Vec<Channel> {
     curves.filter(|curve| curve.reported).map(|curve| curve.channel).collect()
 }
 
-fn between(ui: &mut Ui, channel: Channel, (a_s, b_s): (f64, f64), seen: &Seen<'_>) {
+fn between(ui: &mut Ui, channel: Channel, a_s: f64, b_s: f64, seen: &Seen<'_>) {
     let unit = readout::unit(channel, seen);
     let stats =
         seen.model.series(channel).and_then(|series| series.stats(grip_scope::Span::new(a_s, b_s)));

@@ -15,11 +15,7 @@ pub(super) const HEIGHT: f32 = 34.0;
 /// Columns of the overview: coarse, because it changes with every sample.
 const COLUMNS: usize = 400;
 
-pub(super) fn overview(
-    ui: &Ui,
-    rect: Rect,
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
-) -> Vec<Action> {
+pub(super) fn overview(ui: &Ui, rect: Rect, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
     let response = ui.interact(rect, ui.scope_id().with("overview"), Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(Role::ScrollBar, true, "Overview of all data"));
     let painter = ui.painter();
@@ -36,7 +32,7 @@ pub(super) fn overview(
     let Some(data) = seen.model.span().filter(|data| data.length_s() > 0.0) else {
         return Vec::new();
     };
-    let frame = signal(ui, rect, data, (seen, scratch));
+    let frame = signal(ui, rect, data, seen, scratch);
     for mark in seen.model.events().iter().rev().take(400) {
         let tone = lane::tone(mark.kind);
         if tone != Tone::Quiet && tone != Tone::Green {
@@ -56,7 +52,7 @@ pub(super) fn overview(
 }
 
 /// The stylus, else the first curve there is.
-fn signal(ui: &Ui, rect: Rect, data: Span, (seen, scratch): (&Seen<'_>, &mut Scratch)) -> Frame {
+fn signal(ui: &Ui, rect: Rect, data: Span, seen: &Seen<'_>, scratch: &mut Scratch) -> Frame {
     let first = || seen.model.channels().find_map(|channel| seen.model.series(channel));
     let series = seen.model.series(Channel::Stylus).or_else(first);
     let (low, high) =
@@ -73,7 +69,8 @@ fn signal(ui: &Ui, rect: Rect, data: Span, (seen, scratch): (&Seen<'_>, &mut Scr
             &mut mesh,
             &frame,
             &scratch.buckets,
-            (seen.palette.tone(Tone::Blue).gamma_multiply(0.8), Style::Solid),
+            seen.palette.tone(Tone::Blue).gamma_multiply(0.8),
+            Style::Solid,
         );
         ui.painter().with_clip_rect(rect).add(Shape::mesh(mesh));
     }

@@ -41,7 +41,8 @@ impl Picture {
     pub(super) fn draw(
         &mut self,
         ui: &Ui,
-        (frame, shows): (&Frame, Shows),
+        frame: &Frame,
+        shows: Shows,
         make: impl FnOnce() -> ColorImage,
     ) {
         let shown = match self.shows.filter(|shown| shown.fits(&shows)) {

@@ -15,11 +15,11 @@ pub(super) fn count(seen: &Seen<'_>) -> f64 {
     num::count(seen.model.taxels(seen.span.to_s).map_or(1, |frame| frame.values.len()))
 }
 
-pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+pub(super) fn draw(ui: &Ui, frame: &Frame, seen: &Seen<'_>, scratch: &mut Scratch) {
     let wide = frame.columns(1.0).min(WIDE);
     let newest_s = seen.model.taxels(frame.span.to_s).map_or(f64::NEG_INFINITY, |frame| frame.t_s);
     let shows = Shows { span: frame.span, newest_s, wide };
-    scratch.pressure.draw(ui, (frame, shows), || image(seen, frame, wide));
+    scratch.pressure.draw(ui, frame, shows, || image(seen, frame, wide));
 }
 
 fn image(seen: &Seen<'_>, frame: &Frame, wide: usize) -> ColorImage {

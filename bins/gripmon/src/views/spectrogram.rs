@@ -22,13 +22,13 @@ pub(super) fn top_hz(seen: &Seen<'_>) -> f32 {
     last.map_or(1000.0, |column| column.top_hz)
 }
 
-pub(super) fn draw(ui: &Ui, frame: &Frame, (seen, scratch): (&Seen<'_>, &mut Scratch)) {
+pub(super) fn draw(ui: &Ui, frame: &Frame, seen: &Seen<'_>, scratch: &mut Scratch) {
     let wide = frame.columns(ui.pixels_per_point()).min(WIDE);
     let spectra = seen.model.spectrogram();
     let newest = spectra.in_span(frame.span).next_back();
     let newest_s = newest.map_or(f64::NEG_INFINITY, |column| column.span[1]);
     let shows = Shows { span: frame.span, newest_s, wide };
-    scratch.spectrogram.draw(ui, (frame, shows), || image(spectra, frame.span, wide));
+    scratch.spectrogram.draw(ui, frame, shows, || image(spectra, frame.span, wide));
 }
 
 /// One row of pixels for each frequency, the highest on top, one column for each point across: of several spectra in it the strongest of each
@@ -53,7 +53,7 @@ fn image(spectra: &Spectrogram, span: Span, wide: usize) -> ColorImage {
     let top = bytes.chunks(high).flat_map(|column| column.iter().skip(2)).max();
     let top = top.copied().unwrap_or(0);
     let lut: Vec<Color32> = (0..=u8::MAX).map(|byte| colour(byte, top)).collect();
-    ColorImage::new([wide, high], pixels(&bytes, (wide, high), &lut))
+    ColorImage::new([wide, high], pixels(&bytes, wide, high, &lut))
 }
 
 /// What a byte looks like: 0 is nothing.
@@ -62,7 +62,7 @@ fn colour(byte: u8, top: u8) -> Color32 {
 }
 
 /// Columns of bytes to rows of pixels, some frequencies of all columns at a time: what is read and written stays near.
-fn pixels(bytes: &[u8], (wide, high): (usize, usize), lut: &[Color32]) -> Vec<Color32> {
+fn pixels(bytes: &[u8], wide: usize, high: usize, lut: &[Color32]) -> Vec<Color32> {
     let mut pixels = vec![Color32::TRANSPARENT; wide * high];
     // Rows from the lowest frequency up.
     let mut rows: Vec<&mut [Color32]> = pixels.chunks_mut(wide.max(1)).rev().collect();

@@ -42,7 +42,7 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     let (fitting, others) = shown.split_at(room.min(shown.len()));
     scratch.washes = strips::washes(&axis::time_frame(row(top, 1.0), seen), seen);
     for (plot, top, height) in heights(fitting, top, bottom) {
-        actions.extend(one(ui, (&plot, row(top, height)), (seen, scratch)));
+        actions.extend(one(ui, &plot, row(top, height), seen, scratch));
     }
     axis::left_out(ui, row(bottom, axis::HIGH), others.len(), seen);
     let hovered = actions.iter().any(|action| matches!(action, Action::Hover(_)));
@@ -53,7 +53,8 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     actions.extend(overview::overview(
         ui,
         row(all.bottom() - overview::HEIGHT, overview::HEIGHT),
-        (seen, scratch),
+        seen,
+        scratch,
     ));
     ui.advance_cursor_after_rect(all);
     actions
@@ -75,8 +76,10 @@ fn heights(shown: &[StripLayout], top: f32, bottom: f32) -> Vec<(StripLayout, f3
 
 fn one(
     ui: &mut Ui,
-    (plot, rect): (&StripLayout, Rect),
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
+    plot: &StripLayout,
+    rect: Rect,
+    seen: &Seen<'_>,
+    scratch: &mut Scratch,
 ) -> Vec<Action> {
     let strip = plot.plot;
     let wanted = strip::curves(strip, seen.model);
@@ -89,7 +92,7 @@ fn one(
     };
     let frame = Frame { rect, span: seen.span, scale };
     let mut actions = interact(ui, strip, &frame, seen);
-    draw(ui, (strip, &frame), &wanted, (seen, scratch));
+    draw(ui, strip, &frame, &wanted, seen, scratch);
     let beside = Rect::from_min_max(
         pos2(rect.right() + 10.0, rect.top()),
         pos2(rect.right() + readout::WIDTH, rect.bottom()),
@@ -145,9 +148,11 @@ fn name(strip: StripId, seen: &Seen<'_>) -> String {
 
 fn draw(
     ui: &Ui,
-    (strip, frame): (StripId, &Frame),
+    strip: StripId,
+    frame: &Frame,
     wanted: &[Curve],
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
+    seen: &Seen<'_>,
+    scratch: &mut Scratch,
 ) {
     let painter = ui.painter();
     let unit = match strip {
@@ -158,11 +163,11 @@ fn draw(
     plot::time_axis(painter, frame, false, &seen.palette);
     if strip::has_data(strip, seen.model) {
         match strip {
-            StripId::Spectrogram => spectrogram::draw(ui, frame, (seen, scratch)),
+            StripId::Spectrogram => spectrogram::draw(ui, frame, seen, scratch),
             StripId::Pressure if strip::has_array(seen.model) => {
-                pressure::draw(ui, frame, (seen, scratch))
+                pressure::draw(ui, frame, seen, scratch)
             }
-            _ => plot_curves(ui, (strip, frame), wanted, (seen, scratch)),
+            _ => plot_curves(ui, strip, frame, wanted, seen, scratch),
         }
     } else {
         empty(ui, frame.rect, nothing(strip, seen), &seen.palette);
@@ -173,13 +178,15 @@ fn draw(
 
 fn plot_curves(
     ui: &Ui,
-    (strip, frame): (StripId, &Frame),
+    strip: StripId,
+    frame: &Frame,
     wanted: &[Curve],
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
+    seen: &Seen<'_>,
+    scratch: &mut Scratch,
 ) {
     let painter = ui.painter();
     strips::spans(painter, frame, &scratch.washes);
-    strips::curves(painter, frame, wanted, (seen, scratch));
+    strips::curves(painter, frame, wanted, seen, scratch);
     match strip {
         StripId::Stylus => strips::turns(painter, frame, seen),
         StripId::Statistic => strips::threshold(painter, frame, 1.0, seen),

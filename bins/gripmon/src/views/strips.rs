@@ -9,7 +9,7 @@ use eframe::egui::{
     Align2, Color32, FontId, Mesh, Painter, Pos2, Rangef, Rect, Shape, Stroke, pos2, vec2,
 };
 use grip_scope::feed::ObserverSettings;
-use grip_scope::{Channel, Columns, EventKind, Series, Span};
+use grip_scope::{Bucket, Channel, Columns, EventKind, Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
 const FEW: usize = 700;
@@ -78,49 +78,44 @@ pub(super) fn curves(
     painter: &Painter,
     frame: &Frame,
     wanted: &[Curve],
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
+    seen: &Seen<'_>,
+    scratch: &mut Scratch,
 ) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
     let columns = frame.columns(painter.pixels_per_point());
     for curve in wanted {
-        area(&inside, (frame, columns), curve, (seen, scratch));
+        area(&inside, frame, columns, curve, seen, scratch);
     }
     for curve in wanted {
         let Some(series) = seen.model.series(curve.channel) else { continue };
         let colour = seen.palette.tone(curve.tone);
         let colour = if curve.reported { colour } else { colour.gamma_multiply(0.75) };
         if series.points(frame.span, FEW, &mut scratch.points) {
-            polyline(&inside, frame, &scratch.points, (colour, curve.style));
+            polyline(&inside, frame, &scratch.points, colour, curve.style);
         } else {
-            dense(&inside, (frame, columns), series, ((colour, curve.style), scratch));
+            let kept = scratch.columns.entry(series.channel()).or_default();
+            kept.update(series, frame.span, columns);
+            dense(&inside, frame, kept.buckets(), colour, curve.style);
         }
     }
 }
 
-/// A colour and how it is drawn.
-type Pen = (Color32, Style);
-
-fn dense(
-    painter: &Painter,
-    (frame, columns): (&Frame, usize),
-    series: &Series,
-    (pen, scratch): (Pen, &mut Scratch),
-) {
-    let kept = scratch.columns.entry(series.channel()).or_default();
-    kept.update(series, frame.span, columns);
+fn dense(painter: &Painter, frame: &Frame, buckets: &[Bucket], colour: Color32, style: Style) {
     let mut mesh = Mesh::default();
-    mesh.vertices.reserve(4 * kept.buckets().len());
-    mesh.indices.reserve(18 * kept.buckets().len());
-    plot::ribbon(&mut mesh, frame, kept.buckets(), pen);
+    mesh.vertices.reserve(4 * buckets.len());
+    mesh.indices.reserve(18 * buckets.len());
+    plot::ribbon(&mut mesh, frame, buckets, colour, style);
     painter.add(Shape::mesh(mesh));
 }
 
 /// The enclosure of a value as a wash behind it.
 fn area(
     painter: &Painter,
-    (frame, columns): (&Frame, usize),
+    frame: &Frame,
+    columns: usize,
     curve: &Curve,
-    (seen, scratch): (&Seen<'_>, &mut Scratch),
+    seen: &Seen<'_>,
+    scratch: &mut Scratch,
 ) {
     let Some((low, high)) = enclosure(curve.channel) else { return };
     let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
@@ -131,7 +126,7 @@ fn area(
     let kept =
         |series: &Series| scratch.columns.get(&series.channel()).map_or(&[][..], Columns::buckets);
     let mut mesh = Mesh::default();
-    plot::band(&mut mesh, frame, (kept(low), kept(high)), seen.palette.wash(curve.tone));
+    plot::band(&mut mesh, frame, kept(low), kept(high), seen.palette.wash(curve.tone));
     painter.add(Shape::mesh(mesh));
 }
 

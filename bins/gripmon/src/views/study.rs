@@ -61,10 +61,10 @@ fn draw(ui: &Ui, rect: Rect, one: &StudyPlot, palette: &Palette) {
         ..frame
     };
     plot::labels(painter, &below, plot::Across::Numbers, palette);
-    titles(painter, (rect, inside), one, palette);
+    titles(painter, rect, inside, one, palette);
     let clipped = painter.with_clip_rect(inside.intersect(ui.clip_rect()));
     for (curve, (tone, style)) in one.curves.iter().zip(looks(&one.curves)) {
-        plot::polyline(&clipped, &frame, &curve.points, (palette.tone(tone), style));
+        plot::polyline(&clipped, &frame, &curve.points, palette.tone(tone), style);
     }
     let place = Rect::from_min_max(
         pos2(inside.right() + 8.0, inside.top()),
@@ -73,7 +73,7 @@ fn draw(ui: &Ui, rect: Rect, one: &StudyPlot, palette: &Palette) {
     beside_plot(painter, place, &legend, palette);
 }
 
-fn titles(painter: &Painter, (rect, inside): (Rect, Rect), one: &StudyPlot, palette: &Palette) {
+fn titles(painter: &Painter, rect: Rect, inside: Rect, one: &StudyPlot, palette: &Palette) {
     let text = |at, align, text: &str| {
         painter.text(at, align, text, FontId::proportional(11.5), palette.weak)
     };

@@ -33,7 +33,7 @@ fn a_paused_view_stands_while_data_go_on() {
     press(&mut harness, Key::End);
     click(&mut harness, "Pause");
     let before = seen(&harness);
-    let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (20_000, 30_000));
+    let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, 20_000, 30_000);
     harness.state().shared.engine().model.take(Feed::Rows(later));
     harness.run();
     assert_eq!(seen(&harness), before);
@@ -134,9 +134,8 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
     {
         let mut engine = harness.state().shared.engine();
         engine.take_in(1);
-        let rows = |from, to| {
-            Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000, (from, to)))
-        };
+        let rows =
+            |from, to| Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000, from, to));
         engine.model.take(rows(20_000, 21_000));
         engine.model.take(Feed::Event(EventMark::plain(2.05, EventKind::Gross, "x")));
         engine.take_in(1);
@@ -151,8 +150,8 @@ fn a_trigger_stops_at_what_it_waits_for_once() {
 
 /// A tenth of a second more, and what the trigger makes of it.
 fn tenth(harness: &mut Harness<'_, Scope>, number: usize) {
-    let rows = (number * 1000, (number + 1) * 1000);
-    let rows = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, rows);
+    let (from, to) = (number * 1000, (number + 1) * 1000);
+    let rows = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, from, to);
     {
         let mut engine = harness.state().shared.engine();
         engine.model.take(Feed::Rows(rows));

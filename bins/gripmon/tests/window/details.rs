@@ -37,7 +37,7 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
 fn a_lone_value_of_pressure_is_a_curve_and_an_array_is_a_picture() {
     let mut model = Model::new(1 << 20);
     let channels = [Channel::Stylus, Channel::Pressure];
-    let mut block = fixture::rows(&channels, 1000, (0, 1000));
+    let mut block = fixture::rows(&channels, 1000, 0, 1000);
     block.columns[1].1.fill(7.25);
     model.take(Feed::Rows(block));
     let harness = window(model, Panel::Events);
@@ -143,7 +143,7 @@ fn a_limit_above_the_plot_is_reported_at_its_edge() {
 fn the_axis_states_whether_its_times_are_those_of_the_device() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     assert!(painted(&harness).iter().any(|text| text == "s, device time"));
-    let again = fixture::rows(&[Channel::Stylus], 10_000, (0, 1000));
+    let again = fixture::rows(&[Channel::Stylus], 10_000, 0, 1000);
     harness.state().shared.engine().model.take(Feed::Rows(again));
     harness.run();
     assert!(painted(&harness).iter().any(|text| text == "s, over restarts"));
@@ -153,7 +153,7 @@ fn the_axis_states_whether_its_times_are_those_of_the_device() {
 fn crowded() -> Model {
     let mut model = Model::new(64 << 20);
     for gap in 0..30_000 {
-        let block = fixture::rows(&[Channel::Stylus], 1000, (20 * gap, 20 * gap + 5));
+        let block = fixture::rows(&[Channel::Stylus], 1000, 20 * gap, 20 * gap + 5);
         model.take(Feed::Rows(RowBlock { broken: true, ..block }));
         let t_s = 0.02 * gap as f64;
         let kind = if gap % 2 == 0 { EventKind::Gross } else { EventKind::Ended };

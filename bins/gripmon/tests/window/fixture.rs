@@ -18,7 +18,7 @@ pub(crate) const SPIKE_US: u64 = 1_234_500;
 pub(crate) const SPIKE_M: f32 = 2e-3;
 
 /// Rows from `from` to before `to` of a run at `rate_hz`, with a value of every channel of `channels`.
-pub(crate) fn rows(channels: &[Channel], rate_hz: u64, (from, to): (usize, usize)) -> RowBlock {
+pub(crate) fn rows(channels: &[Channel], rate_hz: u64, from: usize, to: usize) -> RowBlock {
     let t_s = |i: usize| i as f64 / rate_hz as f64;
     let value = |channel: usize, i: usize| {
         let t_s = t_s(i);
@@ -42,8 +42,7 @@ pub(crate) fn grasp() -> Model {
     let mut model = Model::new(64 << 20);
     greet(&mut model, true);
     for start in (0..20_000).step_by(500) {
-        let mut block =
-            rows(&[Channel::Stylus, Channel::NormalForce], 10_000, (start, start + 500));
+        let mut block = rows(&[Channel::Stylus, Channel::NormalForce], 10_000, start, start + 500);
         block.columns[1].1.iter_mut().for_each(|n| *n = 5.0 + *n * 1e4);
         for (time_us, value) in block.times_us.iter().zip(&mut block.columns[0].1) {
             if *time_us == SPIKE_US {

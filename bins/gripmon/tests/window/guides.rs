@@ -52,7 +52,7 @@ fn a_slip_that_comes_later_does_not_replace_what_is_read() {
     let later = EventMark::plain(2.5, EventKind::Gross, "gross");
     {
         let mut engine = harness.state().shared.engine();
-        engine.model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], 10_000, (20_000, 30_000))));
+        engine.model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], 10_000, 20_000, 30_000)));
         engine.model.take(Feed::Event(later));
     }
     harness.run();

@@ -34,7 +34,7 @@ fn absurd_values_and_times_are_drawn() {
 fn one_sample_and_slow_and_fast_rates_are_drawn() {
     for (rate_hz, rows) in [(100, 1), (100, 50), (20_000, 40_000)] {
         let mut model = Model::new(8 << 20);
-        model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], rate_hz, (0, rows))));
+        model.take(Feed::Rows(fixture::rows(&[Channel::Stylus], rate_hz, 0, rows)));
         window(model, Panel::Health).get_by_label_contains("Stylus plot");
     }
 }

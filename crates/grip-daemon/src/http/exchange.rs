@@ -73,7 +73,7 @@ impl Exchange {
                     let len = text.len();
                     let fields = format!("Content-Type: {media_type}\r\nContent-Length: {len}");
                     let text = if head { "" } else { text.as_str() };
-                    self.answer(now_us, (200, "OK"), &fields, text);
+                    self.answer(now_us, 200, "OK", &fields, text);
                 }
                 Err(refusal) => self.refuse(now_us, refusal),
             },
@@ -88,10 +88,10 @@ impl Exchange {
         let len = text.len();
         let fields =
             format!("Content-Type: text/plain; charset=utf-8\r\nContent-Length: {len}{allow}");
-        self.answer(now_us, (code, words), &fields, &text);
+        self.answer(now_us, code, words, &fields, &text);
     }
 
-    fn answer(&mut self, now_us: u64, (code, words): (u16, &str), fields: &str, body: &str) {
+    fn answer(&mut self, now_us: u64, code: u16, words: &str, fields: &str, body: &str) {
         self.stage = Stage::Answering;
         self.deadline_us = now_us.saturating_add(self.limits.answer_us);
         let end = "Cache-Control: no-store\r\nConnection: close\r\n\r\n";

@@ -427,8 +427,8 @@ impl Recorder {
     }
 
     fn next_tape(&self, number: u32, now_us: u64) -> Result<Output, RecorderError> {
-        let place = (number, self.counters.files);
-        let tape = Tape::begin(&self.wanted, place, &self.standing, now_us)?;
+        let part = self.counters.files;
+        let tape = Tape::begin(&self.wanted, number, part, &self.standing, now_us)?;
         Ok(Output::Mcap(Box::new(tape)))
     }
 

@@ -57,7 +57,8 @@ impl Tape {
     /// Begins the next free file from `number` on; `part` counts the files of the recording.
     pub(super) fn begin(
         wanted: &Path,
-        (number, part): (u32, u32),
+        number: u32,
+        part: u32,
         standing: &Standing,
         now_us: u64,
     ) -> Result<Self, RecorderError> {

@@ -12,8 +12,8 @@ fn without_motion_no_threshold_goes_below_its_default() {
     let mut second = [0.0; TESTS];
     (second[0], second[1]) = (1.5, 1.4);
     let seconds = [second; 60];
-    assert_eq!(thresholds(&seconds, 60.0, (&defaults, false)), defaults);
-    let moved = thresholds(&seconds, 60.0, (&defaults, true));
+    assert_eq!(thresholds(&seconds, 60.0, &defaults, false), defaults);
+    let moved = thresholds(&seconds, 60.0, &defaults, true);
     assert_eq!(moved[..2], [LEAST; 2]);
     assert_eq!(moved[2..], defaults[2..], "never heard");
 }

@@ -231,7 +231,7 @@ impl FaultBench<'_> {
             let shared = if phase == FaultPhase::Holding { &disturbed } else { &still };
             if let Some(shared) = shared {
                 let begins_s = phase.begins_s(&marks);
-                shared.faulty(plan, (phase, begins_s), (friction, seed), &mut trials)?;
+                trials.extend(shared.faulty(plan, phase, begins_s, friction, seed)?);
             }
         }
         Ok(trials)
@@ -256,15 +256,17 @@ impl FaultBench<'_> {
 }
 
 impl Shared<'_> {
-    /// Adds the faults that begin in one phase.
+    /// The faults that begin in one phase.
     fn faulty(
         &self,
         plan: &FaultPlan,
-        (phase, begins_s): (FaultPhase, Option<f64>),
-        (friction, seed): (Friction, u64),
-        trials: &mut Vec<FaultTrial>,
-    ) -> Result<(), GraspError> {
+        phase: FaultPhase,
+        begins_s: Option<f64>,
+        friction: Friction,
+        seed: u64,
+    ) -> Result<Vec<FaultTrial>, GraspError> {
         let Self { bench, scene, end, sound, oracle, absent } = self;
+        let mut trials = Vec::new();
         for (sensor, absent) in absent {
             for kind in &plan.faults {
                 // From the sample after the one in which the phase begins on.
@@ -292,7 +294,7 @@ impl Shared<'_> {
                 });
             }
         }
-        Ok(())
+        Ok(trials)
     }
 }
 

@@ -43,7 +43,8 @@ impl Bench {
     pub fn remember(
         &self,
         scene: &Scene,
-        (seed, other): (u64, u64),
+        seed: u64,
+        other: u64,
         way: &Way,
         remembers: bool,
     ) -> Result<Vec<MemoryGrasp>, GraspError> {

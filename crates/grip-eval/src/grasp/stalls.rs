@@ -85,12 +85,14 @@ pub struct StallTrial {
 /// # Errors
 /// Where the settings do not make a session.
 pub fn stall_trials(
-    (config, estimator): (&HostConfig, &HostEstimator),
-    (friction, ramp_s): (Friction, f64),
+    config: &HostConfig,
+    estimator: &HostEstimator,
+    friction: Friction,
+    ramp_s: f64,
     mass_kg: f64,
     seed: u64,
 ) -> Result<Vec<StallTrial>, GraspError> {
-    let scene = Scene::new(object((friction, ramp_s), mass_kg, seed)?)?;
+    let scene = Scene::new(object(friction, ramp_s, mass_kg, seed)?)?;
     let run = |end_s: f64, incident: Option<Incident>| Experiment {
         scene: &scene,
         config,
@@ -134,7 +136,8 @@ pub fn stall_trials(
 }
 
 fn object(
-    (friction, ramp_s): (Friction, f64),
+    friction: Friction,
+    ramp_s: f64,
     mass_kg: f64,
     seed: u64,
 ) -> Result<SceneConfig, SceneError> {

@@ -19,7 +19,8 @@ pub struct Chance {
 /// found `found`. `None` where there is no slip.
 pub(super) fn chance(
     windows_s: impl Iterator<Item = f64>,
-    (alarms, total_s): (u32, f64),
+    alarms: u32,
+    total_s: f64,
     found: usize,
 ) -> Option<Chance> {
     let hit = |window_s: f64| {
@@ -53,13 +54,13 @@ mod tests {
     #[test]
     fn chance_finds_what_random_alarms_hit() {
         // 594 alarms in 1364 s hit a window of 0.75 s with 1 - (1 - 0.75 / 1364)^594.
-        let by = chance([0.75; 70].into_iter(), (594, 1364.0), 19).unwrap();
+        let by = chance([0.75; 70].into_iter(), 594, 1364.0, 19).unwrap();
         assert!((by.found - 19.5).abs() < 0.1, "{by:?}");
         assert!((0.5..0.7).contains(&by.p), "{by:?}");
-        assert_eq!(chance([].into_iter(), (5, 10.0), 0), None);
-        let none = chance([1.0, 1.0].into_iter(), (0, 10.0), 1).unwrap();
+        assert_eq!(chance([].into_iter(), 5, 10.0, 0), None);
+        let none = chance([1.0, 1.0].into_iter(), 0, 10.0, 1).unwrap();
         assert_eq!((none.found, none.p), (0.0, 0.0));
-        let all = chance([10.0].into_iter(), (1, 10.0), 1).unwrap();
+        let all = chance([10.0].into_iter(), 1, 10.0, 1).unwrap();
         assert_eq!((all.found, all.p), (1.0, 1.0));
     }
 }

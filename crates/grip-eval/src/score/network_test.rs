@@ -125,7 +125,7 @@ impl SlipNetwork {
         };
         let texts: Vec<String> =
             (0..2 * count).map(|row| classes.names[usize::from(row >= count)].clone()).collect();
-        let data = DataSet::from_classes("labelled levels", &columns, values, (&classes, &texts))?;
+        let data = DataSet::from_classes("labelled levels", &columns, values, &classes, &texts)?;
         let config = FitConfig {
             hidden: vec![HIDDEN],
             algorithm: Algorithm::Scg(Default::default()),

@@ -151,7 +151,7 @@ impl Score {
         let total_s = self.recordings.iter().map(|r| r.length_s).sum();
         let of = || self.recordings.iter().filter(move |r| r.kind == kind);
         let found = of().filter(|r| !r.missed).count();
-        chance(of().map(|r| r.window_s), (alarms, total_s), found)
+        chance(of().map(|r| r.window_s), alarms, total_s, found)
     }
 
     /// The sums over all recordings.

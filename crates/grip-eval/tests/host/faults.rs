@@ -131,7 +131,7 @@ fn a_line_loses_nothing_in_a_stall_and_a_daemon_what_exceeds_its_buffer() {
 #[test]
 fn stalls_begin_in_a_slip_and_the_oracle_holds_on() {
     let (config, estimator) = (HostConfig::default(), model::default_estimator().unwrap());
-    let all = stall_trials((&config, &estimator), SLIPS[0], 0.4, 1).unwrap();
+    let all = stall_trials(&config, &estimator, SLIPS[0].0, SLIPS[0].1, 0.4, 1).unwrap();
     assert_eq!(all.len(), 2 * STALLS_MS.len());
     assert!(all.iter().all(|trial| trial.begins_s == all[0].begins_s), "one time for all");
     assert!(all[0].begins_s.is_some_and(|at| at > 0.6), "{:?}", all[0]);

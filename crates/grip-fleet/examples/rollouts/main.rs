@@ -73,7 +73,7 @@ fn main() -> anyhow::Result<()> {
         let pool = pool(&args, &scene, share)?;
         describe(name, &pool);
         let model = parse_estimator("model.json", &hand::scaled(share)?)?;
-        let beside = play_all(&args, &scene, (&default_estimator()?, Some(&model)))?;
+        let beside = play_all(&args, &scene, &default_estimator()?, Some(&model))?;
         let beside: Vec<Grasp> =
             beside.into_iter().filter(|grasp| grasp.compared.is_some()).collect();
         pools.push((name, Pools { pool, beside }));
@@ -150,19 +150,21 @@ fn quantiles(values: impl Iterator<Item = usize>) -> String {
 /// What became of each object with a model that asks for this share of the force.
 fn pool(args: &Args, scene: &Scene, share: f64) -> anyhow::Result<Vec<Grasp>> {
     let estimator = parse_estimator("model.json", &hand::scaled(share)?)?;
-    play_all(args, scene, (&estimator, None))
+    play_all(args, scene, &estimator, None)
 }
 
 /// What became of each object with the first model, and what the second one asked for beside it.
 fn play_all(
     args: &Args,
     scene: &Scene,
-    models: (&HostEstimator, Option<&HostEstimator>),
+    estimator: &HostEstimator,
+    shadow: Option<&HostEstimator>,
 ) -> anyhow::Result<Vec<Grasp>> {
     let cores = thread::available_parallelism().map_or(1, |cores| cores.get() as u64);
     let some = |first: u64| {
         let seeds = (args.seed + first..args.seed + args.objects).step_by(usize::try_from(cores)?);
-        let all = seeds.map(|seed| Ok((seed, hand::grasp(scene, seed, models, args.seconds)?)));
+        let all = seeds
+            .map(|seed| Ok((seed, hand::grasp(scene, seed, estimator, shadow, args.seconds)?)));
         all.collect::<anyhow::Result<Vec<_>>>()
     };
     let mut all = thread::scope(|scope| {

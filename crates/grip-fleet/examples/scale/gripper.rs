@@ -41,7 +41,7 @@ struct Gripper {
 }
 
 /// Runs grippers for the time asked for and reports what each of them has sent.
-pub(crate) fn run(address: &str, (first, count): (u16, u16), args: &Args) -> anyhow::Result<()> {
+pub(crate) fn run(address: &str, first: u16, count: u16, args: &Args) -> anyhow::Result<()> {
     let tapes = (0..6).map(|seed| tape::record(seed).map(Arc::from));
     let tapes = tapes.collect::<anyhow::Result<Vec<Arc<[Sample]>>>>()?;
     let estimator = model::default_estimator()?;

@@ -61,8 +61,7 @@ fn main() -> anyhow::Result<()> {
         ["router", address] => router(&args, address, None),
         ["router", address, before] => router(&args, address, Some(before)),
         ["grippers", address, first, count] => {
-            let numbers = (first.parse()?, count.parse()?);
-            gripper::run(address, numbers, &args)
+            gripper::run(address, first.parse()?, count.parse()?, &args)
         }
         other => bail!("{other:?} is no part of this program"),
     }

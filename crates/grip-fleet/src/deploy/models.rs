@@ -493,14 +493,14 @@ impl Models {
 
 #[cfg(test)]
 mod tests {
-    use super::{Models, Notice, Offer, Order, Origin, Put, Rehearsal, Standing};
+    use super::{Models, Notice, Offer, Order, Put, Rehearsal, Standing};
     use crate::{
         deploy::{How, ModelId, digest},
         rollout::{Compared, Finished, Grasp},
     };
     use grip_link::message::FaultCode;
     use grip_session::model::default_text;
-    use std::{path::Path, sync::Arc};
+    use std::path::Path;
 
     const NONE: FaultCode = FaultCode::NONE;
 
@@ -509,14 +509,7 @@ mod tests {
     }
 
     fn take(name: &str, text: &str) -> Order {
-        let bytes: Arc<[u8]> = text.as_bytes().into();
-        Order::Take(Offer {
-            name: name.to_owned(),
-            sha256: digest(&bytes),
-            lease_s: 60,
-            origin: Origin::default(),
-            bytes,
-        })
+        Order::Take(Offer::new(name.to_owned(), text.as_bytes().to_vec(), 60))
     }
 
     fn open(folder: &Path) -> Models {

@@ -1,6 +1,6 @@
 //! An order about models as parameters and a payload of a question, and back.
 
-use super::{Origin, history::reason};
+use super::{Origin, digest, history::reason};
 use std::sync::Arc;
 
 /// A model.
@@ -154,6 +154,13 @@ impl Order {
 }
 
 impl Offer {
+    /// A model file of that name, whose trial ends where nobody watches it for `lease_s`.
+    #[must_use]
+    pub fn new(name: String, bytes: Vec<u8>, lease_s: u32) -> Self {
+        let sha256 = digest(&bytes);
+        Self { name, sha256, lease_s, origin: Origin::default(), bytes: bytes.into() }
+    }
+
     fn parameters(&self, order: &'static str) -> Vec<(&'static str, String)> {
         let Self { name, sha256, lease_s, origin, .. } = self;
         let Origin { by, rollout_ns, stage } = origin;

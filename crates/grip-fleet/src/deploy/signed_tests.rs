@@ -1,6 +1,6 @@
 //! A gripper that wants signatures: what it takes, what it refuses, and the way back that no signature closes.
 
-use super::{ModelId, Models, Offer, Order, Origin, Put, Standing, digest};
+use super::{ModelId, Models, Offer, Order, Put, Standing, digest};
 use grip_session::{model::default_text, signature::ModelKeys};
 use std::path::Path;
 
@@ -19,9 +19,7 @@ fn keys() -> ModelKeys {
 }
 
 fn offer(name: &str, text: &str) -> Offer {
-    let bytes: Box<[u8]> = text.as_bytes().into();
-    let (name, sha256) = (name.to_owned(), digest(&bytes));
-    Offer { name, sha256, lease_s: 60, origin: Origin::default(), bytes: bytes.into() }
+    Offer::new(name.to_owned(), text.as_bytes().to_vec(), 60)
 }
 
 fn obey(models: &mut Models, order: Order) -> Result<Standing, String> {

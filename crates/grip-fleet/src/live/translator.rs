@@ -36,19 +36,19 @@ impl Translator {
             ToClient::Welcome(welcome) => {
                 if self.clocks.greeted(welcome.run_id, welcome.host_us, now_ns) {
                     self.last_slip = 0;
-                    self.link("daemon", &convert::daemon(welcome), (now_ns, now_ns), out);
+                    self.link("daemon", &convert::daemon(welcome), now_ns, now_ns, out);
                 }
             }
             ToClient::Gripper(gripper) => {
                 self.clocks.meets(gripper);
-                self.link("gripper", &convert::gripper(gripper), (now_ns, now_ns), out);
+                self.link("gripper", &convert::gripper(gripper), now_ns, now_ns, out);
             }
             ToClient::Rows(rows) => self.rows(rows, now_ns, out),
             ToClient::State(state) => {
                 let offset_us = state.host.0.cast_signed().wrapping_sub(state.t.0.cast_signed());
                 self.clocks.learn(offset_us, Source::Frame);
                 let at_ns = self.clocks.host_ns(state.host.0, now_ns);
-                self.record(&Record::State(*state), (at_ns, now_ns), out);
+                self.record(&Record::State(*state), at_ns, now_ns, out);
             }
             ToClient::Slip(slip) => self.slip(slip, now_ns, out),
             ToClient::Health(health) => {
@@ -57,7 +57,7 @@ impl Translator {
                 }
                 let at_ns = self.clocks.host_ns(health.host_us, now_ns);
                 let record = convert::health(health);
-                self.report(Topic::Health, (at_ns, now_ns), out, |ns, to| record.encode(ns, to));
+                self.report(Topic::Health, at_ns, now_ns, out, |ns, to| record.encode(ns, to));
             }
             ToClient::Notice(notice) => self.notice(notice, now_ns, out),
             ToClient::Setup(_) | ToClient::Estimates(_) | ToClient::Ack(_) | ToClient::Nack(_) => {}
@@ -66,7 +66,7 @@ impl Translator {
 
     /// The connection to the daemon has ended.
     pub fn lost(&mut self, reason: &str, now_ns: u64, out: &mut Out<'_>) {
-        self.link("daemon_lost", &json!({ "reason": reason }), (now_ns, now_ns), out);
+        self.link("daemon_lost", &json!({ "reason": reason }), now_ns, now_ns, out);
     }
 
     fn rows(&mut self, rows: &Rows<'_>, now_ns: u64, out: &mut Out<'_>) {
@@ -80,7 +80,7 @@ impl Translator {
             let sample = convert::sample(&row);
             let record = SampleRecord { index: row.index, sample, taxels: &taxels };
             let at_ns = self.clocks.device_ns(row.t_us, now_ns);
-            self.record(&Record::Sample(record), (at_ns, now_ns), out);
+            self.record(&Record::Sample(record), at_ns, now_ns, out);
         }
         self.taxels = taxels;
     }
@@ -89,29 +89,34 @@ impl Translator {
         if slip.number > self.last_slip && self.wanted.has(Topic::Event) {
             self.last_slip = slip.number;
             let at_ns = self.clocks.host_ns(slip.host.0, now_ns);
-            self.record(&Record::Event(EventRecord::of_slip(slip)), (at_ns, now_ns), out);
+            self.record(&Record::Event(EventRecord::of_slip(slip)), at_ns, now_ns, out);
         }
     }
 
     fn notice(&mut self, notice: &Notice<'_>, now_ns: u64, out: &mut Out<'_>) {
-        let at = (self.clocks.host_ns(notice.host_us, now_ns), now_ns);
+        let at_ns = self.clocks.host_ns(notice.host_us, now_ns);
         if notice.kind == NoticeKind::Sensor {
-            self.record(&Record::Event(convert::sensor(notice)), at, out);
+            self.record(&Record::Event(convert::sensor(notice)), at_ns, now_ns, out);
         } else {
-            self.link(notice.kind.name(), &convert::notice(notice), at, out);
+            self.link(notice.kind.name(), &convert::notice(notice), at_ns, now_ns, out);
         }
     }
 
-    fn link(&mut self, kind: &str, detail: &Value, at: (u64, u64), out: &mut Out<'_>) {
+    fn link(&mut self, kind: &str, detail: &Value, at_ns: u64, now_ns: u64, out: &mut Out<'_>) {
         if self.wanted.has(Topic::Link) {
-            self.record(&Record::Link(LinkRecord { kind, detail: &detail.to_string() }), at, out);
+            self.record(
+                &Record::Link(LinkRecord { kind, detail: &detail.to_string() }),
+                at_ns,
+                now_ns,
+                out,
+            );
         }
     }
 
-    fn record(&mut self, record: &Record<'_>, at: (u64, u64), out: &mut Out<'_>) {
+    fn record(&mut self, record: &Record<'_>, at_ns: u64, now_ns: u64, out: &mut Out<'_>) {
         let topic = Topic::ALL.into_iter().find(|topic| topic.recorded() == Some(record.topic()));
         if let Some(topic) = topic {
-            self.report(topic, at, out, |ns, to| record.encode(ns, to));
+            self.report(topic, at_ns, now_ns, out, |ns, to| record.encode(ns, to));
         }
     }
 
@@ -119,7 +124,8 @@ impl Translator {
     fn report(
         &mut self,
         topic: Topic,
-        (at_ns, now_ns): (u64, u64),
+        at_ns: u64,
+        now_ns: u64,
         out: &mut Out<'_>,
         encode: impl FnOnce(u64, &mut Vec<u8>),
     ) {

@@ -204,16 +204,16 @@ impl Announced {
                 Part::Topic(_) | Part::EventsJson => {}
                 Part::HealthJson => {
                     if let Some((stamp, json)) = self.last_health.clone() {
-                        self.reply(&query, &key, (stamp, json.as_bytes()), JSON);
+                        self.reply(&query, &key, stamp, json.as_bytes(), JSON);
                     }
                 }
                 Part::Config => {
-                    self.reply(&query, &key, (head, config.as_bytes()), Encoding::TEXT_PLAIN);
+                    self.reply(&query, &key, head, config.as_bytes(), Encoding::TEXT_PLAIN);
                 }
                 Part::Status => {
                     for (number, frame) in status.iter().enumerate() {
                         let key = format!("{key}/{number}");
-                        self.reply(&query, &key, (head, frame.as_ref()), FRAME);
+                        self.reply(&query, &key, head, frame.as_ref(), FRAME);
                     }
                 }
                 _ if self.others.len() < MOST_QUESTIONS => {
@@ -243,9 +243,9 @@ impl Announced {
             let stamp = Stamp { id: event.id, at: event.at };
             if open.part == Part::EventsJson {
                 let Some(json) = self.json(stamp, &event.wire) else { continue };
-                self.reply(&open.query, &key, (stamp, json.as_bytes()), JSON);
+                self.reply(&open.query, &key, stamp, json.as_bytes(), JSON);
             } else {
-                self.reply(&open.query, &key, (stamp, &event.wire), FRAME);
+                self.reply(&open.query, &key, stamp, &event.wire, FRAME);
             }
         }
         open.left -= events.len();
@@ -256,7 +256,7 @@ impl Announced {
     }
 
     /// Questions may go to many grippers; each answers under its own name.
-    fn reply(&mut self, query: &Query, key: &str, (stamp, bytes): (Stamp, &[u8]), form: Encoding) {
+    fn reply(&mut self, query: &Query, key: &str, stamp: Stamp, bytes: &[u8], form: Encoding) {
         let reply = query.reply(key, bytes).attachment(stamp.to_bytes());
         self.refused += u64::from(reply.encoding(form).wait().is_err());
     }

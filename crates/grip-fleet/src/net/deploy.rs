@@ -5,7 +5,7 @@
 
 use super::{Ask, NetError, ask};
 use crate::{
-    deploy::{ModelId, Offer, Order, Origin, Paused, Standing, digest},
+    deploy::{ModelId, Offer, Order, Origin, Paused, Standing},
     key::{Member, Part},
     rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop, Tally},
 };
@@ -53,23 +53,16 @@ pub enum Happening {
 }
 
 impl Deployer {
-    /// A roll-out of a model file of that name, which begins with the first turn. A gripper goes back by itself where no turn watches it for
-    /// `lease_s`. An answer may take `patience`. Grippers that try this very model go on with their trial: a roll-out whose program has ended
+    /// A roll-out of the model of `offer`, which begins with the first turn. A gripper goes back by itself where no turn watches it for
+    /// the lease of the offer. An answer may take `patience`. Grippers that try this very model go on with their trial: a roll-out whose program has ended
     /// can be taken up again within the lease.
     pub fn new(
         session: Session,
         config: RolloutConfig,
-        (name, bytes): (String, Vec<u8>),
+        offer: Offer,
         members: impl IntoIterator<Item = Member>,
-        (patience, lease_s): (Duration, u32),
+        patience: Duration,
     ) -> Self {
-        let offer = Offer {
-            name,
-            sha256: digest(&bytes),
-            lease_s,
-            origin: Origin::default(),
-            bytes: bytes.into(),
-        };
         let rollout = Rollout::new(config, members);
         let none = BTreeSet::new;
         Self {

@@ -214,7 +214,7 @@ mod tests {
     }
 
     impl Gripper {
-        fn report(&mut self, grip: GripState, applied_n: f32, (device, fault): (DeviceState, u16)) {
+        fn report(&mut self, grip: GripState, applied_n: f32, device: DeviceState, fault: u16) {
             self.now_us += 200_000;
             let state = PipelineState {
                 host: Micros(self.now_us),
@@ -228,7 +228,7 @@ mod tests {
         }
 
         fn active(&mut self, grip: GripState, applied_n: f32) {
-            self.report(grip, applied_n, (DeviceState::Active, 0));
+            self.report(grip, applied_n, DeviceState::Active, 0);
         }
 
         fn slip(&mut self, phase: Phase, moved_mm: f32, command_n: f32) {
@@ -270,7 +270,7 @@ mod tests {
         gripper.active(GripState::Holding, 5.0);
         gripper.active(GripState::Closing, 0.0);
         for _ in 0..50 {
-            gripper.report(GripState::Closing, 0.0, (DeviceState::Fault, 0x0201));
+            gripper.report(GripState::Closing, 0.0, DeviceState::Fault, 0x0201);
         }
         assert_eq!(gripper.finished, [Grasp { lost: true, ..Grasp::default() }]);
     }
@@ -292,7 +292,7 @@ mod tests {
         ] {
             gripper.grasp();
             gripper.now_us += silence_us;
-            gripper.report(GripState::Holding, 1.0, (device, fault));
+            gripper.report(GripState::Holding, 1.0, device, fault);
             gripper.active(GripState::Released, 1.0);
         }
         // A controller that begins anew with the object between the fingers.

@@ -123,7 +123,7 @@ impl JudgeConfig {
         let ladder = core::iter::successors(Some(10_usize), |n| Some(n + n / 4));
         ladder.take_while(|n| *n <= MOST_GRASPS).find(|n| {
             let per = per(each, *n);
-            self.noticed(before, (*n, per), &lost) && self.noticed(before, (*n, per), &pressed)
+            self.noticed(before, *n, per, &lost) && self.noticed(before, *n, per, &pressed)
         })
     }
 
@@ -131,7 +131,8 @@ impl JudgeConfig {
     fn noticed(
         &self,
         before: &[Grasp],
-        (grasps, per): (usize, usize),
+        grasps: usize,
+        per: usize,
         change: &dyn Fn(&Grasp, f64) -> Grasp,
     ) -> bool {
         let mut draws = Draws(4711);

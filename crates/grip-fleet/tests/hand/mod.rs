@@ -96,7 +96,8 @@ impl Hand for Logged {
 pub(crate) fn grasp(
     scene: &Scene,
     seed: u64,
-    (estimator, shadow): (&HostEstimator, Option<&HostEstimator>),
+    estimator: &HostEstimator,
+    shadow: Option<&HostEstimator>,
     seconds: u64,
 ) -> anyhow::Result<Option<Grasp>> {
     let mut config = scene.config().clone();

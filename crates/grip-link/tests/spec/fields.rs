@@ -109,14 +109,15 @@ fn counts(bytes: &[u8]) -> String {
 
 /// Reads `payload` by a table; what the vectors name is compared and taken out of `left`.
 fn compare(vector: &Vector, table: &[Row], payload: &[u8], left: &mut BTreeMap<String, String>) {
-    compare_as(&vector.name, vector, (table, payload), left);
+    compare_as(&vector.name, vector, table, payload, left);
 }
 
 /// The same for a table of this name.
 fn compare_as(
     name: &str,
     vector: &Vector,
-    (table, payload): (&[Row], &[u8]),
+    table: &[Row],
+    payload: &[u8],
     left: &mut BTreeMap<String, String>,
 ) {
     for (at, size, row) in fixed(name, table) {
@@ -181,13 +182,13 @@ fn vectors_read_by_the_tables_give_their_fields() {
                 assert_eq!(left.remove("channels"), Some(written), "{}", vector.case);
             }
             "HEALTH" if payload.len() > Health::SIZE => {
-                compare_as("HEALTH appended", &vector, (&found[1], payload), &mut left);
+                compare_as("HEALTH appended", &vector, &found[1], payload, &mut left);
             }
             "SLIP" if payload.len() > SlipReport::SIZE => {
-                compare_as("SLIP appended", &vector, (&found[1], payload), &mut left);
+                compare_as("SLIP appended", &vector, &found[1], payload, &mut left);
             }
             "STATE" if payload.len() > PipelineState::SIZE => {
-                compare_as("STATE appended", &vector, (&found[1], payload), &mut left);
+                compare_as("STATE appended", &vector, &found[1], payload, &mut left);
             }
             "SAMPLES" | "ROWS" => assert!(left.remove("rows").is_some()),
             _ => {}

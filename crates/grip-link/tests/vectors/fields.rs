@@ -49,7 +49,12 @@ pub(crate) struct Given(HashMap<String, String>);
 impl Given {
     pub(crate) fn new(text: &str) -> Self {
         let pairs = text.split(' ').filter(|word| *word != "-");
-        Self(pairs.map(|word| word.split_once('=').unwrap()).map(own).collect())
+        Self(
+            pairs
+                .map(|word| word.split_once('=').unwrap())
+                .map(|(name, value)| (name.to_owned(), value.to_owned()))
+                .collect(),
+        )
     }
 
     pub(crate) fn text(&mut self, name: &str) -> String {
@@ -68,10 +73,6 @@ impl Given {
     pub(crate) fn finish(&self) {
         assert!(self.0.is_empty(), "fields left: {:?}", self.0);
     }
-}
-
-fn own((name, value): (&str, &str)) -> (String, String) {
-    (name.to_owned(), value.to_owned())
 }
 
 pub(crate) fn f32_bits(text: &str) -> f32 {

@@ -182,7 +182,8 @@ impl Tsf85 {
                 *size = packet.len() + 4;
                 if let Some(before_us) = came_us.replace(now_us) {
                     let pause_us = now_us.saturating_sub(before_us);
-                    row.number = row.number.wrapping_add(steps(*stamps, pause_us, *broken));
+                    row.number =
+                        row.number.wrapping_add(steps(stamps.0, stamps.1, pause_us, *broken));
                 }
                 (*stamps, *broken) = ((stamps.1, stamps.1), 0);
                 take(row);
@@ -193,7 +194,7 @@ impl Tsf85 {
 }
 
 /// Periods from one row to the next: by time stamps, else one and what is known to be missing.
-fn steps((before, now): (Option<u16>, Option<u16>), pause_us: u64, broken: u32) -> u32 {
+fn steps(before: Option<u16>, now: Option<u16>, pause_us: u64, broken: u32) -> u32 {
     if let (Some(before), Some(now)) = (before, now) {
         let passed_ms = now.wrapping_sub(before);
         if (1..FORWARD_MS).contains(&passed_ms) {

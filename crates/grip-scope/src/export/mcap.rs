@@ -154,7 +154,8 @@ impl Numbers {
                 self.broken = true;
                 continue;
             }
-            let index = self.last.map_or(0, |last| self.after(last, point[0]));
+            let index =
+                self.last.map_or(0, |(before, before_s)| self.after(before, before_s, point[0]));
             self.broken = false;
             self.last = Some((index, point[0]));
             rows.push((index, point));
@@ -162,7 +163,7 @@ impl Numbers {
         rows
     }
 
-    fn after(&self, (before, before_s): (u32, f64), t_s: f64) -> u32 {
+    fn after(&self, before: u32, before_s: f64, t_s: f64) -> u32 {
         let missing = self.step_s.map_or(0.0, |step_s| (t_s - before_s) / step_s);
         before.saturating_add(if self.broken { steps(missing).max(2) } else { 1 })
     }

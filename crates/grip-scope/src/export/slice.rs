@@ -25,7 +25,7 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
         return Err(ExportError::Same { file: path.to_owned() });
     }
     fill(path, |file| {
-        let mut slice = Slice::new((path, file), span)?;
+        let mut slice = Slice::new(path, file, span)?;
         let mut reader = McapReader::open(from)?;
         // Without an index damage is passed over as far as the file itself reports where it ends.
         let index = File::open(from).ok().and_then(|file| McapIndex::read(file).ok().flatten());
@@ -69,7 +69,7 @@ struct Held {
 }
 
 impl<'a> Slice<'a> {
-    fn new((path, file): (&'a Path, File), span: Span) -> Result<Self, ExportError> {
+    fn new(path: &'a Path, file: File, span: Span) -> Result<Self, ExportError> {
         // Log times of the slice are those of the recording: host time 0 is 1970.
         let out = McapWriter::new(BufWriter::new(file), PROGRAM, 0)
             .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;

@@ -50,7 +50,7 @@ impl Columns {
         let first = number(span.from_s.max(have_from_s));
         let last = number(span.to_s.min(have_to_s));
         self.keep(first, last);
-        self.add(series, (first, last), have_to_s);
+        self.add(series, first, last, have_to_s);
     }
 
     /// The columns, in order; parts without samples are left out.
@@ -77,7 +77,7 @@ impl Columns {
     }
 
     /// Makes the columns up to the one of the number `last` that are not there yet.
-    fn add(&mut self, series: &Series, (first, last): (f64, f64), have_to_s: f64) {
+    fn add(&mut self, series: &Series, first: f64, last: f64, have_to_s: f64) {
         let (mut number, place) = match self.next {
             Some((number, place)) => (number, Some(place)),
             None => (first, None),

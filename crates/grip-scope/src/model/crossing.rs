@@ -87,7 +87,7 @@ impl Search {
         while place < to {
             let chunk = series.store().chunk(place.chunk)?;
             let end = if place.chunk == to.chunk { to.index.min(chunk.len()) } else { chunk.len() };
-            let found = self.chunk((chunk, place.chunk), place.index..end);
+            let found = self.chunk(chunk, place.chunk, place.index..end);
             if found.is_some() {
                 return found;
             }
@@ -96,7 +96,7 @@ impl Search {
         None
     }
 
-    fn chunk(&mut self, (chunk, number): (&Chunk, u64), range: Range<usize>) -> Option<f64> {
+    fn chunk(&mut self, chunk: &Chunk, number: u64, range: Range<usize>) -> Option<f64> {
         let mut index = range.start;
         while index < range.end {
             let counts = Place { chunk: number, index } >= self.from;

@@ -178,7 +178,7 @@ impl Model {
             (Channel::EscFlags, state.esc.map(|_| f32::from(state.esc_flags))),
         ];
         for (channel, value) in values {
-            self.put(channel, t_s, (value, from_s));
+            self.put(channel, t_s, value, from_s);
         }
     }
 
@@ -220,10 +220,10 @@ impl Model {
     fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
         let from_s = self.gaps.derived_before(t_s);
         for (band, (energy, threshold)) in (0..).zip(point.energy.iter().zip(&point.threshold)) {
-            self.put(Channel::BandEnergy(band), t_s, (Some(*energy), from_s));
-            self.put(Channel::BandThreshold(band), t_s, (Some(*threshold), from_s));
+            self.put(Channel::BandEnergy(band), t_s, Some(*energy), from_s);
+            self.put(Channel::BandThreshold(band), t_s, Some(*threshold), from_s);
         }
-        self.put(Channel::OwnStatistic, t_s, (Some(point.statistic), from_s));
+        self.put(Channel::OwnStatistic, t_s, Some(point.statistic), from_s);
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
@@ -240,12 +240,12 @@ impl Model {
         ];
         let from_s = self.gaps.derived_before(t_s);
         for (channel, value) in values {
-            self.put(channel, t_s, (value, from_s));
+            self.put(channel, t_s, value, from_s);
         }
     }
 
     /// Puts a value, or that there is none where there was one before; it does not join one before `from_s`.
-    fn put(&mut self, channel: Channel, t_s: f64, (value, from_s): (Option<f32>, f64)) {
+    fn put(&mut self, channel: Channel, t_s: f64, value: Option<f32>, from_s: f64) {
         let series = match value {
             Some(_) => entry(&mut self.series, channel),
             None => match self.series.get_mut(&channel) {

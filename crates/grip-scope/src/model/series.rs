@@ -183,7 +183,7 @@ impl Series {
         let (from, to) = self.places(span);
         let before = self.before(from);
         let store = &self.store;
-        if self.is_more_than(most, (from, to)) {
+        if self.is_more_than(most, from, to) {
             return false;
         }
         let mut number = before.chunk;
@@ -206,7 +206,7 @@ impl Series {
     }
 
     /// Whether more than so many samples lie between two places.
-    fn is_more_than(&self, most: usize, (from, to): (Place, Place)) -> bool {
+    fn is_more_than(&self, most: usize, from: Place, to: Place) -> bool {
         let (mut count, mut number) = (0, from.chunk);
         while let Some(chunk) = self.store.chunk(number).filter(|_| number < to.chunk) {
             count += chunk.len();

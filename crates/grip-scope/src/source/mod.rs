@@ -69,7 +69,7 @@ impl SourceHandle {
         grippers: Grippers,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
-        Self::spawn_every((spec, 1), grippers, wake)
+        Self::spawn_every(spec, 1, grippers, wake)
     }
 
     /// The same with every `every_nth` sample of a daemon only, for slow connections (1 to 65535; 0 counts as 1). Nothing is derived from
@@ -78,7 +78,8 @@ impl SourceHandle {
     /// # Errors
     /// Where the system starts no thread.
     pub fn spawn_every(
-        (spec, every_nth): (SourceSpec, u16),
+        spec: SourceSpec,
+        every_nth: u16,
         grippers: Grippers,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
@@ -89,7 +90,7 @@ impl SourceHandle {
         let what = spec.clone();
         let every_nth = every_nth.max(1);
         let run = move || {
-            guarded(&mut outlet, |outlet| run((&what, every_nth), grippers, outlet, &mut orders));
+            guarded(&mut outlet, |outlet| run(&what, every_nth, grippers, outlet, &mut orders));
         };
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
@@ -176,14 +177,15 @@ fn fault(payload: &(dyn Any + Send)) -> String {
 
 /// What the thread does.
 fn run(
-    (spec, every_nth): (&SourceSpec, u16),
+    spec: &SourceSpec,
+    every_nth: u16,
     grippers: Grippers,
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientCommand>,
 ) {
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
-        SourceSpec::Demo { scene, seed } => demo::run((grippers, scene, *seed), outlet, orders),
+        SourceSpec::Demo { scene, seed } => demo::run(grippers, scene, *seed, outlet, orders),
         #[cfg(feature = "zenoh")]
         SourceSpec::Gripper(at) => fleet::run(at, outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),

@@ -116,7 +116,8 @@ fn place(folder: &Path) -> (String, Network) {
 
 /// Looks at the table until it reports this of the gripper.
 fn until(
-    (handle, roster): (&mut FleetHandle, &mut Roster),
+    handle: &mut FleetHandle,
+    roster: &mut Roster,
     mut meanwhile: impl FnMut(),
     done: impl Fn(&Roster) -> bool,
 ) {
@@ -142,12 +143,13 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     let place = FleetPlace { network: network.clone(), site: None };
     let (mut handle, mut roster) = (FleetHandle::spawn(place, || {}).unwrap(), Roster::default());
     let waits = |roster: &Roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers"));
-    until((&mut handle, &mut roster), || {}, waits);
+    until(&mut handle, &mut roster, || {}, waits);
     let listening = router(&at(&endpoint)).unwrap();
     let mut daemon = Daemon::start(&network);
     let mut table = (handle, roster);
     until(
-        (&mut table.0, &mut table.1),
+        &mut table.0,
+        &mut table.1,
         || daemon.turn(),
         |roster| {
             states(roster, Column::Applied) == "4.50"
@@ -160,7 +162,8 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     assert_eq!(*table.1.status(), SourceStatus::Live);
     drop(listening);
     until(
-        (&mut table.0, &mut table.1),
+        &mut table.0,
+        &mut table.1,
         || {},
         |roster| {
             states(roster, Column::Here) == "gone"
@@ -170,7 +173,8 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     assert_eq!(states(&table.1, Column::Applied), "4.50", "what was known stays");
     let _listening = router(&at(&endpoint)).unwrap();
     until(
-        (&mut table.0, &mut table.1),
+        &mut table.0,
+        &mut table.1,
         || daemon.turn(),
         |roster| states(roster, Column::Here) == "here" && *roster.status() == SourceStatus::Live,
     );

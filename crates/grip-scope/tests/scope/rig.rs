@@ -24,7 +24,7 @@ impl Watch {
     }
 
     pub(crate) fn every(spec: SourceSpec, every_nth: u16) -> Self {
-        let handle = SourceHandle::spawn_every((spec, every_nth), peer, || {}).unwrap();
+        let handle = SourceHandle::spawn_every(spec, every_nth, peer, || {}).unwrap();
         Self { handle, model: Model::new(64 << 20) }
     }
 

@@ -118,11 +118,11 @@ impl HostConfigError {
     /// What the TOML reader states of `text`, with the place in `file` and the line.
     pub(super) fn of_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let span = error.span().unwrap_or(0..0);
-        let at = line_and_column(text, span.start);
+        let (line, column) = line_and_column(text, span.start);
         Self::Parse {
-            place: Place { source: file.to_owned(), at: Some(at) },
+            place: Place { source: file.to_owned(), at: Some((line, column)) },
             message: error.message().trim_end().replace('\n', ", "),
-            excerpt: excerpt(text, &span, at),
+            excerpt: excerpt(text, &span, line, column),
         }
     }
 }
@@ -142,7 +142,7 @@ pub(super) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
 const LONGEST: usize = 120;
 
 /// The line at fault with its number, and marks below what is meant.
-fn excerpt(text: &str, span: &Range<usize>, (line, column): (usize, usize)) -> String {
+fn excerpt(text: &str, span: &Range<usize>, line: usize, column: usize) -> String {
     let Some(shown) = text.lines().nth(line - 1).filter(|shown| shown.chars().count() <= LONGEST)
     else {
         return String::new();
@@ -163,7 +163,7 @@ mod tests {
         let text = "a = 1\n# größe\nb = \"ü\" x\n";
         let at = text.find('x').unwrap();
         assert_eq!(line_and_column(text, at), (3, 9));
-        assert_eq!(excerpt(text, &(at..at + 1), (3, 9)), "\n3 | b = \"ü\" x\n            ^");
+        assert_eq!(excerpt(text, &(at..at + 1), 3, 9), "\n3 | b = \"ü\" x\n            ^");
         assert_eq!(line_and_column("", 7), (1, 1));
         assert_eq!(line_and_column("ü", 1), (1, 1), "inside a character");
     }

@@ -25,7 +25,8 @@ pub const VALIDATION: f64 = 0.25;
 /// [`OutlookError`] of the first learner that fails, or of a condition without rows.
 pub fn chapter(
     conditions: &[Condition],
-    (seed, config): (u64, &LearnersConfig),
+    seed: u64,
+    config: &LearnersConfig,
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Section, OutlookError> {
     let mut section = Section::new("outlook", "Beyond the four nets").with(
@@ -34,14 +35,15 @@ pub fn chapter(
          when it stops, which start is kept and which settings win. Test and unseen rows judge only.",
     );
     for condition in conditions {
-        section = section.with(table(condition, (seed, config), done)?);
+        section = section.with(table(condition, seed, config, done)?);
     }
     Ok(section)
 }
 
 fn table(
     condition: &Condition,
-    (seed, config): (u64, &LearnersConfig),
+    seed: u64,
+    config: &LearnersConfig,
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Table, OutlookError> {
     let sets = condition.sets(seed, 0)?;
@@ -51,7 +53,7 @@ fn table(
     let caption = format!("{}: {}", condition.name, condition.title());
     let mut table = Table::new(format!("outlook-{}", condition.name), caption, &heads);
     let (train, validation) = Split::holdout(&sets.train, VALIDATION, seed)?.of(&sets.train)?;
-    for learner in learners((&train, &validation), config, &|| Duration::ZERO, &reported)? {
+    for learner in learners(&train, &validation, config, &|| Duration::ZERO, &reported)? {
         let scores = sets.score(|features| answer(learner.predict.as_ref(), features));
         let mut row = comparison::row(&learner.name, &scores);
         let mut chosen = learner.detail;
@@ -92,7 +94,7 @@ mod tests {
         };
         let config = LearnersConfig { fit, members: 2, search };
         let conditions = ["paper", "default"].map(|name| Condition::named(name).unwrap());
-        let section = chapter(&conditions, (1, &config), &|_| {}).unwrap();
+        let section = chapter(&conditions, 1, &config, &|_| {}).unwrap();
         let json = section.json();
         let tables = json["tables"].as_array().unwrap();
         let unseen = |table: usize, learner: &str| {

@@ -84,7 +84,7 @@ pub fn compare(
     done: &(dyn Fn(&str) + Sync),
 ) -> Result<Vec<Comparison>, OutlookError> {
     let limits: Vec<Scaling> = sets.train.target_scalings();
-    learners((sets.train, sets.validation), config, elapsed, done)?
+    learners(sets.train, sets.validation, config, elapsed, done)?
         .into_iter()
         .map(|learner| {
             let Learner { name, detail, size, seconds, predict } = learner;

@@ -108,23 +108,25 @@ impl Method {
         }
     }
 
-    fn train(self, rows: Rows<'_>, config: &LearnersConfig) -> Result<Trained, OutlookError> {
+    fn train(
+        self,
+        train: &DataSet,
+        validation: &DataSet,
+        config: &LearnersConfig,
+    ) -> Result<Trained, OutlookError> {
         match self {
             Self::Net(activation, algorithm) => {
-                net(rows, &FitConfig { activation, algorithm, ..config.fit.clone() })
+                net(train, validation, &FitConfig { activation, algorithm, ..config.fit.clone() })
             }
-            Self::Ensemble(sampling) => ensemble(rows, config, sampling),
-            Self::Svr => svr(rows),
-            Self::Search => searched(rows, config),
+            Self::Ensemble(sampling) => ensemble(train, validation, config, sampling),
+            Self::Svr => svr(train, validation),
+            Self::Search => searched(train, validation, config),
         }
     }
 }
 
-/// Training and validation rows.
-type Rows<'a> = (&'a DataSet, &'a DataSet);
-
 /// Of several starts the one with the least validation error.
-fn net((train, validation): Rows<'_>, config: &FitConfig) -> Result<Trained, OutlookError> {
+fn net(train: &DataSet, validation: &DataSet, config: &FitConfig) -> Result<Trained, OutlookError> {
     let fitting = Fitting::new(train, Some(validation), config)?;
     let error = |repeat: usize| {
         let run = fitting.run(repeat);
@@ -142,7 +144,8 @@ fn net((train, validation): Rows<'_>, config: &FitConfig) -> Result<Trained, Out
 }
 
 fn ensemble(
-    (train, validation): Rows<'_>,
+    train: &DataSet,
+    validation: &DataSet,
     config: &LearnersConfig,
     sampling: Sampling,
 ) -> Result<Trained, OutlookError> {
@@ -154,7 +157,7 @@ fn ensemble(
     Ok((Box::new(ensemble), detail, size))
 }
 
-fn svr((train, validation): Rows<'_>) -> Result<Trained, OutlookError> {
+fn svr(train: &DataSet, validation: &DataSet) -> Result<Trained, OutlookError> {
     let svr = Svr::choose(train, validation, &SvrConfig::grid())?;
     let SvrConfig { c, gamma, .. } = svr.config;
     let vectors = svr.support_vectors();
@@ -162,9 +165,13 @@ fn svr((train, validation): Rows<'_>) -> Result<Trained, OutlookError> {
     Ok((Box::new(svr), format!("{vectors} support vectors, c {c}, gamma {gamma}"), size))
 }
 
-fn searched(rows: Rows<'_>, config: &LearnersConfig) -> Result<Trained, OutlookError> {
-    let found = search(rows.0, rows.1, &config.search, &|_| {})?;
-    let fit = found.train_best(rows, None, &config.search)?;
+fn searched(
+    train: &DataSet,
+    validation: &DataSet,
+    config: &LearnersConfig,
+) -> Result<Trained, OutlookError> {
+    let found = search(train, validation, &config.search, &|_| {})?;
+    let fit = found.train_best(train, validation, None, &config.search)?;
     let best = found.best()?;
     let detail = format!("{}; {} genomes tried", best.genome, found.candidates.len());
     Ok((Box::new(fit.model), detail, best.weights))
@@ -177,7 +184,8 @@ fn searched(rows: Rows<'_>, config: &LearnersConfig) -> Result<Trained, OutlookE
 /// # Errors
 /// The first [`OutlookError`] of any learner.
 pub fn learners(
-    (train, validation): (&DataSet, &DataSet),
+    train: &DataSet,
+    validation: &DataSet,
     config: &LearnersConfig,
     elapsed: &(dyn Fn() -> Duration + Sync),
     done: &(dyn Fn(&str) + Sync),
@@ -186,7 +194,7 @@ pub fn learners(
         .into_par_iter()
         .map(|method| {
             let start = elapsed();
-            let (predict, detail, size) = method.train((train, validation), config)?;
+            let (predict, detail, size) = method.train(train, validation, config)?;
             let seconds = elapsed().saturating_sub(start).as_secs_f64();
             let name = method.name();
             done(&name);

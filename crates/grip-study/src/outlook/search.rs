@@ -99,7 +99,8 @@ impl Search {
     /// [`OutlookError::NoCandidate`] and [`OutlookError::Fit`].
     pub fn train_best(
         &self,
-        (train, validation): (&DataSet, &DataSet),
+        train: &DataSet,
+        validation: &DataSet,
         test: Option<&DataSet>,
         config: &SearchConfig,
     ) -> Result<Fit, OutlookError> {
@@ -336,7 +337,7 @@ mod tests {
         let (train, validation) = (testing::surface(60, 1), testing::surface(40, 2));
         let config = config();
         let found = search(&train, &validation, &config, &|_| {}).unwrap();
-        let fit = found.train_best((&train, &validation), Some(&validation), &config).unwrap();
+        let fit = found.train_best(&train, &validation, Some(&validation), &config).unwrap();
         let best = found.best().unwrap();
         let run = &fit.runs[0];
         assert_eq!(run.validation[run.best_epoch].to_bits(), best.best_mse.to_bits());

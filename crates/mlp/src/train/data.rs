@@ -52,7 +52,7 @@ impl DataSet {
         inputs: &[ColumnSpec],
         targets: &[ColumnSpec],
     ) -> Result<Self, DataSetError> {
-        Self::from_grouped_csv(file, bytes, (inputs, targets), None)
+        Self::from_grouped_csv(file, bytes, inputs, targets, None)
     }
 
     /// The same for the columns `(inputs, targets)`, and of each row the text in the column `group` (an object, a
@@ -63,11 +63,12 @@ impl DataSet {
     pub fn from_grouped_csv(
         file: &str,
         bytes: &[u8],
-        (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
+        inputs: &[ColumnSpec],
+        targets: &[ColumnSpec],
         group: Option<&str>,
     ) -> Result<Self, DataSetError> {
         check_columns(inputs, targets)?;
-        let read = read_csv(file, bytes, (inputs, targets), group.as_slice())?;
+        let read = read_csv(file, bytes, inputs, targets, group.as_slice())?;
         Ok(Self {
             file: file.to_owned(),
             sha256: sha256(bytes),
@@ -87,16 +88,17 @@ impl DataSet {
     pub fn from_class_csv(
         file: &str,
         bytes: &[u8],
-        (inputs, classes): (&[ColumnSpec], &Classes),
+        inputs: &[ColumnSpec],
+        classes: &Classes,
         group: Option<&str>,
     ) -> Result<Self, DataSetError> {
         check_columns(inputs, &[class_column(classes)])?;
         let names = [Some(classes.column.as_str()), group];
         let names: Vec<&str> = names.into_iter().flatten().collect();
-        let read = read_csv(file, bytes, (inputs, &[]), &names)?;
+        let read = read_csv(file, bytes, inputs, &[], &names)?;
         let mut texts = read.texts.into_iter();
         let of_rows = texts.next().unwrap_or_default();
-        let data = Self::from_classes(file, inputs, read.inputs, (classes, &of_rows))?;
+        let data = Self::from_classes(file, inputs, read.inputs, classes, &of_rows)?;
         Ok(Self { sha256: sha256(bytes), labels: texts.next().unwrap_or_default(), ..data })
     }
 
@@ -150,7 +152,8 @@ impl DataSet {
         name: &str,
         inputs: &[ColumnSpec],
         values: Array2<f64>,
-        (classes, texts): (&Classes, &[String]),
+        classes: &Classes,
+        texts: &[String],
     ) -> Result<Self, DataSetError> {
         let column = class_column(classes);
         check_columns(inputs, core::slice::from_ref(&column))?;
@@ -319,7 +322,8 @@ struct CsvRows {
 fn read_csv(
     file: &str,
     bytes: &[u8],
-    (inputs, targets): (&[ColumnSpec], &[ColumnSpec]),
+    inputs: &[ColumnSpec],
+    targets: &[ColumnSpec],
     texts: &[&str],
 ) -> Result<CsvRows, DataSetError> {
     let mut csv = CsvFile::open(file, bytes)?;

@@ -178,7 +178,8 @@ impl<T: Real> Pair<T> {
         topology: &Topology,
         train: &[Array2<f64>; 2],
         validation: Option<&[Array2<f64>; 2]>,
-        (classes, decay): (bool, f64),
+        classes: bool,
+        decay: f64,
     ) -> Result<Self, FitError> {
         let objective = |[inputs, targets]: &[Array2<f64>; 2]| {
             let squares = NetworkObjective::new(topology, inputs, targets)?;
@@ -216,8 +217,8 @@ impl<'a> Fitting<'a> {
         }
         config.algorithm.check()?;
         config.run.check()?;
-        let hidden = (&config.hidden[..], config.activation);
-        let topology = Topology::with_hidden(train.inputs.len(), hidden, train.targets.len())?;
+        let (n_in, n_out) = (train.inputs.len(), train.targets.len());
+        let topology = Topology::with_hidden(n_in, &config.hidden, config.activation, n_out)?;
         check_weights(&config.algorithm, topology.weights())?;
         if let (Some(_), Algorithm::Lm(_)) = (&train.classes, &config.algorithm) {
             return Err(FitError::Squares { algorithm: config.algorithm.name() });
@@ -228,10 +229,15 @@ impl<'a> Fitting<'a> {
             Ok::<_, FitError>(data.scaled(&inputs, &targets))
         };
         let (rows, validation) = (scaled(train)?, validation.map(scaled).transpose()?);
-        let (validation, error) = (validation.as_ref(), (train.classes.is_some(), config.decay));
+        let (validation, classes) = (validation.as_ref(), train.classes.is_some());
+        let decay = config.decay;
         let rows = match config.precision {
-            Precision::Single => Rows::Single(Pair::new(&topology, &rows, validation, error)?),
-            Precision::Double => Rows::Double(Pair::new(&topology, &rows, validation, error)?),
+            Precision::Single => {
+                Rows::Single(Pair::new(&topology, &rows, validation, classes, decay)?)
+            }
+            Precision::Double => {
+                Rows::Double(Pair::new(&topology, &rows, validation, classes, decay)?)
+            }
         };
         Ok(Self { train, config, inputs, targets, topology, rows })
     }

@@ -165,9 +165,8 @@ mod tests {
             csv.push_str(&format!("grasp {label},{row},{row}\n"));
         }
         let spec = |name: &str| vec![name.parse().unwrap()];
-        let columns = (&spec("x")[..], &spec("y")[..]);
         let group = labels.map(|_| "g");
-        DataSet::from_grouped_csv("g.csv", csv.as_bytes(), columns, group).unwrap()
+        DataSet::from_grouped_csv("g.csv", csv.as_bytes(), &spec("x"), &spec("y"), group).unwrap()
     }
 
     /// Both sides together are all rows, and no label stands on both.

@@ -69,7 +69,8 @@ impl Reference {
         gate: &GateConfig,
         floor: FloorConfig,
         known: Option<[f32; 2]>,
-        (lanes, rate_hz): (&Lanes, f32),
+        lanes: &Lanes,
+        rate_hz: f32,
     ) -> Result<Self, ConfigError> {
         let config = FloorConfig { min_rms: MIN_RMS, ..floor };
         let sigmas2 = gate.motion_sigmas * gate.motion_sigmas;

@@ -112,7 +112,7 @@ impl SlipDetector {
     ) -> Result<Self, ConfigError> {
         let lanes = Lanes::new(config, rate_hz)?;
         let blocks_hz = 1.0 / lanes.block_s;
-        let reference = Reference::new(&config.gate, floor, known.reference, (&lanes, rate_hz))?;
+        let reference = Reference::new(&config.gate, floor, known.reference, &lanes, rate_hz)?;
         let floor = known.stylus.map_or_else(
             || Floor::learn(floor, blocks_hz).with_parts_of(lanes.part_blocks()),
             |e| Floor::known(floor, e),

@@ -31,7 +31,8 @@ fn method(config: DistanceConfig) -> (MovedDistance, Encoder) {
     (MovedDistance::new(config).unwrap(), Encoder { i: 0, seed: 5 })
 }
 
-fn give(method: &mut MovedDistance, (t, travel_m): (Micros, f32), fingers: Fingers) -> SlipState {
+fn give(method: &mut MovedDistance, reading: (Micros, f32), fingers: Fingers) -> SlipState {
+    let (t, travel_m) = reading;
     method.step(TravelReading { t, travel_m, fingers, others_gross: false });
     method.state()
 }

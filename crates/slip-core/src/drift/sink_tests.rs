@@ -40,7 +40,7 @@ fn closed(noise: &mut Noise, way: impl Fn(f32) -> f32) -> Sink {
 
 /// A slip in which the force rises to 20 N in 40 ms over a surface of `height` (m); the largest error that is left of the levelled readings (m).
 fn slip(sink: &mut Sink, noise: &mut Noise, height: f32, way: impl Fn(f32) -> f32) -> f32 {
-    sink.begin((Some(1.2), 1.2), 1e-7, DT_S);
+    sink.begin(Some(1.2), 1.2, 1e-7, DT_S);
     let mut worst = 0.0_f32;
     let mut place = 0.0_f32;
     for step in 0_u16..600 {
@@ -82,7 +82,7 @@ fn pads_that_get_stiffer_are_followed_over_a_rough_surface() {
 fn a_stylus_that_is_not_pushed_is_left_as_it_is() {
     let noise = &mut Noise(3);
     let mut sink = closed(noise, |_| 0.0);
-    sink.begin((Some(1.2), 1.2), 1e-7, DT_S);
+    sink.begin(Some(1.2), 1.2, 1e-7, DT_S);
     for step in 0_u16..500 {
         let force_n = 1.2 + 0.1 * f32::from(step);
         assert_eq!(sink.level(&sample(3e-6, force_n)), None);
@@ -99,7 +99,7 @@ fn after_a_slip_and_in_the_next_one_the_reading_does_not_jump() {
     let stylus = |sink: &mut Sink| sink.level(&sample(way(20.0), 20.0)).map(|level| level.stylus);
     let ended = stylus(&mut sink);
     assert!(ended.is_some_and(|stylus| (stylus - way(1.2)).abs() < 1.5e-6), "{ended:?}");
-    sink.begin((Some(20.0), 20.0), 1e-7, DT_S);
+    sink.begin(Some(20.0), 20.0, 1e-7, DT_S);
     sink.follow(20.0, 20.0, DT_S);
     assert_eq!(stylus(&mut sink), ended);
     assert_eq!(sink.raw(), way(20.0));
@@ -115,7 +115,7 @@ fn the_noise_of_the_force_does_not_come_into_the_reading() {
         sink.close(&sample(way(force_n), force_n + 0.17 * noise.next()), true);
     }
     sink.settle();
-    sink.begin((Some(1.2), 1.2), 1e-7, DT_S);
+    sink.begin(Some(1.2), 1.2, 1e-7, DT_S);
     let (mut squares, mut last) = (0.0, None);
     for step in 0_u16..1000 {
         // The command is known, the drive is a tenth slower than thought.
@@ -137,7 +137,7 @@ fn the_noise_of_the_force_does_not_come_into_the_reading() {
 fn a_glitch_of_the_force_hardly_moves_the_reading() {
     let (way, noise) = (|force_n: f32| 2e-6 * force_n, &mut Noise(19));
     let mut sink = closed(noise, way);
-    sink.begin((Some(1.2), 1.2), 1e-7, DT_S);
+    sink.begin(Some(1.2), 1.2, 1e-7, DT_S);
     for force_n in [1.2, 500.0, f32::NAN, 1.2, 1.2] {
         let level = sink.level(&sample(way(1.2), 1.2)).map_or(way(1.2), |level| level.stylus);
         assert!((level - way(1.2)).abs() < 2.5e-6, "{force_n} N: {level}");
@@ -155,7 +155,7 @@ fn a_force_that_is_none_or_never_changes_tells_nothing() {
             sink.close(&still, true);
         }
         sink.settle();
-        sink.begin((Some(1.0), 1.0), 1e-7, DT_S);
+        sink.begin(Some(1.0), 1.0, 1e-7, DT_S);
         sink.follow(30.0, 30.0, DT_S);
         assert_eq!(sink.level(&sample(1e-6, 30.0)), None, "{force_n:?}");
     }

@@ -46,6 +46,17 @@ pub(super) struct Feeling {
     moved_s: f32,
 }
 
+/// Forces of one finger (N).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forces {
+    /// The target so far.
+    pub(super) target_n: f32,
+    /// Measured, or commanded where it is not.
+    pub(super) applied_n: f32,
+    /// What was to be held with before the slip.
+    pub(super) hold_n: f32,
+}
+
 impl Feeling {
     /// Force to hold with (N), once the object has stopped.
     pub(super) fn held_n(&self) -> Option<f32> {
@@ -62,16 +73,18 @@ impl Feeling {
         self.moved_s
     }
 
-    /// The next target after `target_n`, where `applied_n` is measured and `hold_n` was to be held before the slip (N). It goes up as far as the lower
+    /// The next target (N) after that of `forces`. It goes up as far as the lower
     /// quantile allows, which is low at first and runs away only where the stylus shows that the object is heavy; down slowly while the object moves; and
-    /// to the balance of impulse once it stands. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise.
+    /// to the balance of impulse once it stands. `dt_s` and `rise_s`: time since the sample before, and time for which the force may rise.
     pub(super) fn target_n(
         &mut self,
         config: &GripConfig,
         felt: &Felt,
-        (target_n, applied_n, hold_n): (f32, f32, f32),
-        (dt_s, rise_s): (f32, f32),
+        forces: Forces,
+        dt_s: f32,
+        rise_s: f32,
     ) -> f32 {
+        let Forces { target_n, applied_n, hold_n } = forces;
         if !felt.moves {
             let Some(held_n) = felt.held_n else { return target_n };
             // Pads that swing show nothing new.
@@ -218,10 +231,14 @@ impl Yielding {
 
 #[cfg(test)]
 mod tests {
-    use super::Feeling;
+    use super::{Feeling, Forces};
     use crate::{grip::GripConfig, need::Felt};
 
-    const STEP: (f32, f32) = (1e-4, 1e-4);
+    const DT_S: f32 = 1e-4;
+
+    fn forces(target_n: f32, hold_n: f32) -> Forces {
+        Forces { target_n, applied_n: target_n, hold_n }
+    }
 
     fn moving(low_n: f32, median_n: f32) -> Felt {
         Felt {
@@ -246,8 +263,9 @@ mod tests {
                 target_n = feeling.target_n(
                     &config,
                     &moving(low_n, median_n),
-                    (target_n, target_n, 1.2),
-                    STEP,
+                    forces(target_n, 1.2),
+                    DT_S,
+                    DT_S,
                 );
             }
             assert!((target_n - wanted_n).abs() < 0.01, "{target_n} of {wanted_n}");
@@ -259,12 +277,14 @@ mod tests {
         let config = GripConfig::default();
         let stopped = Felt { moves: false, held_n: Some(8.0), ..moving(9.0, 9.0) };
         let mut feeling = Feeling::default();
-        let target_n = feeling.target_n(&config, &stopped, (14.0, 14.0, 1.2), STEP);
+        let target_n = feeling.target_n(&config, &stopped, forces(14.0, 1.2), DT_S, DT_S);
         assert!((target_n - 9.6).abs() < 1e-5 && feeling.held_n() == Some(target_n));
         let swung = Felt { from_n: 9.6, swung: true, ..stopped };
-        assert!((feeling.target_n(&config, &swung, (11.0, 11.0, 9.6), STEP) - 9.6).abs() < 1e-5);
+        assert!(
+            (feeling.target_n(&config, &swung, forces(11.0, 9.6), DT_S, DT_S) - 9.6).abs() < 1e-5
+        );
         let slipped = Felt { from_n: 9.6, ..stopped };
-        let again_n = feeling.target_n(&config, &slipped, (11.0, 11.0, 9.6), STEP);
+        let again_n = feeling.target_n(&config, &slipped, forces(11.0, 9.6), DT_S, DT_S);
         assert!((again_n - 10.08).abs() < 1e-5, "{again_n}");
     }
 
@@ -275,8 +295,8 @@ mod tests {
             let felt = Felt { from_n: 8.0, again, turns, since_s, ..moving(40.0, 60.0) };
             let (mut feeling, mut target_n) = (Feeling::default(), 8.0);
             for _ in 0..300 {
-                let forces = (target_n, target_n, 8.0);
-                target_n = feeling.target_n(&config, &felt, forces, STEP);
+                let forces = forces(target_n, 8.0);
+                target_n = feeling.target_n(&config, &felt, forces, DT_S, DT_S);
             }
             target_n
         };
@@ -292,12 +312,12 @@ mod tests {
         let (mut feeling, mut target_n) = (Feeling::default(), 9.0);
         let shaken = Felt { turns: 3.0, since_s: 0.5, unexplained: true, ..moving(5.0, 5.0) };
         for _ in 0..100_000 {
-            target_n = feeling.target_n(&config, &shaken, (target_n, target_n, 9.0), STEP);
+            target_n = feeling.target_n(&config, &shaken, forces(target_n, 9.0), DT_S, DT_S);
         }
         assert!(target_n < 8.0, "{target_n}");
         for i in 0..10_000_u16 {
             let slides = Felt { turns: 3.0 + 0.05 * f32::from(i), ..shaken };
-            target_n = feeling.target_n(&config, &slides, (target_n, target_n, 9.0), STEP);
+            target_n = feeling.target_n(&config, &slides, forces(target_n, 9.0), DT_S, DT_S);
         }
         assert!(target_n >= 59.0, "500 peaks: it slides, {target_n}");
     }

@@ -557,7 +557,7 @@ impl GripController {
         self.persists = self.slip_s < PERSISTENT_S && self.slip_s + dt_s >= PERSISTENT_S;
         self.slip_s += dt_s;
         self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
-        self.response.follow(&self.config, input, self.command_n, (dt_s, self.rise_s));
+        self.response.follow(&self.config, input, self.command_n, dt_s, self.rise_s);
         self.drive(dt_s, input);
     }
 

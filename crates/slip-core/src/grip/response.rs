@@ -2,7 +2,7 @@
 
 use super::{
     GripConfig, GripInput, Sliding, SlipNow,
-    feeling::{FELT_ON_S, Feeling, Giving, Yielding},
+    feeling::{FELT_ON_S, Feeling, Forces, Giving, Yielding},
     lag::{Reach, Response},
 };
 use crate::{
@@ -299,20 +299,21 @@ impl SlipResponse {
         if self.is_believed(false) { self.target_n } else { self.hold_before_n }
     }
 
-    /// Takes what is new. `(dt_s, rise_s)`: time since the sample before, and time for which the force may rise. Pads give way as the load comes:
+    /// Takes what is new. `dt_s` and `rise_s`: time since the sample before, and time for which the force may rise. Pads give way as the load comes:
     /// an object that is held with what it is known to need gets more only where it slides further than that.
     pub(super) fn follow(
         &mut self,
         config: &GripConfig,
         input: &GripInput,
         command_n: f32,
-        times_s: (f32, f32),
+        dt_s: f32,
+        rise_s: f32,
     ) {
         let before_n = self.target_n;
-        self.answer(config, input, command_n, times_s);
+        self.answer(config, input, command_n, dt_s, rise_s);
         if self.held_by == HeldBy::Memory {
             let (turns, slides_s) = (self.feeling.turns(), self.slides.then_some(self.slip_s));
-            self.giving.follow(input, self.furthest_m, turns, slides_s, times_s.0);
+            self.giving.follow(input, self.furthest_m, turns, slides_s, dt_s);
             if !self.giving.has_slid() {
                 self.target_n = before_n;
             }
@@ -324,7 +325,8 @@ impl SlipResponse {
         config: &GripConfig,
         input: &GripInput,
         command_n: f32,
-        (dt_s, rise_s): (f32, f32),
+        dt_s: f32,
+        rise_s: f32,
     ) {
         self.confirm(config, input);
         self.watch(input.sliding, dt_s);
@@ -344,8 +346,12 @@ impl SlipResponse {
         self.alone = input.moved_m.is_none() && input.felt.is_some();
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             let before_n = self.target_n;
-            let forces = (before_n, input.applied_n.unwrap_or(command_n), self.hold_before_n);
-            self.target_n = self.feeling.target_n(config, felt, forces, (dt_s, rise_s));
+            let forces = Forces {
+                target_n: before_n,
+                applied_n: input.applied_n.unwrap_or(command_n),
+                hold_n: self.hold_before_n,
+            };
+            self.target_n = self.feeling.target_n(config, felt, forces, dt_s, rise_s);
             let far = self.feeling.turns() >= SHEAR_TURNS || self.feeling.moved_s() >= FELT_ON_S;
             self.confirmed |= felt.moves && (far || !self.shears(config));
             if !self.confirmed {

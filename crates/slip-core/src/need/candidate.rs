@@ -262,7 +262,7 @@ const NEGLIGIBLE: f32 = -80.0;
 
 impl Need {
     /// What a block states whose power is `square` with that of the noise, `noise`, and that weighs `w`: the candidates go on under `force_n` (N).
-    pub(super) fn believe(&mut self, (square, noise): (f32, f32), w: f32, force_n: f32) {
+    pub(super) fn believe(&mut self, square: f32, noise: f32, w: f32, force_n: f32) {
         let d_s = self.block_s;
         let keep = libm::expf(-d_s / FORGET_S);
         self.power = self.power * keep + w * (square - noise);

@@ -527,7 +527,7 @@ impl Need {
             difference_m * difference_m
         };
         let w = (self.speed_m_s * d_s / CHANGES_M).clamp(LEAST_SHARE, 1.0);
-        self.believe((square, noise), w, force_n);
+        self.believe(square, noise, w, force_n);
         self.felt = Felt {
             turns: self.swings.turns,
             vibrates: self.range_m(MOVING_BLOCKS) > MOVING * self.noise.mean,

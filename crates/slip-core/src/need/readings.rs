@@ -211,7 +211,7 @@ impl Need {
             return;
         }
         self.felt.since_s += self.block_s;
-        self.believe((power, noise), WEIGHT, force_n);
+        self.believe(power, noise, WEIGHT, force_n);
         self.ring(power, noise);
         let slow = self.vibration.slow;
         self.felt = Felt {

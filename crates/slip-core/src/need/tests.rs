@@ -99,7 +99,7 @@ impl Excited {
 
 /// A slip of an object that needs `need` (N), under 1.2 N at first and what the distribution asks for from then on, through a lag of 5 ms; the last word,
 /// and the highest force over the need.
-fn slip(mut draw: Draw, mut excited: Excited, (need, ramp_s): (f64, f64)) -> (Felt, f64) {
+fn slip(mut draw: Draw, mut excited: Excited, need: f64, ramp_s: f64) -> (Felt, f64) {
     let mut state = Need::default();
     let (mut x, mut v, mut force, mut load) = (0.0_f64, 0.0_f64, 1.2_f64, 1.2 / need);
     let (mut target, mut peak, mut begun) = (1.2_f64, 0.0_f64, false);
@@ -139,7 +139,7 @@ fn held_over_need(ramp_s: f64, excite: impl Fn(&mut Draw) -> Excited) -> [f64; 6
         }
         let excited = excite(&mut own);
         let most = if matches!(excited, Excited::Stylus(_)) { 3.0 } else { 4.0 };
-        let (felt, peak) = slip(own, excited, (need, ramp_s));
+        let (felt, peak) = slip(own, excited, need, ramp_s);
         assert!(peak < most, "{seed}: {need} N, {felt:?}, peak {peak}");
         let held_n =
             felt.held_n.unwrap_or_else(|| panic!("{seed}: {need} N never stopped, {felt:?}"));

@@ -299,7 +299,8 @@ impl GripForce {
         &mut self,
         reading_n: Option<f32>,
         command_n: f32,
-        (dt_s, lag_s): (f32, f32),
+        dt_s: f32,
+        lag_s: f32,
         speeds_up: bool,
     ) -> f32 {
         let follow = |n: &mut f32, to_n: f32, lag_s: f32| {
@@ -461,7 +462,8 @@ mod grip_force_tests {
     use super::GripForce;
     use std::vec::Vec;
 
-    const STEP: (f32, f32) = (1e-3, 5e-3);
+    const DT_S: f32 = 1e-3;
+    const LAG_S: f32 = 5e-3;
 
     #[test]
     fn a_good_reading_is_the_force_and_a_missing_one_goes_on_from_it() {
@@ -469,11 +471,11 @@ mod grip_force_tests {
         force.begin(2.0, Some(2.0));
         for i in 0..50_u8 {
             let reading = 2.0 + 0.1 * f32::from(i);
-            assert_eq!(force.step(Some(reading), 8.0, STEP, false), reading);
+            assert_eq!(force.step(Some(reading), 8.0, DT_S, LAG_S, false), reading);
         }
-        let first = force.step(None, 8.0, STEP, false);
+        let first = force.step(None, 8.0, DT_S, LAG_S, false);
         assert!((first - 6.9).abs() < 0.4, "{first}");
-        let last = (0..50).map(|_| force.step(None, 8.0, STEP, false)).last().unwrap();
+        let last = (0..50).map(|_| force.step(None, 8.0, DT_S, LAG_S, false)).last().unwrap();
         assert!((last - 8.0).abs() < 1e-3, "{last}");
     }
 
@@ -481,25 +483,27 @@ mod grip_force_tests {
     fn a_reading_that_stands_while_the_command_rises_is_none_and_one_that_may_stand_is_the_force() {
         let mut force = GripForce::new(1000.0);
         force.begin(2.0, Some(2.0));
-        let stuck: Vec<f32> = (0..60).map(|_| force.step(Some(2.0), 2.45, STEP, false)).collect();
+        let stuck: Vec<f32> =
+            (0..60).map(|_| force.step(Some(2.0), 2.45, DT_S, LAG_S, false)).collect();
         assert!(stuck[..15].iter().all(|f| *f == 2.0) && stuck[59] > 2.44, "{stuck:?}");
-        assert_eq!(force.step(Some(2.4), 2.45, STEP, false), 2.4, "it is back");
+        assert_eq!(force.step(Some(2.4), 2.45, DT_S, LAG_S, false), 2.4, "it is back");
         let mut calm = GripForce::new(1000.0);
         calm.begin(2.0, Some(2.0));
-        assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, STEP, false) == 2.0));
+        assert!((0..500).all(|_| calm.step(Some(2.0), 2.1, DT_S, LAG_S, false) == 2.0));
     }
 
     /// A converter of 12 bits shows the same value until the force of a late drive comes.
     #[test]
     fn a_coarse_reading_stands_for_as_long_as_the_gripper_is_late() {
-        const LATE: (f32, f32) = (1e-3, 0.035);
+        const LATE_S: f32 = 0.035;
         let mut force = GripForce::new(1000.0);
         force.begin(2.0, Some(2.0));
-        assert!((0..45).all(|_| force.step(Some(2.0), 5.0, LATE, true) == 2.0));
-        assert_eq!(force.step(Some(2.3), 5.0, LATE, true), 2.3);
+        assert!((0..45).all(|_| force.step(Some(2.0), 5.0, DT_S, LATE_S, true) == 2.0));
+        assert_eq!(force.step(Some(2.3), 5.0, DT_S, LATE_S, true), 2.3);
         let mut stuck = GripForce::new(1000.0);
         stuck.begin(2.0, Some(2.0));
-        let last_n = (0..200).map(|_| stuck.step(Some(2.0), 5.0, LATE, false)).last().unwrap();
+        let last_n =
+            (0..200).map(|_| stuck.step(Some(2.0), 5.0, DT_S, LATE_S, false)).last().unwrap();
         assert!(last_n > 4.9, "{last_n}");
     }
 
@@ -518,7 +522,7 @@ mod grip_force_tests {
             force.begin(2.0, Some(2.0 * gain));
             for i in 1..60 {
                 let reported =
-                    force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, STEP, false);
+                    force.step(Some(gain * driven(i)), 2.0 + 0.1 * i as f32, DT_S, LAG_S, false);
                 assert!((reported / driven(i) - 1.0).abs() < 0.02, "{gain} {i}: {reported}");
             }
         }
@@ -538,8 +542,7 @@ mod grip_force_tests {
                     applied_n += (command_n(i) - applied_n) / 20.0;
                     applied.push(applied_n);
                     let read_n = applied[usize::try_from(i - delay_ms).unwrap_or(0)];
-                    let step = (1e-3, 20e-3);
-                    force.step(Some(read_n), command_n(i), step, speeds_up) / applied_n
+                    force.step(Some(read_n), command_n(i), DT_S, 20e-3, speeds_up) / applied_n
                 })
                 .last()
                 .unwrap()
@@ -554,17 +557,17 @@ mod grip_force_tests {
         let mut late = GripForce::new(1000.0);
         late.begin(2.0, Some(2.0));
         let reported: Vec<f32> = (1..150)
-            .map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, STEP, false))
+            .map(|i| late.step(Some(driven(i - 50)), 2.0 + 0.1 * i as f32, DT_S, LAG_S, false))
             .collect();
         assert!(
             reported[40] > 0.85 * driven(41) && reported[140] > 0.95 * driven(141),
             "{reported:?}"
         );
         late.begin(8.0, Some(2.0));
-        assert_eq!(late.step(Some(2.0), 8.0, STEP, false), 8.0, "the same object");
+        assert_eq!(late.step(Some(2.0), 8.0, DT_S, LAG_S, false), 8.0, "the same object");
         late.prime();
         late.begin(8.0, Some(8.0));
-        assert_eq!(late.step(Some(8.1), 8.0, STEP, false), 8.1, "another one");
+        assert_eq!(late.step(Some(8.1), 8.0, DT_S, LAG_S, false), 8.1, "another one");
 
         let mut sound = GripForce::new(1000.0);
         sound.begin(2.0, Some(2.0));
@@ -573,7 +576,7 @@ mod grip_force_tests {
             let command = 2.0 + 0.1 * f32::from(i);
             first += (command - first) / 12.0;
             second += (first - second) / 6.0;
-            assert_eq!(sound.step(Some(second), command, STEP, false), second, "{i}");
+            assert_eq!(sound.step(Some(second), command, DT_S, LAG_S, false), second, "{i}");
         }
     }
 }

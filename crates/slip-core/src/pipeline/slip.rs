@@ -99,7 +99,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             }
             _ => return None,
         };
-        let causes = self.causes(sample, detection, (first, certified_s.is_some()));
+        let causes = self.causes(sample, detection, first, certified_s.is_some());
         let statistic = detection.map_or(0.0, |detection| detection.statistic);
         Some(SlipReport {
             t: sample.t,
@@ -127,8 +127,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.friction.begin();
         let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
         self.grip_force.begin(command_n, sample.normal_force_n);
-        let forces_n = (sample.normal_force_n, self.grip_force.commanded_n());
-        self.sink.begin(forces_n, self.detector.noise_rms(), 1.0 / self.config.sample_rate.0);
+        self.sink.begin(
+            sample.normal_force_n,
+            self.grip_force.commanded_n(),
+            self.detector.noise_rms(),
+            1.0 / self.config.sample_rate.0,
+        );
         self.slip = Some(Slip {
             since: sample.t,
             gross,
@@ -171,7 +175,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         &mut self,
         sample: &Sample,
         detection: Option<Detection>,
-        (first, certified): (bool, bool),
+        first: bool,
+        certified: bool,
     ) -> Causes {
         let grip = match &mut self.slip {
             Some(slip) if !first => slip.grip_causes,
@@ -246,10 +251,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        let times = (dt_s, grip.lag_s() + self.host_time.late_s());
+        let lag_s = grip.lag_s() + self.host_time.late_s();
         let motion = self.course.motion(sample.t);
         let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
-        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), times, speeds_up))
+        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), dt_s, lag_s, speeds_up))
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.

@@ -267,12 +267,12 @@ impl<const N: usize> PressurePattern<N> {
             return;
         };
         let per_variance = 1.0 / (rms * rms);
-        let widens = self.widen(t, change.residual(), (dt_ms, learning));
+        let widens = self.widen(t, change.residual(), dt_ms, learning);
         self.decide(t, change.energy(per_variance), now.energy(per_variance), widens);
     }
 
     /// Follows the range; whether it is beyond that of an object held still and does not shrink.
-    fn widen(&mut self, t: Micros, residual: &[f32], (dt_ms, learning): (f32, bool)) -> bool {
+    fn widen(&mut self, t: Micros, residual: &[f32], dt_ms: f32, learning: bool) -> bool {
         self.range.step(residual, dt_ms);
         let Some(known) = self.known_range else {
             if !learning || self.state != SlipState::Quiet {

@@ -42,8 +42,8 @@ impl Pad {
 
 type Method = PressurePattern<64>;
 
-fn give(method: &mut Method, (t, frame): (Micros, Vec<f32>)) -> SlipState {
-    method.step(t, &frame, true);
+fn give(method: &mut Method, frame: &(Micros, Vec<f32>)) -> SlipState {
+    method.step(frame.0, &frame.1, true);
     method.state()
 }
 
@@ -51,7 +51,7 @@ fn at_rest() -> (Method, Pad) {
     let mut method = Method::new(PressureConfig::default()).unwrap();
     let mut pad = Pad::new();
     for _ in 0..100 {
-        assert_eq!(give(&mut method, pad.frame(0.0, 1.0, 0.0)), SlipState::Quiet);
+        assert_eq!(give(&mut method, &pad.frame(0.0, 1.0, 0.0)), SlipState::Quiet);
     }
     let rms = method.rms().unwrap();
     assert!((rms - 1.0).abs() < 0.25, "noise of 1 count: {rms}");
@@ -66,7 +66,7 @@ fn shaking_of_the_whole_pad_is_no_slip() {
         let phase = f32::from(i) * 0.7;
         let factor = 1.0 + 0.5 * libm::sinf(phase);
         let offset = 20.0 * libm::cosf(0.31 * phase);
-        assert_eq!(give(&mut method, pad.frame(0.0, factor, offset)), SlipState::Quiet, "{i}");
+        assert_eq!(give(&mut method, &pad.frame(0.0, factor, offset)), SlipState::Quiet, "{i}");
         highest = highest.max(method.statistic());
     }
     assert!(highest < 0.9, "{highest}");
@@ -88,19 +88,20 @@ fn a_pattern_that_moves_at_constant_sum_is_a_slip_and_ends() {
     let mut reported = None;
     for i in 0..30_u8 {
         let moved = 0.03 * f32::from(i);
-        if give(&mut method, pad.frame(moved, 1.0, 0.0)) != SlipState::Quiet && reported.is_none() {
+        if give(&mut method, &pad.frame(moved, 1.0, 0.0)) != SlipState::Quiet && reported.is_none()
+        {
             reported = Some(moved);
         }
     }
     assert!(reported.unwrap() < 0.2, "{reported:?} taxels");
     assert_eq!(method.state(), SlipState::Gross);
     let mut lasted = 0;
-    while give(&mut method, pad.frame(0.87, 1.0, 0.0)) != SlipState::Quiet {
+    while give(&mut method, &pad.frame(0.87, 1.0, 0.0)) != SlipState::Quiet {
         lasted += 1;
     }
     assert!((10..40).contains(&lasted), "{lasted} frames of 10 ms");
     for _ in 0..200 {
-        assert_eq!(give(&mut method, pad.frame(0.87, 1.0, 0.0)), SlipState::Quiet);
+        assert_eq!(give(&mut method, &pad.frame(0.87, 1.0, 0.0)), SlipState::Quiet);
     }
 }
 
@@ -110,7 +111,7 @@ fn a_slip_is_found_while_the_hand_shakes() {
     let (mut method, mut pad) = at_rest();
     let reported = (0..60_u8).find(|&i| {
         let factor = 1.0 + 0.4 * libm::sinf(f32::from(i) * 0.7);
-        give(&mut method, pad.frame(0.03 * f32::from(i), factor, 0.0)) != SlipState::Quiet
+        give(&mut method, &pad.frame(0.03 * f32::from(i), factor, 0.0)) != SlipState::Quiet
     });
     assert!(reported.unwrap() < 12, "{reported:?}");
 }
@@ -120,7 +121,7 @@ fn creep_is_followed() {
     let (mut method, mut pad) = at_rest();
     for i in 0..6000_u16 {
         let moved = 1e-4 * f32::from(i);
-        assert_eq!(give(&mut method, pad.frame(moved, 1.0, 0.0)), SlipState::Quiet, "{i}");
+        assert_eq!(give(&mut method, &pad.frame(moved, 1.0, 0.0)), SlipState::Quiet, "{i}");
     }
 }
 
@@ -133,8 +134,8 @@ fn one_broken_taxel_is_no_slip_and_many_are_reported() {
         method.step(t, &frame, true);
         assert!(method.statistic().is_finite());
         method.prime();
-        give(&mut method, pad.frame(0.0, 1.0, 0.0));
-        give(&mut method, pad.frame(0.0, 1.0, 0.0));
+        give(&mut method, &pad.frame(0.0, 1.0, 0.0));
+        give(&mut method, &pad.frame(0.0, 1.0, 0.0));
     }
     for _ in 0..5 {
         let (t, mut frame) = pad.frame(0.0, 1.0, 0.0);
@@ -146,7 +147,7 @@ fn one_broken_taxel_is_no_slip_and_many_are_reported() {
     frame.iter_mut().take(5).for_each(|taxel| *taxel = f32::NAN);
     method.step(t, &frame, true);
     assert_eq!((method.state(), method.health()), (SlipState::Quiet, SensorHealth::Failed));
-    give(&mut method, pad.frame(0.0, 1.0, 0.0));
+    give(&mut method, &pad.frame(0.0, 1.0, 0.0));
     assert_eq!(method.health(), SensorHealth::Good);
 }
 
@@ -165,7 +166,7 @@ fn repeated_frames_are_no_updates_until_they_are_a_frozen_array() {
     }
     assert_eq!(reported, Some(1001));
     pad.t += 2_000_000;
-    give(&mut method, pad.frame(0.0, 1.0, 0.0));
+    give(&mut method, &pad.frame(0.0, 1.0, 0.0));
     assert_eq!(method.health(), SensorHealth::Good);
 }
 
@@ -174,7 +175,7 @@ fn a_pattern_that_stands_to_the_last_bit_ends_the_slip_and_one_that_is_read_seld
     for (every_ms, ends) in [(1000, true), (150, false)] {
         let (mut method, mut pad) = at_rest();
         for i in 0..8_u8 {
-            give(&mut method, pad.frame(0.2 * f32::from(i), 1.0, 0.0));
+            give(&mut method, &pad.frame(0.2 * f32::from(i), 1.0, 0.0));
         }
         assert_ne!(method.state(), SlipState::Quiet);
         // Frames that still change, or the same one again and again.
@@ -291,7 +292,7 @@ fn learned(stretch: usize, unit: f32) -> (Method, Option<f32>) {
         }
         let (t, frame) = pad.frame(0.0, 1.0, 0.0);
         let frame: Vec<f32> = frame.iter().map(|value| value * unit).collect();
-        assert_eq!(give(&mut method, (t, frame)), SlipState::Quiet);
+        assert_eq!(give(&mut method, &(t, frame)), SlipState::Quiet);
     }
     (method, method.known_range())
 }

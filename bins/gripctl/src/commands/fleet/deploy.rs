@@ -10,7 +10,7 @@ use anyhow::{Context as _, anyhow};
 use core::time::Duration;
 use grip_fleet::{
     Member,
-    deploy::{Paused, digest, examine},
+    deploy::{Offer, Paused, digest, examine},
     net::{Deployer, Happening, Session, members},
     rollout::{
         Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Rehearsal, Report, RolloutConfig,
@@ -50,8 +50,8 @@ pub(super) fn run(args: &DeployArgs) -> anyhow::Result<Exit> {
     let members = meant(&session, &args.place, &args.to)?;
     let printer = Printer::new(args.place.json, &name, &bytes, members.len());
     let signals = Signals::new([SIGINT, SIGTERM])?;
-    let times = (PATIENCE, args.lease);
-    let deployer = Deployer::new(session, config, (name, bytes), members, times)
+    let offer = Offer::new(name, bytes, args.lease);
+    let deployer = Deployer::new(session, config, offer, members, PATIENCE)
         .with_origin(&args.operator.by, clock::utc_ns());
     drive(deployer, printer, args.plan, signals)
 }

@@ -32,7 +32,7 @@ fn series(args: &GraspArgs, scene: &Scene, way: &Way, bench: &Bench) -> anyhow::
     let grasps: Vec<MemoryGrasp> = jobs
         .into_par_iter()
         .progress_with(bar)
-        .map(|(seed, memory)| bench.remember(scene, (seed, seed.wrapping_add(other)), way, memory))
+        .map(|(seed, memory)| bench.remember(scene, seed, seed.wrapping_add(other), way, memory))
         .collect::<Result<Vec<_>, _>>()?
         .concat();
     if args.each && args.json {

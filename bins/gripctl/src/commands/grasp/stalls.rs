@@ -26,7 +26,9 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     let trials: Vec<StallTrial> = jobs
         .into_par_iter()
         .progress_with(bar)
-        .map(|(seed, slip, mass_kg)| stall_trials((&config, &estimator), slip, mass_kg, seed))
+        .map(|(seed, (friction, ramp_s), mass_kg)| {
+            stall_trials(&config, &estimator, friction, ramp_s, mass_kg, seed)
+        })
         .collect::<Result<Vec<_>, _>>()?
         .concat();
     if args.each && args.json {

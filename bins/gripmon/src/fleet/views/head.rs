@@ -12,16 +12,16 @@ pub(super) fn head(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAct
     let wide = width().max(ui.available_width());
     let (line, _) = ui.allocate_exact_size(vec2(wide, HIGH + 2.0), Sense::hover());
     ui.painter().rect_filled(line, 0, seen.palette.panel);
-    for column in columns() {
-        if title(ui, cell(line, column), (column.0, seen)) {
-            actions.push(TableAction::Sort(column.0));
+    for (column, left) in columns() {
+        if title(ui, cell(line, column, left), column, seen) {
+            actions.push(TableAction::Sort(column));
         }
     }
     ui.painter().hline(line.x_range(), line.bottom(), Stroke::new(1.0, seen.palette.edge));
 }
 
 /// Draws a title; whether it was clicked.
-fn title(ui: &Ui, rect: Rect, (column, seen): (Column, &TableSeen<'_>)) -> bool {
+fn title(ui: &Ui, rect: Rect, column: Column, seen: &TableSeen<'_>) -> bool {
     let response = ui.interact(rect, ui.scope_id().with(("title", column)), Sense::click());
     let label = || WidgetInfo::labeled(Role::Button, true, format!("Order by {}", column.title()));
     response.widget_info(label);

@@ -73,7 +73,7 @@ fn rows(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
     let shown = area.show_rows(ui, HIGH, seen.table.len(), |ui, places| {
         for place in places {
             if let Some(row) = seen.table.row(seen.roster, place) {
-                actions.extend(row::row(ui, row, (seen, &scale)));
+                actions.extend(row::row(ui, row, seen, &scale));
             }
         }
     });
@@ -134,7 +134,7 @@ fn width() -> f32 {
 }
 
 /// The part of a row's rectangle that is a column's.
-fn cell(row: egui::Rect, (column, left): (Column, f32)) -> egui::Rect {
+fn cell(row: egui::Rect, column: Column, left: f32) -> egui::Rect {
     let corner = row.left_top() + egui::vec2(left, 0.0);
     egui::Rect::from_min_size(corner, egui::vec2(wide(column), row.height()))
 }

@@ -13,21 +13,22 @@ use grip_scope::fleet::{Column, Presence, Row, Trouble};
 pub(super) fn row(
     ui: &mut Ui,
     row: &Row,
-    (seen, scales): (&TableSeen<'_>, &Scales),
+    seen: &TableSeen<'_>,
+    scales: &Scales,
 ) -> Option<TableAction> {
     let wide = width().max(ui.available_width());
     let (rect, response) = ui.allocate_exact_size(vec2(wide, HIGH), Sense::click());
     let now_s = seen.roster.now_s();
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, label(row, now_s)));
     let trouble = row.trouble(now_s);
-    ground(ui.painter(), rect, (row, trouble, response.hovered()), seen);
-    for column in columns() {
-        let cell = cell(rect, column);
-        match column.0 {
+    ground(ui.painter(), rect, row, trouble, response.hovered(), seen);
+    for (column, left) in columns() {
+        let cell = cell(rect, column, left);
+        match column {
             Column::Trouble => lamp(ui.painter(), cell, trouble, &seen.palette),
-            Column::Force => spark::force(ui.painter(), cell, row, (seen, scales)),
-            Column::Statistic => spark::statistic(ui.painter(), cell, row, (seen, scales)),
-            column => text(ui.painter(), cell, (column, row), seen),
+            Column::Force => spark::force(ui.painter(), cell, row, seen, scales),
+            Column::Statistic => spark::statistic(ui.painter(), cell, row, seen, scales),
+            column => text(ui.painter(), cell, column, row, seen),
         }
     }
     response.clicked().then(|| TableAction::Open(row.member.clone()))
@@ -43,7 +44,9 @@ fn label(row: &Row, now_s: f64) -> String {
 fn ground(
     painter: &Painter,
     rect: Rect,
-    (row, trouble, hovered): (&Row, Trouble, bool),
+    row: &Row,
+    trouble: Trouble,
+    hovered: bool,
     seen: &TableSeen<'_>,
 ) {
     let palette = &seen.palette;
@@ -87,7 +90,7 @@ fn lamp(painter: &Painter, cell: Rect, trouble: Trouble, palette: &Palette) {
     }
 }
 
-fn text(painter: &Painter, cell: Rect, (column, row): (Column, &Row), seen: &TableSeen<'_>) {
+fn text(painter: &Painter, cell: Rect, column: Column, row: &Row, seen: &TableSeen<'_>) {
     let now_s = seen.roster.now_s();
     let (place, align) = if is_right(column) {
         (cell.right_center(), Align2::RIGHT_CENTER)

@@ -27,10 +27,11 @@ pub(super) fn force(
     painter: &Painter,
     cell: Rect,
     row: &Row,
-    (seen, scales): (&TableSeen<'_>, &Scales),
+    seen: &TableSeen<'_>,
+    scales: &Scales,
 ) {
     let frame = frame(cell, scales.force);
-    curve(painter, &frame, &buckets(&row.force, seen, |low, high| (low, high)), (seen, Tone::Sky));
+    curve(painter, &frame, &buckets(&row.force, seen, |low, high| (low, high)), seen, Tone::Sky);
 }
 
 /// The highest statistic of each column, from the bottom, and its threshold.
@@ -38,13 +39,14 @@ pub(super) fn statistic(
     painter: &Painter,
     cell: Rect,
     row: &Row,
-    (seen, scales): (&TableSeen<'_>, &Scales),
+    seen: &TableSeen<'_>,
+    scales: &Scales,
 ) {
     let frame = frame(cell, scales.statistic);
     let y = painter.round_to_pixel_center(frame.y(1.0));
     painter.hline(frame.rect.x_range(), y, Stroke::new(1.0, seen.palette.edge));
     let bars = buckets(&row.statistic, seen, |_, high| (0.0, high));
-    curve(painter, &frame, &bars, (seen, Tone::Blue));
+    curve(painter, &frame, &bars, seen, Tone::Blue);
 }
 
 fn frame(cell: Rect, scale: Scale) -> Frame {
@@ -67,14 +69,9 @@ fn buckets(
     spark.until(seen.roster.now_s()).enumerate().map(bucket).collect()
 }
 
-fn curve(
-    painter: &Painter,
-    frame: &Frame,
-    buckets: &[Bucket],
-    (seen, tone): (&TableSeen<'_>, Tone),
-) {
+fn curve(painter: &Painter, frame: &Frame, buckets: &[Bucket], seen: &TableSeen<'_>, tone: Tone) {
     let mut mesh = Mesh::default();
-    plot::ribbon(&mut mesh, frame, buckets, (seen.palette.tone(tone), Style::Solid));
+    plot::ribbon(&mut mesh, frame, buckets, seen.palette.tone(tone), Style::Solid);
     let inside = frame.rect.expand(1.0).intersect(painter.clip_rect());
     painter.with_clip_rect(inside).add(Shape::mesh(mesh));
 }

@@ -35,11 +35,13 @@ pub type Grippers = fn(&str, u64, u32) -> Result<(Box<dyn Peer>, String), String
 
 /// Runs grasps until the scope lets go.
 pub(super) fn run(
-    (grippers, scene, seed): (Grippers, &str, u64),
+    grippers: Grippers,
+    scene: &str,
+    seed: u64,
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientCommand>,
 ) {
-    if let Err(sentence) = grasps((grippers, scene, seed), outlet, orders) {
+    if let Err(sentence) = grasps(grippers, scene, seed, outlet, orders) {
         outlet.status(SourceStatus::Failed { sentence });
     }
 }
@@ -54,7 +56,9 @@ struct World {
 }
 
 fn grasps(
-    (grippers, name, seed): (Grippers, &str, u64),
+    grippers: Grippers,
+    name: &str,
+    seed: u64,
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientCommand>,
 ) -> Result<(), String> {

@@ -87,9 +87,9 @@ fn bytes_that_are_no_text_are_refused() {
 #[test]
 fn labels_are_read_beside_the_numbers() {
     let csv = "grasp,v,f_n\na 1,1,2\nb,2,3\na 1,3,4\n";
-    let columns = (&specs(&["v"])[..], &specs(&["f_n"])[..]);
+    let (inputs, targets) = (specs(&["v"]), specs(&["f_n"]));
     let read = |csv: &str, group| {
-        DataSet::from_grouped_csv("grasps.csv", csv.as_bytes(), columns, Some(group))
+        DataSet::from_grouped_csv("grasps.csv", csv.as_bytes(), &inputs, &targets, Some(group))
     };
     let data = read(csv, "grasp").unwrap();
     assert_eq!(data.labels(), ["a 1", "b", "a 1"]);

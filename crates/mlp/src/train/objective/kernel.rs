@@ -167,7 +167,7 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             let (scores, targets) =
                 (&tape.values[last].get()[..used], &self.panels.values.get()[targets..][..used]);
             let deltas = &mut tape.deltas[last].get_mut()[..used];
-            tape.entropy += cross_entropy([scores, targets], deltas, (lanes, full));
+            tape.entropy += cross_entropy([scores, targets], deltas, lanes, full);
             return inputs;
         }
         let outputs = columns::<T, S, K>(tape.values[last].get());
@@ -196,7 +196,7 @@ impl<T: Real, S: Simd> One<'_, T, S> {
                     let from = &columns::<T, S, K>(tape.values[at - 1].get())[..layer.from];
                     accumulate::<T, S, K>(simd, deltas, from, sums);
                     let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
-                    carry_back::<T, S, K>(simd, (layer, self.weights), deltas, place);
+                    carry_back::<T, S, K>(simd, layer, self.weights, deltas, place);
                 }
             }
         }

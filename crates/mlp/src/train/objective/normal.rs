@@ -148,7 +148,7 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             }
             if let Some(place) = before.last_mut() {
                 let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
-                carry_back::<T, S, K>(simd, (layer, self.weights), deltas, place);
+                carry_back::<T, S, K>(simd, layer, self.weights, deltas, place);
             }
         }
     }

@@ -151,7 +151,8 @@ pub(super) fn residuals<T: Real, S: Simd, const K: usize>(
 pub(super) fn cross_entropy<T: Real>(
     [scores, targets]: [&[T]; 2],
     residuals: &mut [T],
-    (lanes, full): (usize, usize),
+    lanes: usize,
+    full: usize,
 ) -> f64 {
     let mut entropy = 0.0;
     residuals.fill(T::of(0.0));
@@ -214,7 +215,8 @@ pub(super) fn accumulate<T: Real, S: Simd, const K: usize>(
 #[inline(always)]
 pub(super) fn carry_back<T: Real, S: Simd, const K: usize>(
     simd: S,
-    (layer, weights): (Layer, &[T]),
+    layer: Layer,
+    weights: &[T],
     deltas: &[Column<T, S, K>],
     before: &mut [Column<T, S, K>],
 ) {

@@ -117,7 +117,8 @@ impl<T: Real> Lbfgs<T> {
         &mut self,
         objective: &mut dyn Objective<T>,
         weights: &[T],
-        (mse, slope): (f64, f64),
+        mse: f64,
+        slope: f64,
     ) -> Found {
         // Without memory the direction has the length of the gradient, which shows nothing about the distance.
         let first = if self.pairs.is_empty() { (1.0 / (-slope).sqrt()).min(1.0) } else { 1.0 };
@@ -176,7 +177,7 @@ impl<T: Real> Lbfgs<T> {
                 return (cost, Some(Finish::Flat));
             }
             let remembered = !self.pairs.is_empty();
-            let found = self.search(objective, weights, (mse, slope));
+            let found = self.search(objective, weights, mse, slope);
             cost += found.gradients;
             if found.lower {
                 self.remember(weights);

@@ -92,7 +92,7 @@ fn the_end_of_the_search_is_found_too() {
 }
 
 /// Slides by `step_m` with each of `steps` samples, with estimates of `estimate_n`; the highest command.
-fn slide(grip: &mut GripController, (steps, step_m): (u16, f32), estimate_n: f32) -> f32 {
+fn slide(grip: &mut GripController, steps: u16, step_m: f32, estimate_n: f32) -> f32 {
     (1..=steps).fold(0.0, |highest: f32, i| {
         let slips = slipping(f32::from(i) * step_m, Some(estimate_n));
         highest.max(grip.step(&GripInput { applied_n: Some(grip.command_n()), ..slips }))
@@ -102,7 +102,7 @@ fn slide(grip: &mut GripController, (steps, step_m): (u16, f32), estimate_n: f32
 #[test]
 fn pads_that_give_way_as_the_load_comes_are_no_slip_of_a_known_object() {
     let mut grip = grasped(config(), 9.0);
-    assert_eq!(slide(&mut grip, (8, 2e-5), 15.0), 9.0);
+    assert_eq!(slide(&mut grip, 8, 2e-5, 15.0), 9.0);
     rest(&mut grip, 3000);
     assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 9.0));
     assert_eq!(grip.trials().trials, 1);
@@ -111,7 +111,7 @@ fn pads_that_give_way_as_the_load_comes_are_no_slip_of_a_known_object() {
 #[test]
 fn a_known_object_that_slides_further_than_pads_give_way_gets_what_is_estimated() {
     let mut grip = grasped(config(), 9.0);
-    let highest_n = slide(&mut grip, (60, 2e-5), 15.0);
+    let highest_n = slide(&mut grip, 60, 2e-5, 15.0);
     assert!(highest_n >= 15.0, "{highest_n}");
     let held_n = until(&mut grip, GripEvent::Found, 3000);
     assert!(held_n.is_some_and(|held_n| held_n >= 14.0), "{held_n:?}");
@@ -121,10 +121,10 @@ fn a_known_object_that_slides_further_than_pads_give_way_gets_what_is_estimated(
 fn a_known_object_that_creeps_on_is_not_excused_for_ever() {
     let mut grip = grasped(config(), 9.0);
     for _ in 0..3 {
-        assert_eq!(slide(&mut grip, (8, 2e-5), 15.0), 9.0);
+        assert_eq!(slide(&mut grip, 8, 2e-5, 15.0), 9.0);
         rest(&mut grip, 100);
     }
-    assert!(slide(&mut grip, (8, 2e-5), 15.0) > 9.0);
+    assert!(slide(&mut grip, 8, 2e-5, 15.0) > 9.0);
 }
 
 /// A vibration has no peaks to count.
@@ -221,6 +221,6 @@ fn what_is_held_is_no_known_object_because_another_one_is_named_or_settings_chan
     let mut carried = GripController::holding(config(), 2.0);
     carried.expect(2.0);
     for grip in [&mut named, &mut carried] {
-        assert!(slide(grip, (2, 1e-5), 6.0) > 2.0);
+        assert!(slide(grip, 2, 1e-5, 6.0) > 2.0);
     }
 }
