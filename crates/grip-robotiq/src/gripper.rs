@@ -12,7 +12,7 @@
 
 use crate::{
     BusCounters, Fault, Model, ObjectDetection, Severity, Status,
-    bus::{Answer, Bus, Request},
+    modbus::{Answer, Bus, Request},
 };
 
 /// Without an answer for this long (us) the gripper is silent.

@@ -4,12 +4,12 @@
 //! are those that Robotiq publishes (manuals of the grippers, public repositories `robotiq/grippers` and `robotiq/tactile_sensors`).
 //! Nothing here was run on a device.
 
-mod bus;
 pub mod gripper;
+mod modbus;
 mod model;
 mod status;
 pub mod tsf85;
 
-pub use bus::BusCounters;
+pub use modbus::BusCounters;
 pub use model::{Model, ModelError};
 pub use status::{Fault, ObjectDetection, Severity, Status};
