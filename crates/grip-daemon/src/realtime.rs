@@ -13,34 +13,20 @@ mod system;
 /// How much of the stack is touched beforehand (bytes): more than the hot thread uses.
 const STACK_BYTES: usize = 256 * 1024;
 
-/// One thing that is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Measure {
-    /// Memory of the whole process is never paged out (mlockall).
-    LockedMemory,
-    /// The thread's stack is in memory before it is used.
-    TouchedStack,
-    /// SCHED_FIFO.
-    Priority,
-    /// One processor.
-    Affinity,
-    /// Timers that end to the nanosecond instead of 50 us late.
-    TimerSlack,
+slip_core::named! {
+    /// One thing that is asked for.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Measure {
+        fn name: "The name in messages.";
+    }
+    LockedMemory: "Memory of the whole process is never paged out (mlockall).", "locked memory";
+    TouchedStack: "The thread's stack is in memory before it is used.", "prefaulted stack";
+    Priority: "SCHED_FIFO.", "SCHED_FIFO";
+    Affinity: "One processor.", "processor affinity";
+    TimerSlack: "Timers that end to the nanosecond instead of 50 us late.", "timer slack";
 }
 
 impl Measure {
-    /// The name in messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::LockedMemory => "locked memory",
-            Self::TouchedStack => "prefaulted stack",
-            Self::Priority => "SCHED_FIFO",
-            Self::Affinity => "processor affinity",
-            Self::TimerSlack => "timer slack",
-        }
-    }
-
     /// What would grant it.
     #[must_use]
     pub const fn remedy(self) -> &'static str {

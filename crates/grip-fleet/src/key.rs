@@ -11,33 +11,16 @@ use grip_session::config::{Site, Uid};
 /// What every name begins with: who, and the version of what follows.
 const PREFIX: &str = "grip/v1";
 
-/// A kind of publication.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Topic {
-    /// STATE: what the pipeline thinks.
-    State,
-    /// SLIP, GRIPPER and NOTICE: each once and in order.
-    Events,
-    /// HEALTH: figures of the daemon, every second.
-    Health,
-    /// ROWS: samples.
-    Samples,
-}
-
-impl Topic {
-    /// All.
-    pub const ALL: [Self; 4] = [Self::State, Self::Events, Self::Health, Self::Samples];
-
-    /// The last word of the name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::State => "state",
-            Self::Events => "events",
-            Self::Health => "health",
-            Self::Samples => "samples",
-        }
+slip_core::named! {
+    /// A kind of publication.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Topic {
+        fn name: "The last word of the name.";
     }
+    State: "STATE: what the pipeline thinks.", "state";
+    Events: "SLIP, GRIPPER and NOTICE: each once and in order.", "events";
+    Health: "HEALTH: figures of the daemon, every second.", "health";
+    Samples: "ROWS: samples.", "samples";
 }
 
 /// What stands behind the gripper in a name.

@@ -1,16 +1,15 @@
 //! The unit of times, from their name or from the rate that they give.
 
-/// Unit of a column of times.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Seconds.
-    Seconds,
-    /// Milliseconds.
-    Millis,
-    /// Microseconds.
-    Micros,
-    /// Nanoseconds.
-    Nanos,
+slip_core::named! {
+    /// Unit of a column of times.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum TimeUnit {
+        fn name: "Its name.";
+    }
+    Seconds: "Seconds.", "s";
+    Millis: "Milliseconds.", "ms";
+    Micros: "Microseconds.", "us";
+    Nanos: "Nanoseconds.", "ns";
 }
 
 /// Rates that a recording may have (Hz).
@@ -20,20 +19,6 @@ const RATES: core::ops::RangeInclusive<f64> = 15.0..=60_000.0;
 const EPOCH_S: f64 = 6.3e8;
 
 impl TimeUnit {
-    /// Every unit.
-    pub const ALL: [Self; 4] = [Self::Seconds, Self::Millis, Self::Micros, Self::Nanos];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Seconds => "s",
-            Self::Millis => "ms",
-            Self::Micros => "us",
-            Self::Nanos => "ns",
-        }
-    }
-
     /// Nanoseconds in one.
     #[must_use]
     pub const fn ns(self) -> f64 {

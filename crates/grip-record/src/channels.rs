@@ -27,55 +27,23 @@ impl StylusKind {
     }
 }
 
-/// A channel that a gripper may lack; order is the order of the columns written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Channel {
-    /// Normal force of one finger (N).
-    NormalForce,
-    /// Tangential force on one finger (N).
-    Tangential,
-    /// Moved distance of the object (m).
-    Travel,
-    /// Slip speed measured directly (m/s).
-    Velocity,
-    /// Second stylus (m).
-    SecondStylus,
-    /// Motion reference (own units).
-    Reference,
-    /// Static pressure of the fingertip (own units).
-    Pressure,
-    /// Commanded motion of arm or fingers: 0 at rest, anything else in motion.
-    Motion,
+slip_msg::named! {
+    /// A channel that a gripper may lack; order is the order of the columns written.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Channel {
+        fn column: "The column's name in a file written by [`CsvWriter`](crate::CsvWriter).";
+    }
+    NormalForce: "Normal force of one finger (N).", "force_n";
+    Tangential: "Tangential force on one finger (N).", "tangential_n";
+    Travel: "Moved distance of the object (m).", "travel_m";
+    Velocity: "Slip speed measured directly (m/s).", "velocity_m_s";
+    SecondStylus: "Second stylus (m).", "stylus2";
+    Reference: "Motion reference (own units).", "reference";
+    Pressure: "Static pressure of the fingertip (own units).", "pressure";
+    Motion: "Commanded motion of arm or fingers: 0 at rest, anything else in motion.", "motion";
 }
 
 impl Channel {
-    /// Every optional channel, in the order of the columns written.
-    pub const ALL: [Self; 8] = [
-        Self::NormalForce,
-        Self::Tangential,
-        Self::Travel,
-        Self::Velocity,
-        Self::SecondStylus,
-        Self::Reference,
-        Self::Pressure,
-        Self::Motion,
-    ];
-
-    /// The column's name in a file written by [`CsvWriter`](crate::CsvWriter).
-    #[must_use]
-    pub const fn column(self) -> &'static str {
-        match self {
-            Self::NormalForce => "force_n",
-            Self::Tangential => "tangential_n",
-            Self::Travel => "travel_m",
-            Self::Velocity => "velocity_m_s",
-            Self::SecondStylus => "stylus2",
-            Self::Reference => "reference",
-            Self::Pressure => "pressure",
-            Self::Motion => "motion",
-        }
-    }
-
     /// The reading of this channel in `sample`, in the unit given at the variant.
     #[must_use]
     pub const fn reading(self, sample: &Sample) -> Option<f32> {

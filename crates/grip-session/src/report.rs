@@ -78,41 +78,19 @@ impl Condition {
     }
 }
 
-/// State of the device's clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ClockHealth {
-    /// Ticks run at the nominal rate.
-    #[default]
-    Good,
-    /// Ticks do not advance; rows are timed by their numbers.
-    Stopped,
-    /// Ticks went back.
-    Back,
-    /// Ticks jumped ahead of row numbers and host.
-    Forward,
-    /// Ticks run more than 1 % fast.
-    Fast,
-    /// Ticks run more than 1 % slow.
-    Slow,
-}
-
-impl ClockHealth {
-    /// All states.
-    pub const ALL: [Self; 6] =
-        [Self::Good, Self::Stopped, Self::Back, Self::Forward, Self::Fast, Self::Slow];
-
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Stopped => "stopped",
-            Self::Back => "back",
-            Self::Forward => "forward",
-            Self::Fast => "fast",
-            Self::Slow => "slow",
-        }
+slip_core::named! {
+    /// State of the device's clock.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum ClockHealth {
+        fn name: "The name used in output lines.";
     }
+    #[default]
+    Good: "Ticks run at the nominal rate.", "good";
+    Stopped: "Ticks do not advance; rows are timed by their numbers.", "stopped";
+    Back: "Ticks went back.", "back";
+    Forward: "Ticks jumped ahead of row numbers and host.", "forward";
+    Fast: "Ticks run more than 1 % fast.", "fast";
+    Slow: "Ticks run more than 1 % slow.", "slow";
 }
 
 impl Serialize for Event {

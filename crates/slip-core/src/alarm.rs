@@ -65,38 +65,20 @@ const fn bit(method: Method) -> u8 {
 
 // Causes of an alarm other than a slip: which of them were ruled out, and which were possible.
 
-/// A cause of an alarm other than a slip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cause {
-    /// A blow on robot or object.
-    Knock,
-    /// The motion of the arm or the fingers.
-    Motion,
-    /// A change of the grip force.
-    GripChange,
-    /// The fingers have just closed on the object.
-    Closing,
-    /// The arm has just stopped.
-    ArmStop,
+slip_msg::named! {
+    /// A cause of an alarm other than a slip.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Cause {
+        fn name: "The name used in output lines.";
+    }
+    Knock: "A blow on robot or object.", "knock";
+    Motion: "The motion of the arm or the fingers.", "motion";
+    GripChange: "A change of the grip force.", "grip_change";
+    Closing: "The fingers have just closed on the object.", "closing";
+    ArmStop: "The arm has just stopped.", "arm_stop";
 }
 
 impl Cause {
-    /// Every cause.
-    pub const ALL: [Self; 5] =
-        [Self::Knock, Self::Motion, Self::GripChange, Self::Closing, Self::ArmStop];
-
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Knock => "knock",
-            Self::Motion => "motion",
-            Self::GripChange => "grip_change",
-            Self::Closing => "closing",
-            Self::ArmStop => "arm_stop",
-        }
-    }
-
     const fn bit(self) -> u8 {
         1 << self as u8
     }

@@ -244,55 +244,23 @@ pub struct Features {
     pub esc_chosen: Option<Esc>,
 }
 
-/// A feature by name: what a model file may ask for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feature {
-    /// `slip_speed_m_s`
-    SlipSpeed,
-    /// `contact_time_s`
-    ContactTime,
-    /// `slip_acceleration_m_s2`
-    SlipAcceleration,
-    /// `micro_displacement_m`
-    MicroDisplacement,
-    /// `trial_force_n`
-    TrialForce,
-    /// `irregularities`
-    Irregularities,
-    /// `mean_slope`
-    MeanSlope,
-    /// `esc_literal_w`
-    EscLiteral,
+slip_msg::named! {
+    /// A feature by name: what a model file may ask for.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Feature {
+        fn name: "Its name in model files and training data.";
+    }
+    SlipSpeed: "`slip_speed_m_s`", "slip_speed_m_s";
+    ContactTime: "`contact_time_s`", "contact_time_s";
+    SlipAcceleration: "`slip_acceleration_m_s2`", "slip_acceleration_m_s2";
+    MicroDisplacement: "`micro_displacement_m`", "micro_displacement_m";
+    TrialForce: "`trial_force_n`", "trial_force_n";
+    Irregularities: "`irregularities`", "irregularities";
+    MeanSlope: "`mean_slope`", "mean_slope";
+    EscLiteral: "`esc_literal_w`", "esc_literal_w";
 }
 
 impl Feature {
-    /// Every feature there is.
-    pub const ALL: [Self; 8] = [
-        Self::SlipSpeed,
-        Self::ContactTime,
-        Self::SlipAcceleration,
-        Self::MicroDisplacement,
-        Self::TrialForce,
-        Self::Irregularities,
-        Self::MeanSlope,
-        Self::EscLiteral,
-    ];
-
-    /// Its name in model files and training data.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SlipSpeed => "slip_speed_m_s",
-            Self::ContactTime => "contact_time_s",
-            Self::SlipAcceleration => "slip_acceleration_m_s2",
-            Self::MicroDisplacement => "micro_displacement_m",
-            Self::TrialForce => "trial_force_n",
-            Self::Irregularities => "irregularities",
-            Self::MeanSlope => "mean_slope",
-            Self::EscLiteral => "esc_literal_w",
-        }
-    }
-
     /// The feature of that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {

@@ -34,4 +34,4 @@ pub use config::PipelineConfig;
 pub use error::ConfigError;
 pub use pipeline::{Pipeline, StageCounters, Step};
 pub use sample::{Arrival, Sample, Signal};
-pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, units};
+pub use slip_msg::{ClientCommand, Phase, PipelineState, SlipReport, named, units};

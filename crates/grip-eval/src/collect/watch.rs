@@ -32,69 +32,25 @@ pub struct MeasuredSlip {
     pub stayed_n: f32,
 }
 
-/// What became of a slip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Fate {
-    /// Both forces are known.
-    Kept,
-    /// Neither a sensor nor a command reports the force.
-    NoForce,
-    /// It was over before anything of it was measured.
-    NoFeatures,
-    /// It slipped again before it had stayed for long enough.
-    Again,
-    /// The recording, the pipeline or the grip ended before that, the object was lost, or a sensor failed.
-    Unfinished,
-    /// It stayed at no more force than that at which it slipped: a false alarm, or something that hit it.
-    NoGain,
-    /// The forces are too far apart to show where between them the truth is.
-    Wide,
-    /// A feature that was asked for is missing.
-    Incomplete,
-}
-
-impl Fate {
-    /// Every fate there is.
-    pub const ALL: [Self; 8] = [
-        Self::Kept,
-        Self::NoForce,
-        Self::NoFeatures,
-        Self::Again,
-        Self::Unfinished,
-        Self::NoGain,
-        Self::Wide,
-        Self::Incomplete,
-    ];
-
-    /// Its name in summaries.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Kept => "kept",
-            Self::NoForce => "no_force",
-            Self::NoFeatures => "no_features",
-            Self::Again => "again",
-            Self::Unfinished => "unfinished",
-            Self::NoGain => "no_gain",
-            Self::Wide => "wide",
-            Self::Incomplete => "incomplete",
-        }
+slip_core::named! {
+    /// What became of a slip.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Fate {
+        fn name: "Its name in summaries.";
+        fn text: "What it reports of slips, for people.";
     }
-
-    /// What it reports of slips, for people.
-    #[must_use]
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::Kept => "kept",
-            Self::NoForce => "without a force that is known",
-            Self::NoFeatures => "over before anything was measured",
-            Self::Again => "slipped again too soon",
-            Self::Unfinished => "not watched to their end",
-            Self::NoGain => "over without more force (false alarms, or hit)",
-            Self::Wide => "with forces too far apart",
-            Self::Incomplete => "without a required feature",
-        }
-    }
+    Kept: "Both forces are known.", "kept", "kept";
+    NoForce: "Neither a sensor nor a command reports the force.", "no_force", "without a force that is known";
+    NoFeatures: "It was over before anything of it was measured.", "no_features", "over before anything was measured";
+    Again: "It slipped again before it had stayed for long enough.", "again", "slipped again too soon";
+    Unfinished:
+        "The recording, the pipeline or the grip ended before that, the object was lost, or a sensor failed.",
+        "unfinished", "not watched to their end";
+    NoGain:
+        "It stayed at no more force than that at which it slipped: a false alarm, or something that hit it.",
+        "no_gain", "over without more force (false alarms, or hit)";
+    Wide: "The forces are too far apart to show where between them the truth is.", "wide", "with forces too far apart";
+    Incomplete: "A feature that was asked for is missing.", "incomplete", "without a required feature";
 }
 
 /// Which slips are kept.

@@ -31,37 +31,22 @@ const GROWTH_MS: f64 = 50.0;
 /// A fault while holding begins at the latest this long after the lift, whether the object rests or not (s).
 const LATEST_S: f64 = 1.5;
 
-/// When a fault begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultPhase {
-    /// 50 ms before the lift.
-    Before,
-    /// 2 ms after the object began to slip.
-    First,
-    /// At half the needed force in the slip, or 15 ms after its begin, whichever comes first.
-    Middle,
-    /// At the needed force in the slip, or 30 ms after its begin, whichever comes first.
-    End,
-    /// When nothing has slipped for 0.3 s after the lift; 0.6 s later the load grows by 40 % in 50 ms.
-    Holding,
+slip_core::named! {
+    /// When a fault begins.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum FaultPhase {
+        fn name: "Its name on the command line.";
+    }
+    Before: "50 ms before the lift.", "before";
+    First: "2 ms after the object began to slip.", "first";
+    Middle: "At half the needed force in the slip, or 15 ms after its begin, whichever comes first.", "middle";
+    End: "At the needed force in the slip, or 30 ms after its begin, whichever comes first.", "end";
+    Holding:
+        "When nothing has slipped for 0.3 s after the lift; 0.6 s later the load grows by 40 % in 50 ms.",
+        "holding";
 }
 
 impl FaultPhase {
-    /// Every phase, in order.
-    pub const ALL: [Self; 5] = [Self::Before, Self::First, Self::Middle, Self::End, Self::Holding];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Before => "before",
-            Self::First => "first",
-            Self::Middle => "middle",
-            Self::End => "end",
-            Self::Holding => "holding",
-        }
-    }
-
     /// The phase of that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {

@@ -6,37 +6,25 @@ use super::{
 };
 use grip_session::session::SessionError;
 
-/// Who commands the force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Law {
-    /// gripd.
+slip_core::named! {
+    /// Who commands the force.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Law {
+        fn name: "Its name on the command line.";
+    }
     #[default]
-    Own,
-    /// The same force for everything.
-    Fixed,
-    /// The law of the PR2's gripper.
-    Pr2,
-    /// A step of force for every block of vibration.
-    Fft,
-    /// 1.3 times the largest force that the hold will need, known exactly, from the first sample of the slip on: a bound, no law.
-    Oracle,
+    Own: "gripd.", "gripd";
+    Fixed: "The same force for everything.", "fixed";
+    Pr2: "The law of the PR2's gripper.", "pr2";
+    Fft: "A step of force for every block of vibration.", "fft";
+    Oracle:
+        "1.3 times the largest force that the hold will need, known exactly, from the first sample of the slip on: a bound, no law.",
+        "oracle";
 }
 
 impl Law {
     /// The older laws.
     pub const BASELINES: [Self; 4] = [Self::Fixed, Self::Pr2, Self::Fft, Self::Oracle];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Own => "gripd",
-            Self::Fixed => "fixed",
-            Self::Pr2 => "pr2",
-            Self::Fft => "fft",
-            Self::Oracle => "oracle",
-        }
-    }
 
     /// The law of that name.
     #[must_use]

@@ -21,27 +21,14 @@ const AFTER_S: f64 = 1.5;
 /// Longest wait for a slip (s from the start).
 const WATCH_S: f64 = 3.0;
 
-/// Who stops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StallPlace {
-    /// The line.
-    Line,
-    /// gripd.
-    Daemon,
-}
-
-impl StallPlace {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Line, Self::Daemon];
-
-    /// Its name in the table.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Line => "line",
-            Self::Daemon => "daemon",
-        }
+slip_core::named! {
+    /// Who stops.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum StallPlace {
+        fn name: "Its name in the table.";
     }
+    Line: "The line.", "line";
+    Daemon: "gripd.", "daemon";
 }
 
 /// Lengths of the stalls (ms).

@@ -1,30 +1,22 @@
 //! A kind of message in, its topic, type and the hash of its type out.
 
-/// What the node of a gripper publishes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum RosTopic {
-    /// The force of the fingers, as every tool of ROS understands it.
-    JointStates,
-    /// What the pipeline thinks.
-    State,
-    /// Slips.
-    Slip,
+slip_core::named! {
+    /// What the node of a gripper publishes.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum RosTopic {
+        fn name: "Its name within the node's namespace.";
+        fn hash: "RIHS01 of its type: SHA-256 of names and kinds of all fields, those of the types in it included. Subscribers with another definition receive nothing. The test `ros_types` computes it from the definitions.";
+    }
+    JointStates:
+        "The force of the fingers, as every tool of ROS understands it.",
+        "joint_states", "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+    State:
+        "What the pipeline thinks.",
+        "state", "RIHS01_207a131cce02a3ba53a806e635a48b92c3f87f761583168b8d96f293d9da3389";
+    Slip: "Slips.", "slip", "RIHS01_211c6ae58e973937edde81c0b2761708c129e379ce3a41b985869d20e6cdb1a2";
 }
 
 impl RosTopic {
-    /// All.
-    pub const ALL: [Self; 3] = [Self::JointStates, Self::State, Self::Slip];
-
-    /// Its name within the node's namespace.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::JointStates => "joint_states",
-            Self::State => "state",
-            Self::Slip => "slip",
-        }
-    }
-
     /// Package and name of its type.
     const fn parts(self) -> (&'static str, &'static str) {
         match self {
@@ -46,20 +38,5 @@ impl RosTopic {
     pub fn dds_type(self) -> String {
         let (package, name) = self.parts();
         format!("{package}::msg::dds_::{name}_")
-    }
-
-    /// RIHS01 of its type: SHA-256 of names and kinds of all fields, those of the types in it included. Subscribers with another definition receive
-    /// nothing. The test `ros_types` computes it from the definitions.
-    #[must_use]
-    pub const fn hash(self) -> &'static str {
-        match self {
-            Self::JointStates => {
-                "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
-            }
-            Self::State => {
-                "RIHS01_207a131cce02a3ba53a806e635a48b92c3f87f761583168b8d96f293d9da3389"
-            }
-            Self::Slip => "RIHS01_211c6ae58e973937edde81c0b2761708c129e379ce3a41b985869d20e6cdb1a2",
-        }
     }
 }

@@ -1,24 +1,20 @@
 //! The topics of a recording and the definitions of their messages, as PlotJuggler and Foxglove want them.
 
-/// What a message is about; each topic has its own schema.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Topic {
-    /// Sensor readings.
-    Sample,
-    /// What the pipeline thinks.
-    State,
-    /// Lines worth reading.
-    Event,
-    /// Force commands.
-    Command,
-    /// Commands of clients.
-    Client,
-    /// Updates of the link.
-    Link,
-    /// Raw bytes of the line.
-    Wire,
-    /// What a pipeline begins with.
-    Pipeline,
+slip_msg::named! {
+    /// What a message is about; each topic has its own schema.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Topic {
+        fn name: "Name of the topic in a file.";
+        fn schema: "Name of its schema.";
+    }
+    Sample: "Sensor readings.", "/gripper/sample", "grip_msgs/msg/Sample";
+    State: "What the pipeline thinks.", "/gripper/state", "grip_msgs/msg/State";
+    Event: "Lines worth reading.", "/gripper/event", "grip_msgs/msg/Event";
+    Command: "Force commands.", "/gripper/command", "grip_msgs/msg/Command";
+    Client: "Commands of clients.", "/gripper/client", "grip_msgs/msg/Client";
+    Link: "Updates of the link.", "/gripper/link", "grip_msgs/msg/Link";
+    Wire: "Raw bytes of the line.", "/gripper/wire", "grip_msgs/msg/Wire";
+    Pipeline: "What a pipeline begins with.", "/gripper/pipeline", "grip_msgs/msg/Pipeline";
 }
 
 /// Encoding of the messages, as MCAP names it.
@@ -31,48 +27,6 @@ const TIME: &str = include_str!("msg/Time.msg");
 const BORDER: &str = "================================================================================\nMSG: builtin_interfaces/Time\n";
 
 impl Topic {
-    /// Every topic.
-    pub const ALL: [Self; 8] = [
-        Self::Sample,
-        Self::State,
-        Self::Event,
-        Self::Command,
-        Self::Client,
-        Self::Link,
-        Self::Wire,
-        Self::Pipeline,
-    ];
-
-    /// Name of the topic in a file.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sample => "/gripper/sample",
-            Self::State => "/gripper/state",
-            Self::Event => "/gripper/event",
-            Self::Command => "/gripper/command",
-            Self::Client => "/gripper/client",
-            Self::Link => "/gripper/link",
-            Self::Wire => "/gripper/wire",
-            Self::Pipeline => "/gripper/pipeline",
-        }
-    }
-
-    /// Name of its schema.
-    #[must_use]
-    pub const fn schema(self) -> &'static str {
-        match self {
-            Self::Sample => "grip_msgs/msg/Sample",
-            Self::State => "grip_msgs/msg/State",
-            Self::Event => "grip_msgs/msg/Event",
-            Self::Command => "grip_msgs/msg/Command",
-            Self::Client => "grip_msgs/msg/Client",
-            Self::Link => "grip_msgs/msg/Link",
-            Self::Wire => "grip_msgs/msg/Wire",
-            Self::Pipeline => "grip_msgs/msg/Pipeline",
-        }
-    }
-
     /// The definition of its message, that of the time included.
     #[must_use]
     pub fn definition(self) -> String {

@@ -52,29 +52,17 @@ pub struct MemoryConfig {
     pub object: Option<String>,
 }
 
-/// Whether the hot thread asks the system for real-time privileges, and what a refusal means.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RealtimeMode {
-    /// No.
-    #[default]
-    Off,
-    /// Yes; what is not granted is logged, and gripd goes on without.
-    Warn,
-    /// Yes; what is not granted ends gripd.
-    Strict,
-}
-
-impl RealtimeMode {
-    /// The name used in files and flags.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Warn => "warn",
-            Self::Strict => "strict",
-        }
+slip_core::named! {
+    /// Whether the hot thread asks the system for real-time privileges, and what a refusal means.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum RealtimeMode {
+        fn name: "The name used in files and flags.";
     }
+    #[default]
+    Off: "No.", "off";
+    Warn: "Yes; what is not granted is logged, and gripd goes on without.", "warn";
+    Strict: "Yes; what is not granted ends gripd.", "strict";
 }
 
 /// What the hot thread asks of the scheduler.
@@ -172,33 +160,16 @@ impl UsbFilter {
     pub const ANY: Self = Self { vid: None, pid: None, serial: None, product: None };
 }
 
-/// How much gripd reports on standard error.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LogLevel {
-    /// What failed.
-    Error,
-    /// And what is odd.
-    Warn,
-    /// And what is good to know.
-    #[default]
-    Info,
-    /// And what helps to find a mistake.
-    Debug,
-}
-
-impl LogLevel {
-    /// All, from the least to the most said.
-    pub const ALL: [Self; 4] = [Self::Error, Self::Warn, Self::Info, Self::Debug];
-
-    /// The name used in files, flags and lines.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Warn => "warn",
-            Self::Info => "info",
-            Self::Debug => "debug",
-        }
+slip_core::named! {
+    /// How much gripd reports on standard error.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum LogLevel {
+        fn name: "The name used in files, flags and lines.";
     }
+    Error: "What failed.", "error";
+    Warn: "And what is odd.", "warn";
+    #[default]
+    Info: "And what is good to know.", "info";
+    Debug: "And what helps to find a mistake.", "debug";
 }

@@ -72,29 +72,19 @@ struct Claim {
     holds: fn(&Draw) -> Option<bool>,
 }
 
-/// Verdicts over many draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// True for most draws under every condition.
-    Reproduced,
-    /// False for most draws under every condition.
-    Refuted,
-    /// Neither.
-    Undecided,
+slip_msg::named! {
+    /// Verdicts over many draws.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Verdict {
+        fn title: "As people read it.";
+    }
+    Reproduced: "True for most draws under every condition.", "reproduced";
+    Refuted: "False for most draws under every condition.", "refuted";
+    Undecided: "Neither.", "cannot be decided";
 }
 
 impl Verdict {
-    /// As people read it.
-    #[must_use]
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::Reproduced => "reproduced",
-            Self::Refuted => "refuted",
-            Self::Undecided => "cannot be decided",
-        }
-    }
-
     /// Of one condition: whether more, or fewer, than half of all draws of its kind make the claim true (95 %, Wilson).
     #[must_use]
     pub fn of(holds: usize, draws: usize) -> Self {

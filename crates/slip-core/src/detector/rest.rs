@@ -118,25 +118,15 @@ impl RestMeter {
 
 // Stretches of rest in, whether the floor was learned on something that moves out.
 
-/// What is known of the noise floor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FloorHealth {
-    /// Nothing speaks against it.
-    #[default]
-    Good,
-    /// No rest was seen yet: what it was learned on moved or slid.
-    Doubtful,
-}
-
-impl FloorHealth {
-    /// The name used in output lines.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Doubtful => "doubtful",
-        }
+slip_msg::named! {
+    /// What is known of the noise floor.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum FloorHealth {
+        fn name: "The name used in output lines.";
     }
+    #[default]
+    Good: "Nothing speaks against it.", "good";
+    Doubtful: "No rest was seen yet: what it was learned on moved or slid.", "doubtful";
 }
 
 /// The band that is looked at: shear, which low rates carry as well.

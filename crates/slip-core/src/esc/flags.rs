@@ -1,34 +1,20 @@
 //! What is wrong with a value of E_sc, as a set of named flags.
 
-/// One thing that is wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flag {
-    /// A pole of the tangent lies within the error bound of S: every value is possible.
-    PoleInside,
-    /// The enclosure holds values of both signs, or zero.
-    SignUnknown,
-    /// sigma_S exceeds 1: at this sensor noise the value does not depend on the surface.
-    NoInformation,
-    /// Irregularities without positive finite height and spacing were left out.
-    Degenerate,
+slip_msg::named! {
+    /// One thing that is wrong.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Flag {
+        fn name: "Its name in JSON and tables.";
+    }
+    PoleInside: "A pole of the tangent lies within the error bound of S: every value is possible.", "pole_inside";
+    SignUnknown: "The enclosure holds values of both signs, or zero.", "sign_unknown";
+    NoInformation:
+        "sigma_S exceeds 1: at this sensor noise the value does not depend on the surface.",
+        "no_information";
+    Degenerate: "Irregularities without positive finite height and spacing were left out.", "degenerate";
 }
 
 impl Flag {
-    /// Every flag there is.
-    pub const ALL: [Self; 4] =
-        [Self::PoleInside, Self::SignUnknown, Self::NoInformation, Self::Degenerate];
-
-    /// Its name in JSON and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PoleInside => "pole_inside",
-            Self::SignUnknown => "sign_unknown",
-            Self::NoInformation => "no_information",
-            Self::Degenerate => "degenerate",
-        }
-    }
-
     const fn bit(self) -> u8 {
         1 << self as u8
     }

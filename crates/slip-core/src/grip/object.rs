@@ -4,33 +4,21 @@ use super::GripConfig;
 
 // Touch in; whether there is an object between the fingers out.
 
-/// What became of the object in hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GripEvent {
-    /// The fingers are commanded to press with the least force and touch nothing: there is no object.
-    Empty,
-    /// Touch is gone while the fingers are commanded to press: the object is lost.
-    Lost,
-    /// Touch is back after the object was lost.
-    Regrasped,
-    /// The slip has not ended within two seconds: the sensors may show what is none, or the force is not enough.
-    Persistent,
-    /// The force that the object is held with is what its slips have shown to be needed, or the least there is: no less is tried.
-    Found,
-}
-
-impl GripEvent {
-    /// The name used in output lines.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Empty => "empty",
-            Self::Lost => "lost",
-            Self::Regrasped => "regrasped",
-            Self::Persistent => "persistent",
-            Self::Found => "found",
-        }
+slip_msg::named! {
+    /// What became of the object in hand.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum GripEvent {
+        fn name: "The name used in output lines.";
     }
+    Empty: "The fingers are commanded to press with the least force and touch nothing: there is no object.", "empty";
+    Lost: "Touch is gone while the fingers are commanded to press: the object is lost.", "lost";
+    Regrasped: "Touch is back after the object was lost.", "regrasped";
+    Persistent:
+        "The slip has not ended within two seconds: the sensors may show what is none, or the force is not enough.",
+        "persistent";
+    Found:
+        "The force that the object is held with is what its slips have shown to be needed, or the least there is: no less is tried.",
+        "found";
 }
 
 /// Fingers need this long to reach an object (s): without touch until then there is none.
