@@ -2,7 +2,7 @@
 
 use crate::{
     Signal,
-    alarm::{Methods, TAIL_RANGE},
+    alarm::Methods,
     detector::{BANDS, Certificate, DetectorConfig, KnownFloors, SlipDetector},
     distance::DistanceConfig,
     error::ConfigError,
@@ -10,7 +10,7 @@ use crate::{
     floor::FloorConfig,
     fusion,
     grip::GripConfig,
-    health::{ANY, HealthConfig},
+    health::HealthConfig,
     observation::ObservationConfig,
     pressure::PressureConfig,
     units::Hertz,
@@ -113,12 +113,13 @@ impl PipelineConfig {
     pub fn check(&self) -> Result<(), ConfigError> {
         let rate_hz = self.sample_rate.0;
         ConfigError::within("sample_rate_hz", rate_hz, 20.0, Self::HIGHEST_RATE_HZ)?;
-        ConfigError::within("floor.learn_ms", self.floor.learn_ms, 10.0, 10_000.0)?;
-        ConfigError::within("floor.min_rms", self.floor.min_rms, 0.0, 1e12)?;
+        self.floor.check()?;
         self.check_detector()?;
         self.certificate.map_or(Ok(()), |certificate| certificate.check())?;
-        self.check_health()?;
-        self.check_observation()?;
+        self.health.check()?;
+        self.health.drift.check()?;
+        self.observation.check()?;
+        self.observation.speed.check()?;
         fusion::check(self.methods)?;
         self.travel.check()?;
         self.pressure.check()?;
@@ -138,57 +139,10 @@ impl PipelineConfig {
             let top = if lowered { band.high_hz } else { band.high_hz.min(limit_hz) };
             ConfigError::within(low, band.low_hz, 1e-3, top)?;
         }
-        ConfigError::within("detector.gross", d.gross, 1.5, 1e9)?;
-        ConfigError::within("detector.envelope_ms", d.envelope_ms, 0.5, 1000.0)?;
-        ConfigError::within("detector.release", d.release, 0.01, 1.0)?;
-        ConfigError::within("detector.release_ms", d.release_ms, 1.0, 10_000.0)?;
-        ConfigError::within("detector.cusum_threshold", d.cusum_threshold, 1.0, 1e9)?;
-        ConfigError::within("detector.cusum_ratio", d.cusum_ratio, 1.1, 1e6)?;
-        ConfigError::within("detector.glrt_threshold", d.glrt_threshold, 1.0, 1e9)?;
-        ConfigError::within("detector.tail", d.tail, TAIL_RANGE.0, TAIL_RANGE.1)?;
-        for gain in d.gate.gain {
-            ConfigError::within("detector.gate.gain", gain, 0.0, 1e30)?;
-        }
-        ConfigError::within("detector.gate.motion_sigmas", d.gate.motion_sigmas, 3.0, 1e3)?;
-        ConfigError::within("detector.gate.hold_ms", d.gate.hold_ms, 10.0, 1e4)?;
-        ConfigError::within("detector.gate.blind_margin", d.gate.blind_margin, 1.0, 1e9)?;
+        d.check()?;
+        d.gate.check()?;
         SlipDetector::new(d, self.floor, KnownFloors::default(), self.sample_rate.0)?;
         Ok(())
-    }
-
-    fn check_health(&self) -> Result<(), ConfigError> {
-        ConfigError::within("health.range", self.health.range, 1e-12, ANY)?;
-        ConfigError::within("health.max_step", self.health.max_step, 1e-12, ANY)?;
-        ConfigError::within("health.frozen_ms", self.health.frozen_ms, 1.0, 1e12)?;
-        let drift = self.health.drift;
-        ConfigError::within("health.drift.limit", drift.limit, 1e-12, ANY)?;
-        ConfigError::within("health.drift.per_newton", drift.per_newton, 0.0, 1e12)?;
-        if self.health.max_bad_run == 0 {
-            return Err(ConfigError::Range {
-                name: "health.max_bad_run",
-                value: 0.0,
-                low: 1.0,
-                high: 4e9,
-            });
-        }
-        Ok(())
-    }
-
-    fn check_observation(&self) -> Result<(), ConfigError> {
-        let o = &self.observation;
-        ConfigError::within("observation.shortest_ms", o.shortest_ms, 0.5, 1000.0)?;
-        ConfigError::within("observation.longest_ms", o.longest_ms, o.shortest_ms, 10_000.0)?;
-        ConfigError::within("observation.min_speed_m_s", o.min_speed_m_s, 1e-6, 10.0)?;
-        ConfigError::within("observation.recoil_m", o.recoil_m, 0.0, 1e-2)?;
-        ConfigError::within("observation.hysteresis_sigmas", o.hysteresis_sigmas, 1.0, 100.0)?;
-        ConfigError::within("observation.min_hysteresis_m", o.min_hysteresis_m, 1e-10, 1e-2)?;
-        ConfigError::within("observation.esc_noise", o.esc_noise, 0.0, 1.0)?;
-        let damping = "observation.stylus_damping_n_s_m";
-        ConfigError::within(damping, o.stylus_damping_n_s_m, 0.0, 1e6)?;
-        ConfigError::within("observation.speed.window_ms", o.speed.window_ms, 0.1, 1000.0)?;
-        o.speed
-            .fixed_m_s
-            .map_or(Ok(()), |v| ConfigError::within("observation.speed.fixed_m_s", v, 1e-6, 100.0))
     }
 }
 

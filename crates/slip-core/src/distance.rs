@@ -14,7 +14,10 @@
 //! While the fingers move a roller turns with them, so the sums start again when they have come to rest; where the
 //! position of the finger is measured it is subtracted instead.
 
-use crate::{detector::SlipState, error::ConfigError, health::SensorHealth, units::Micros};
+use crate::{
+    detector::SlipState, error::ConfigError, health::SensorHealth, settings::settings,
+    units::Micros,
+};
 
 /// Which way an object can slip, as the sensor counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,55 +36,20 @@ pub enum Direction {
     Falling,
 }
 
-/// Limits of the moved-distance method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct DistanceConfig {
-    /// Moved distance that is a slip (m).
-    pub limit_m: f32,
-    /// Drift of the sensor and creep of the pads that is no slip (m/s).
-    pub drift_m_s: f32,
-    /// Resolution of the sensor (m); the limit must be at least three times as long.
-    pub resolution_m: f32,
-    /// Fastest object (m/s): a reading that would need more is a jump of the sensor.
-    pub max_speed_m_s: f32,
-    /// Which way the object can slip.
-    pub direction: Direction,
-    /// How long the object must stand for the slip to end (ms).
-    pub release_ms: f32,
-    /// The channel counts as frozen where it shows one value for this long while another method sees a gross slip (ms).
-    pub frozen_ms: f32,
-}
-
-impl Default for DistanceConfig {
-    fn default() -> Self {
-        Self {
-            limit_m: 1e-4,
-            drift_m_s: 1e-4,
-            resolution_m: 1e-6,
-            max_speed_m_s: 3.0,
-            direction: Direction::Either,
-            release_ms: 50.0,
-            frozen_ms: 50.0,
-        }
-    }
-}
-
-impl DistanceConfig {
-    /// # Errors
-    /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("travel.resolution_m", self.resolution_m, 0.0, 0.01)?;
-        let shortest = (3.0 * self.resolution_m).max(1e-7);
-        ConfigError::within("travel.limit_m", self.limit_m, shortest, 0.1)?;
-        ConfigError::within("travel.drift_m_s", self.drift_m_s, 0.0, 0.1)?;
-        ConfigError::within("travel.max_speed_m_s", self.max_speed_m_s, 0.01, 100.0)?;
-        ConfigError::within("travel.release_ms", self.release_ms, 1.0, 10_000.0)?;
-        ConfigError::within("travel.frozen_ms", self.frozen_ms, 1.0, 1e6)
+settings! {
+    /// Limits of the moved-distance method.
+    pub struct DistanceConfig as c in "travel" {
+        limit_m: f32 = 1e-4, (3.0 * c.resolution_m).max(1e-7)..=0.1 => "Moved distance that is a slip (m).";
+        drift_m_s: f32 = 1e-4, 0.0..=0.1 => "Drift of the sensor and creep of the pads that is no slip (m/s).";
+        resolution_m: f32 = 1e-6, 0.0..=0.01 =>
+            "Resolution of the sensor (m); the limit must be at least three times as long.";
+        max_speed_m_s: f32 = 3.0, 0.01..=100.0 =>
+            "Fastest object (m/s): a reading that would need more is a jump of the sensor.";
+        direction: Direction = Direction::Either => "Which way the object can slip.";
+        release_ms: f32 = 50.0, 1.0..=10_000.0 => "How long the object must stand for the slip to end (ms).";
+        frozen_ms: f32 = 50.0, 1.0..=1e6 =>
+            "The channel counts as frozen where it shows one value for this long while another method sees a gross"
+            "slip (ms).";
     }
 }
 

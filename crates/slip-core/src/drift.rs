@@ -13,25 +13,19 @@
 //! on drifting is found again. Nothing is judged in an open hand, during a slip, or without a force reading, where drift cannot be distinguished from
 //! a change of grip. A drift below limit / length of the hold is not seen; it ends as saturation.
 
-use crate::{sample::Sample, units::Micros};
+use crate::{
+    sample::{ANY, Sample},
+    settings::settings,
+    units::Micros,
+};
 
-/// How far a hold may move the stylus.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct DriftConfig {
-    /// Shift of the mean at constant force that is drift (signal unit); beyond creep of the pads and temperature.
-    pub limit: f32,
-    /// What a change of grip force may add to it (signal unit per newton).
-    pub per_newton: f32,
-}
-
-impl Default for DriftConfig {
-    fn default() -> Self {
-        Self { limit: 1e-4, per_newton: 5e-5 }
+settings! {
+    /// How far a hold may move the stylus.
+    pub struct DriftConfig as c in "health.drift" {
+        limit: f32 = 1e-4, 1e-12..=ANY =>
+            "Shift of the mean at constant force that is drift (signal unit); beyond creep of the pads and"
+            "temperature.";
+        per_newton: f32 = 5e-5, 0.0..=1e12 => "What a change of grip force may add to it (signal unit per newton).";
     }
 }
 

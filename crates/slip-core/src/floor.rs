@@ -6,6 +6,8 @@
 //! moved is too high: where a later second is quieter than half of it, the floor falls to that, which
 //! is counted. It can only make the detector more sensitive, and no slip can cause it.
 
+use crate::settings::settings;
+
 /// Parts whose median is the floor.
 const PARTS: usize = 16;
 
@@ -19,24 +21,14 @@ const LATER_MS: f32 = 1000.0;
 /// Quartiles of a Gaussian variable lie this many deviations apart.
 const QUARTILES: f32 = 1.349;
 
-/// How the noise floor is found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct FloorConfig {
-    /// Length of the stretch of rest the floor is learned from (ms), 10 to 10000.
-    pub learn_ms: f32,
-    /// Smallest noise that is believed (signal unit, rms): the resolution of the sensor. 0: what its readings show, the smallest step
-    /// between two of them over sqrt(12). That also counts where it is more, and most readings equal the one before: a coarse converter.
-    pub min_rms: f32,
-}
-
-impl Default for FloorConfig {
-    fn default() -> Self {
-        Self { learn_ms: 200.0, min_rms: 2e-9 }
+settings! {
+    /// How the noise floor is found.
+    pub struct FloorConfig as c in "floor" {
+        learn_ms: f32 = 200.0, 10.0..=10_000.0 => "Length of the stretch of rest the floor is learned from (ms).";
+        min_rms: f32 = 2e-9, 0.0..=1e12 =>
+            "Smallest noise that is believed (signal unit, rms): the resolution of the sensor. 0: what its readings"
+            "show, the smallest step between two of them over sqrt(12). That also counts where it is more, and most"
+            "readings equal the one before: a coarse converter.";
     }
 }
 

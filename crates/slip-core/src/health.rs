@@ -6,45 +6,27 @@
 
 use crate::{
     drift::{DriftConfig, DriftWatch, Hold},
-    sample::{FURTHER_AXES, Sample, Vector},
+    sample::{ANY, FURTHER_AXES, Sample, Vector},
+    settings::settings,
     units::Micros,
 };
 pub use slip_msg::{Sensor, SensorHealth};
 
-/// What is believed of the stylus.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct HealthConfig {
-    /// Largest magnitude the stylus can show (signal unit); readings at or beyond it are saturated.
-    pub range: f32,
-    /// Largest step between two samples that a real surface can cause (signal unit); beyond it a reading is a glitch.
-    pub max_step: f32,
-    /// The stylus counts as frozen when not one bit changed for this long (ms).
-    pub frozen_ms: f32,
-    /// Bad readings in a row after which the stylus counts as failed.
-    pub max_bad_run: u32,
-    /// How far the mean may move while an object is held.
-    pub drift: DriftConfig,
-}
-
-impl Default for HealthConfig {
-    fn default() -> Self {
-        Self {
-            range: 5e-3,
-            max_step: 1e-3,
-            frozen_ms: 50.0,
-            max_bad_run: 8,
-            drift: DriftConfig::default(),
-        }
+settings! {
+    /// What is believed of the stylus.
+    pub struct HealthConfig as c in "health" {
+        range: f32 = 5e-3, 1e-12..=ANY =>
+            "Largest magnitude the stylus can show (signal unit); readings at or beyond it are saturated.";
+        max_step: f32 = 1e-3, 1e-12..=ANY =>
+            "Largest step between two samples that a real surface can cause (signal unit); beyond it a reading is a"
+            "glitch.";
+        frozen_ms: f32 = 50.0, 1.0..=1e12 =>
+            "The stylus counts as frozen when not one bit changed for this long (ms).";
+        max_bad_run: u32 = 8, 1.0..=4e9 => "Bad readings in a row after which the stylus counts as failed.";
+        drift: DriftConfig = DriftConfig::default() => "How far the mean may move while an object is held.";
     }
 }
 
-/// No reading in an unknown unit is beyond this: its square is a number.
-pub(crate) const ANY: f32 = 1e18;
 /// A sensor in an unknown unit may be so coarse that its reading stands for this long (ms) at rest.
 const COARSE_MS: f32 = 500.0;
 

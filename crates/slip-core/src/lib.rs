@@ -27,6 +27,7 @@ pub mod observation;
 pub mod pipeline;
 pub mod pressure;
 pub mod sample;
+mod settings;
 pub mod velocity;
 
 pub use alarm::{Cause, CauseSet, Causes};

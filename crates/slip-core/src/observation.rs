@@ -15,57 +15,32 @@ use crate::{
     estimate::Features,
     irregularity::IrregularityExtractor,
     sample::Sample,
+    settings::settings,
     units::Micros,
     velocity::{SpeedConfig, SpeedReading, SpeedWindow},
 };
 
-/// How a slip is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct ObservationConfig {
-    /// Shortest stretch that gives features (ms).
-    pub shortest_ms: f32,
-    /// Longest stretch before a new one starts (ms).
-    pub longest_ms: f32,
-    /// Slowest speed that counts as sliding (m/s). Below it a stretch ends: at rest the balance does not hold, and a load that is being put
-    /// on shears the pads at 1 to 2 mm/s. After the object has stopped once, and where no distance is measured, three times as much: pads that
-    /// swing back after a slip reach some mm/s.
-    pub min_speed_m_s: f32,
-    /// Moving back by more than this (m) is the elastic recoil of a pad at rest, not sliding; the resolution and
-    /// noise of the travel sensor must stay below it.
-    pub recoil_m: f32,
-    /// A reversal of the stylus counts as peak or valley beyond this many deviations of its noise.
-    pub hysteresis_sigmas: f32,
-    /// Smallest hysteresis (m).
-    pub min_hysteresis_m: f32,
-    /// Relative noise of one delta/s, for the trust figures of E_sc.
-    pub esc_noise: f32,
-    /// The reading of E_sc that stands beside the literal one.
-    pub esc: Reading,
-    /// Damper of the stylus (N s/m), for the reading `viscous_work` alone.
-    pub stylus_damping_n_s_m: f32,
-    /// Where the speed comes from.
-    pub speed: SpeedConfig,
-}
-
-impl Default for ObservationConfig {
-    fn default() -> Self {
-        Self {
-            shortest_ms: 3.0,
-            longest_ms: 40.0,
-            min_speed_m_s: 0.004,
-            recoil_m: 4e-6,
-            hysteresis_sigmas: 6.0,
-            min_hysteresis_m: 2e-7,
-            esc_noise: 0.01,
-            esc: Reading::Literal,
-            stylus_damping_n_s_m: Trial::<f32>::DAMPING_N_S_M,
-            speed: SpeedConfig::default(),
-        }
+settings! {
+    /// How a slip is measured.
+    pub struct ObservationConfig as c in "observation" {
+        shortest_ms: f32 = 3.0, 0.5..=1000.0 => "Shortest stretch that gives features (ms).";
+        longest_ms: f32 = 40.0, c.shortest_ms..=10_000.0 => "Longest stretch before a new one starts (ms).";
+        min_speed_m_s: f32 = 0.004, 1e-6..=10.0 =>
+            "Slowest speed that counts as sliding (m/s). Below it a stretch ends: at rest the balance does not"
+            "hold, and a load that is being put on shears the pads at 1 to 2 mm/s. After the object has stopped"
+            "once, and where no distance is measured, three times as much: pads that swing back after a slip reach"
+            "some mm/s.";
+        recoil_m: f32 = 4e-6, 0.0..=1e-2 =>
+            "Moving back by more than this (m) is the elastic recoil of a pad at rest, not sliding; the resolution"
+            "and noise of the travel sensor must stay below it.";
+        hysteresis_sigmas: f32 = 6.0, 1.0..=100.0 =>
+            "A reversal of the stylus counts as peak or valley beyond this many deviations of its noise.";
+        min_hysteresis_m: f32 = 2e-7, 1e-10..=1e-2 => "Smallest hysteresis (m).";
+        esc_noise: f32 = 0.01, 0.0..=1.0 => "Relative noise of one delta/s, for the trust figures of E_sc.";
+        esc: Reading = Reading::Literal => "The reading of E_sc that stands beside the literal one.";
+        stylus_damping_n_s_m: f32 = Trial::<f32>::DAMPING_N_S_M, 0.0..=1e6 =>
+            "Damper of the stylus (N s/m), for the reading `viscous_work` alone.";
+        speed: SpeedConfig = SpeedConfig::default() => "Where the speed comes from.";
     }
 }
 

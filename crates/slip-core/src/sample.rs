@@ -2,6 +2,9 @@
 
 use crate::units::Micros;
 
+/// No reading in an unknown unit is beyond this: its square is a number.
+pub(crate) const ANY: f32 = 1e18;
+
 /// What the stylus channel holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(

@@ -1,6 +1,7 @@
 //! Bands, thresholds and times of the detector.
 
 use super::reference::GateConfig;
+use crate::{alarm::TAIL_RANGE, settings::settings};
 
 /// Bands of the detector: shear, vibration and the four that part a slip from motion.
 pub const BANDS: usize = 6;
@@ -49,67 +50,43 @@ pub enum TestKind {
     Glrt,
 }
 
-/// Bands, thresholds and times of the detector.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct DetectorConfig {
-    /// Which test decides.
-    pub test: TestKind,
-    /// The band of elastic shear and first movement. At sample rates below 500 Hz this one and the next are moved to the two highest
-    /// octaves that the rate can carry, where they lie above.
-    pub shear: BandThreshold,
-    /// The band of the texture.
-    pub vibration: BandThreshold,
-    /// Bands that do not overlap, lowest first; one that does not fit under 0.4 of the sample rate is left out.
-    pub octaves: [BandThreshold; 4],
-    /// Energy of the vibration band, or of one of the two highest octaves, over its floor at which a slip is gross.
-    pub gross: f32,
-    /// Time constant of the energy (ms).
-    pub envelope_ms: f32,
-    /// Log-likelihood ratio at which the cumulative sum is a slip.
-    pub cusum_threshold: f32,
-    /// Rise of the energy over the floor that the cumulative sum looks for.
-    pub cusum_ratio: f32,
-    /// Log-likelihood ratio at which the generalised likelihood ratio is a slip.
-    pub glrt_threshold: f32,
-    /// How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail; 1 to 50. Only the confidence of an
-    /// event depends on it.
-    pub tail: f32,
-    /// Fraction of the thresholds below which the statistic must stay for the slip to end.
-    pub release: f32,
-    /// How long it must stay there (ms).
-    pub release_ms: f32,
-    /// How the motion of the robot is distinguished from slip.
-    pub gate: GateConfig,
+const fn band(low_hz: f32, high_hz: f32, threshold: f32) -> BandThreshold {
+    BandThreshold { low_hz, high_hz, threshold }
 }
 
-impl Default for DetectorConfig {
-    fn default() -> Self {
-        let band = |low_hz, high_hz, threshold| BandThreshold { low_hz, high_hz, threshold };
-        Self {
-            test: TestKind::Fused,
-            shear: band(20.0, 400.0, 25.0),
-            vibration: band(100.0, 800.0, 12.0),
-            octaves: [
-                band(30.0, 90.0, 35.0),
-                band(90.0, 250.0, 17.0),
-                band(250.0, 700.0, 14.0),
-                band(700.0, 3000.0, 10.0),
-            ],
-            gross: 25.0,
-            envelope_ms: 5.0,
-            cusum_threshold: 22.0,
-            cusum_ratio: 6.0,
-            glrt_threshold: 25.0,
-            tail: 4.0,
-            release: 0.25,
-            release_ms: 50.0,
-            gate: GateConfig::default(),
-        }
+const OCTAVES: [BandThreshold; 4] = [
+    band(30.0, 90.0, 35.0),
+    band(90.0, 250.0, 17.0),
+    band(250.0, 700.0, 14.0),
+    band(700.0, 3000.0, 10.0),
+];
+
+settings! {
+    /// Bands, thresholds and times of the detector.
+    pub struct DetectorConfig as c in "detector" {
+        test: TestKind = TestKind::Fused => "Which test decides.";
+        shear: BandThreshold = band(20.0, 400.0, 25.0) =>
+            "The band of elastic shear and first movement. At sample rates below 500 Hz this one and the next are"
+            "moved to the two highest octaves that the rate can carry, where they lie above.";
+        vibration: BandThreshold = band(100.0, 800.0, 12.0) => "The band of the texture.";
+        octaves: [BandThreshold; 4] = OCTAVES =>
+            "Bands that do not overlap, lowest first; one that does not fit under 0.4 of the sample rate is left"
+            "out.";
+        gross: f32 = 25.0, 1.5..=1e9 =>
+            "Energy of the vibration band, or of one of the two highest octaves, over its floor at which a slip is"
+            "gross.";
+        envelope_ms: f32 = 5.0, 0.5..=1000.0 => "Time constant of the energy (ms).";
+        cusum_threshold: f32 = 22.0, 1.0..=1e9 => "Log-likelihood ratio at which the cumulative sum is a slip.";
+        cusum_ratio: f32 = 6.0, 1.1..=1e6 => "Rise of the energy over the floor that the cumulative sum looks for.";
+        glrt_threshold: f32 = 25.0, 1.0..=1e9 =>
+            "Log-likelihood ratio at which the generalised likelihood ratio is a slip.";
+        tail: f32 = 4.0, TAIL_RANGE.0..=TAIL_RANGE.1 =>
+            "How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail; 1 to 50."
+            "Only the confidence of an event depends on it.";
+        release: f32 = 0.25, 0.01..=1.0 =>
+            "Fraction of the thresholds below which the statistic must stay for the slip to end.";
+        release_ms: f32 = 50.0, 1.0..=10_000.0 => "How long it must stay there (ms).";
+        gate: GateConfig = GateConfig::default() => "How the motion of the robot is distinguished from slip.";
     }
 }
 

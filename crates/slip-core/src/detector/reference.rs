@@ -14,6 +14,7 @@ use crate::{
     floor::{Floor, FloorConfig},
     health::SensorHealth,
     sample::Sample,
+    settings::settings,
 };
 
 /// Time constant of the mean from which a reading's distance counts (s).
@@ -269,34 +270,17 @@ impl Reference {
 
 // Band energies of the motion reference in; what the robot's own motion may add to the floor of each band out.
 
-/// How the motion of the robot is distinguished from slip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct GateConfig {
-    /// What motion adds to the floor of shear, vibration and the four other bands, over the energy of the reference (stylus
-    /// unit squared over reference unit squared). The defaults fit a reference that shows motion about as the stylus does,
-    /// within a factor of 1.5 in amplitude; another needs calibration.
-    pub gain: [f32; BANDS],
-    /// Reference over its noise (rms) that is motion.
-    pub motion_sigmas: f32,
-    /// How long motion is taken to last after the reference has shown it (ms).
-    pub hold_ms: f32,
-    /// Times the quiet floor is raised in commanded motion without a reference.
-    pub blind_margin: f32,
-}
-
-impl Default for GateConfig {
-    fn default() -> Self {
-        Self {
-            gain: [0.5, 0.5, 0.5, 0.5, 0.5, 0.7],
-            motion_sigmas: 6.0,
-            hold_ms: 300.0,
-            blind_margin: 16.0,
-        }
+settings! {
+    /// How the motion of the robot is distinguished from slip.
+    pub struct GateConfig as c in "detector.gate" {
+        gain: [f32; BANDS] = [0.5, 0.5, 0.5, 0.5, 0.5, 0.7], 0.0..=1e30 =>
+            "What motion adds to the floor of shear, vibration and the four other bands, over the energy of the"
+            "reference (stylus unit squared over reference unit squared). The defaults fit a reference that shows"
+            "motion about as the stylus does, within a factor of 1.5 in amplitude; another needs calibration.";
+        motion_sigmas: f32 = 6.0, 3.0..=1e3 => "Reference over its noise (rms) that is motion.";
+        hold_ms: f32 = 300.0, 10.0..=1e4 => "How long motion is taken to last after the reference has shown it (ms).";
+        blind_margin: f32 = 16.0, 1.0..=1e9 =>
+            "Times the quiet floor is raised in commanded motion without a reference.";
     }
 }
 

@@ -23,11 +23,8 @@ mod frames;
 pub use frames::{PatternRest, Standing};
 
 use crate::{
-    detector::SlipState,
-    error::ConfigError,
-    health::{ANY, SensorHealth},
-    sample::Resolution,
-    units::Micros,
+    detector::SlipState, error::ConfigError, health::SensorHealth, sample::ANY, sample::Resolution,
+    settings::settings, units::Micros,
 };
 use frames::{Range, Shape, Spread, Widest};
 
@@ -35,69 +32,25 @@ use frames::{Range, Shape, Spread, Widest};
 /// carry.
 pub const MAX_TAXELS: usize = if cfg!(feature = "wide-arrays") { 256 } else { 64 };
 
-/// Thresholds and times of the pressure-distribution method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct PressureConfig {
-    /// Energy of the change over the noise that is a slip.
-    pub threshold: f32,
-    /// The same at which the slip is gross, at most 36.
-    pub gross: f32,
-    /// Time constant with which the shape follows creep (ms).
-    pub follow_ms: f32,
-    /// How long the pattern must stand for the slip to end (ms).
-    pub release_ms: f32,
-    /// Frames of rest from which the noise is learned.
-    pub learn_frames: u16,
-    /// Smallest noise that is believed (unit of the taxels, rms): their resolution. 0: what their readings show, the
-    /// smallest step between two of them over sqrt(12).
-    pub min_rms: f32,
-    /// Noise that is known already (unit of the taxels, rms).
-    pub known_rms: Option<f32>,
-    /// Mean range of a taxel beside the shape (unit of the taxels) that an object held still does not exceed, where it is
-    /// known: `gripctl score` prints that of the labelled rest, `gripctl calibrate` writes it. A larger one is a slip.
-    /// Else it is 1.5 times the largest of the first 10 s that an object is held without a slip, in stretches of 2 s and more.
-    pub known_range: Option<f32>,
-    /// The array counts as frozen when not one bit changed for this long (ms), if it had been noisy before.
-    pub frozen_ms: f32,
-}
-
-impl Default for PressureConfig {
-    fn default() -> Self {
-        Self {
-            threshold: 6.0,
-            gross: 18.0,
-            follow_ms: 1000.0,
-            release_ms: 100.0,
-            learn_frames: 20,
-            min_rms: 0.0,
-            known_rms: None,
-            known_range: None,
-            frozen_ms: 1000.0,
-        }
-    }
-}
-
-impl PressureConfig {
-    /// # Errors
-    /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("pressure.threshold", self.threshold, 1.5, frames::CLIP)?;
-        ConfigError::within("pressure.gross", self.gross, self.threshold, frames::CLIP)?;
-        ConfigError::within("pressure.follow_ms", self.follow_ms, 10.0, 1e6)?;
-        ConfigError::within("pressure.release_ms", self.release_ms, 1.0, 10_000.0)?;
-        ConfigError::within("pressure.learn_frames", f32::from(self.learn_frames), 4.0, 10_000.0)?;
-        ConfigError::within("pressure.min_rms", self.min_rms, 0.0, 1e12)?;
-        ConfigError::within("pressure.frozen_ms", self.frozen_ms, 1.0, 1e6)?;
-        let known =
-            [("pressure.known_rms", self.known_rms), ("pressure.known_range", self.known_range)];
-        known.into_iter().try_for_each(|(name, value)| {
-            value.map_or(Ok(()), |value| ConfigError::within(name, value, 1e-12, 1e12))
-        })
+settings! {
+    /// Thresholds and times of the pressure-distribution method.
+    pub struct PressureConfig as c in "pressure" {
+        threshold: f32 = 6.0, 1.5..=frames::CLIP => "Energy of the change over the noise that is a slip.";
+        gross: f32 = 18.0, c.threshold..=frames::CLIP => "The same at which the slip is gross.";
+        follow_ms: f32 = 1000.0, 10.0..=1e6 => "Time constant with which the shape follows creep (ms).";
+        release_ms: f32 = 100.0, 1.0..=10_000.0 => "How long the pattern must stand for the slip to end (ms).";
+        learn_frames: u16 = 20, 4.0..=10_000.0 => "Frames of rest from which the noise is learned.";
+        min_rms: f32 = 0.0, 0.0..=1e12 =>
+            "Smallest noise that is believed (unit of the taxels, rms): their resolution. 0: what their readings"
+            "show, the smallest step between two of them over sqrt(12).";
+        known_rms: Option<f32> = None, 1e-12..=1e12 => "Noise that is known already (unit of the taxels, rms).";
+        known_range: Option<f32> = None, 1e-12..=1e12 =>
+            "Mean range of a taxel beside the shape (unit of the taxels) that an object held still does not exceed,"
+            "where it is known: `gripctl score` prints that of the labelled rest, `gripctl calibrate` writes it. A"
+            "larger one is a slip. Else it is 1.5 times the largest of the first 10 s that an object is held"
+            "without a slip, in stretches of 2 s and more.";
+        frozen_ms: f32 = 1000.0, 1.0..=1e6 =>
+            "The array counts as frozen when not one bit changed for this long (ms), if it had been noisy before.";
     }
 }
 

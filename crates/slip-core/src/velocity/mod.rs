@@ -13,7 +13,7 @@
 //! an object that slips accelerates with anything from 0 to g, so a is g/2 with the deviation of a uniform
 //! distribution, g / sqrt(12), unless the configuration knows better. It is therefore shown, and never used for the force.
 
-use crate::{error::ConfigError, sample::Sample, units::Micros};
+use crate::{error::ConfigError, sample::Sample, settings::settings, units::Micros};
 
 mod two_stylus;
 
@@ -32,69 +32,24 @@ pub struct Velocity {
     pub source: SpeedSource,
 }
 
-/// What is known of the sensors of speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct VelocityConfig {
-    /// Relative standard deviation of a configured speed.
-    pub fixed_sigma: f32,
-    /// Standard deviation of the velocity channel (m/s).
-    pub direct_sigma_m_s: f32,
-    /// Noise of one travel reading beside its resolution (m, rms).
-    pub travel_noise_m: f32,
-    /// Distance of the second stylus behind the first, along the slip (m).
-    pub spacing_m: f32,
-    /// Standard deviation of that distance (m).
-    pub spacing_sigma_m: f32,
-    /// Correlation of the two styli from which their delay is believed.
-    pub least_correlation: f32,
-    /// Acceleration of an object that slips (m/s^2).
-    pub gravity_m_s2: f32,
-    /// Its standard deviation (m/s^2).
-    pub gravity_sigma_m_s2: f32,
-    /// Standard deviation of the time of the onset (ms).
-    pub onset_sigma_ms: f32,
-    /// How long after the notice the gravity model is believed, the force being unchanged (ms).
-    pub gravity_longest_ms: f32,
-}
-
-impl Default for VelocityConfig {
-    fn default() -> Self {
-        Self {
-            fixed_sigma: 0.02,
-            direct_sigma_m_s: 1e-3,
-            travel_noise_m: 3e-7,
-            spacing_m: 1e-3,
-            spacing_sigma_m: 1e-5,
-            least_correlation: 0.7,
-            gravity_m_s2: 4.9,
-            gravity_sigma_m_s2: 2.83,
-            onset_sigma_ms: 5.0,
-            gravity_longest_ms: 50.0,
-        }
+settings! {
+    /// What is known of the sensors of speed.
+    pub struct VelocityConfig as c in "velocity" {
+        fixed_sigma: f32 = 0.02, 0.0..=1.0 => "Relative standard deviation of a configured speed.";
+        direct_sigma_m_s: f32 = 1e-3, 0.0..=10.0 => "Standard deviation of the velocity channel (m/s).";
+        travel_noise_m: f32 = 3e-7, 0.0..=0.01 => "Noise of one travel reading beside its resolution (m, rms).";
+        spacing_m: f32 = 1e-3, 1e-5..=0.1 => "Distance of the second stylus behind the first, along the slip (m).";
+        spacing_sigma_m: f32 = 1e-5, 0.0..=c.spacing_m => "Standard deviation of that distance (m).";
+        least_correlation: f32 = 0.7, 0.1..=1.0 => "Correlation of the two styli from which their delay is believed.";
+        gravity_m_s2: f32 = 4.9, 0.0..=100.0 => "Acceleration of an object that slips (m/s^2).";
+        gravity_sigma_m_s2: f32 = 2.83, 0.0..=100.0 => "Its standard deviation (m/s^2).";
+        onset_sigma_ms: f32 = 5.0, 0.0..=1000.0 => "Standard deviation of the time of the onset (ms).";
+        gravity_longest_ms: f32 = 50.0, 0.0..=10_000.0 =>
+            "How long after the notice the gravity model is believed, the force being unchanged (ms).";
     }
 }
 
 impl VelocityConfig {
-    /// # Errors
-    /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ConfigError> {
-        ConfigError::within("velocity.fixed_sigma", self.fixed_sigma, 0.0, 1.0)?;
-        ConfigError::within("velocity.direct_sigma_m_s", self.direct_sigma_m_s, 0.0, 10.0)?;
-        ConfigError::within("velocity.travel_noise_m", self.travel_noise_m, 0.0, 0.01)?;
-        ConfigError::within("velocity.spacing_m", self.spacing_m, 1e-5, 0.1)?;
-        ConfigError::within("velocity.spacing_sigma_m", self.spacing_sigma_m, 0.0, self.spacing_m)?;
-        ConfigError::within("velocity.least_correlation", self.least_correlation, 0.1, 1.0)?;
-        ConfigError::within("velocity.gravity_m_s2", self.gravity_m_s2, 0.0, 100.0)?;
-        ConfigError::within("velocity.gravity_sigma_m_s2", self.gravity_sigma_m_s2, 0.0, 100.0)?;
-        ConfigError::within("velocity.onset_sigma_ms", self.onset_sigma_ms, 0.0, 1000.0)?;
-        ConfigError::within("velocity.gravity_longest_ms", self.gravity_longest_ms, 0.0, 10_000.0)
-    }
-
     /// The configured speed.
     #[must_use]
     pub fn fixed(&self, speed_m_s: f32) -> Velocity {
@@ -238,23 +193,12 @@ const CAPACITY: usize = 128;
 /// Steps of the shortest window: over fewer the trapezoids of a force that rises fast are too coarse.
 const LEAST_STEPS: usize = 6;
 
-/// Where the slip speed comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct SpeedConfig {
-    /// A known constant slip speed (m/s), for recordings made on a test rig; the sensors are then not asked.
-    pub fixed_m_s: Option<f32>,
-    /// Window of the speed estimate (ms).
-    pub window_ms: f32,
-}
-
-impl Default for SpeedConfig {
-    fn default() -> Self {
-        Self { fixed_m_s: None, window_ms: 2.0 }
+settings! {
+    /// Where the slip speed comes from.
+    pub struct SpeedConfig as c in "observation.speed" {
+        fixed_m_s: Option<f32> = None, 1e-6..=100.0 =>
+            "A known constant slip speed (m/s), for recordings made on a test rig; the sensors are then not asked.";
+        window_ms: f32 = 2.0, 0.1..=1000.0 => "Window of the speed estimate (ms).";
     }
 }
 

@@ -1,0 +1,107 @@
+//! Settings as tables: a row gives a key its type, default, range and meaning.
+
+use crate::ConfigError;
+
+/// A table of the configuration. `c` in a range is the table itself. Keys that are not written have their defaults, unknown ones are
+/// refused; a key without a range is checked elsewhere, or takes every value of its type.
+macro_rules! settings {
+    ($(#[$about:meta])* pub struct $name:ident as $c:ident in $table:literal {
+        $($field:ident: $type:ty = $default:expr $(, $range:expr)? => $($doc:literal)+;)+
+    }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(
+            feature = "serde",
+            derive(serde::Serialize, serde::Deserialize),
+            serde(default, deny_unknown_fields)
+        )]
+        pub struct $name {
+            $(
+                $(#[doc = $doc])+
+                $(#[doc = ""] #[doc = concat!("Range: `", stringify!($range), "`.")])?
+                pub $field: $type,
+            )+
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)+ }
+            }
+        }
+
+        impl $name {
+            /// # Errors
+            /// The first value outside its range.
+            pub fn check(&self) -> Result<(), $crate::ConfigError> {
+                let $c = self;
+                $($(
+                    let name = concat!($table, ".", stringify!($field));
+                    $crate::settings::Ranged::within($c.$field, name, $range)?;
+                )?)+
+                Ok(())
+            }
+        }
+    };
+}
+pub(crate) use settings;
+
+/// A value that has a range.
+pub(crate) trait Ranged {
+    /// Refuses the value of the key `name` outside of a range.
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError>;
+}
+
+impl Ranged for f32 {
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError> {
+        ConfigError::within(name, self, *range.start(), *range.end())
+    }
+}
+
+impl Ranged for u16 {
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError> {
+        f32::from(self).within(name, range)
+    }
+}
+
+impl Ranged for u32 {
+    #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError> {
+        (self as f32).within(name, range)
+    }
+}
+
+impl<T: Ranged> Ranged for Option<T> {
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError> {
+        self.map_or(Ok(()), |value| value.within(name, range))
+    }
+}
+
+impl<T: Ranged, const N: usize> Ranged for [T; N] {
+    fn within(
+        self,
+        name: &'static str,
+        range: core::ops::RangeInclusive<f32>,
+    ) -> Result<(), ConfigError> {
+        self.into_iter().try_for_each(|value| value.within(name, range.clone()))
+    }
+}
