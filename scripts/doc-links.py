@@ -3,8 +3,8 @@
 
 A fault is a link to a file or heading that is not there, a line of prose longer than 120 characters (code, tables and
 what cannot be broken excepted), a README.md of more than 120 lines, a page under docs/ that docs/README.md does not
-link (a decision: docs/decisions/README.md), a source file in backticks that is not there, and sentences of more than 20 words on average, of all pages together, or of
-more than 25 in one page of ten sentences and more."""
+link (a decision: docs/decisions/README.md), a source file in backticks that is not there, and sentences of more than
+20 words on average, of all pages together, or of more than 25 in one page of ten sentences and more."""
 
 import re
 import subprocess
@@ -17,7 +17,7 @@ WORDS, PAGE_WORDS = 20, 25
 PAGE_LINES = 300
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 # A source file that prose names: by its end, from any folder on; the folder `src` may be left out.
-SOURCE = re.compile(r"`([\w./-]+\.(?:rs|py|sh))`")
+SOURCE = re.compile(r"`(?:\.{1,2}/)*([\w/-][\w./-]*\.(?:rs|py|sh))`")
 
 
 def slug(heading):
@@ -84,7 +84,8 @@ def wordy(pages):
 
 
 def missing_sources(pages, files):
-    """Source files that pages name and nobody has, but for those whose text the page itself gives. The history may name what is gone."""
+    """Source files that pages name and that are not there, but for those whose text the page itself gives. The changelog may
+    name what is gone."""
     ends = {"/" + name for name in files} | {"/" + name.replace("/src/", "/") for name in files}
     for page in pages:
         given = set(re.findall(r"^```\w+ (\S+)$", page.read_text(encoding="utf-8"), re.M))

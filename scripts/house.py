@@ -292,9 +292,21 @@ def folder_circles(files, packages):
 def tuples_of_arguments(texts):
     """Functions that take a tuple apart in their signature: its parts are arguments of their own."""
     for name, text in texts.items():
-        for found in re.finditer(r"\bfn (\w+)[^{;]*", text):
-            if re.search(r"[(,]\s*\([\w\s,]+\)\s*:", found[0]):
-                yield f"{name}:{text.count(chr(10), 0, found.start()) + 1} {found[1]}"
+        for found in re.finditer(r"\bfn (\w+)(?=[<(])", text):
+            depth, begin = 0, None
+            for at in range(found.end(), len(text)):
+                angle = text[at] == ">" and text[at - 1] not in "-="
+                depth += (text[at] in "([{<") - (text[at] in ")]}" or angle)
+                if begin is None:
+                    # Behind the parameters in angle brackets.
+                    begin = at + 1 if depth == 1 and text[at] == "(" else None
+                elif depth == 0 or depth == 1 and text[at] == ",":
+                    # An argument of a property test is drawn: `(a, b) in ..`.
+                    if re.match(r"\s*(#\[[^]]*\]\s*)*&?\((?!.*\) in )", text[begin:at], re.S):
+                        yield f"{name}:{text.count(chr(10), 0, found.start()) + 1} {found[1]}"
+                    begin = at + 1
+                    if depth == 0:
+                        break
 
 
 def main():

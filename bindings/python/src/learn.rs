@@ -160,11 +160,11 @@ pub(crate) fn train(
     let (x, y) = (matrix::<f64>("x", x, None)?, matrix::<f64>("y", y, None)?);
     let inputs = specs(inputs, "x", x.ncols())?;
     let targets = specs(targets, "y", y.ncols())?;
-    let rows = DataSet::from_values("x and y", &inputs, &targets, (x, y)).map_err(refused)?;
+    let rows = DataSet::from_values("x and y", &inputs, &targets, x, y).map_err(refused)?;
     let validation = validation
         .map(|(x, y)| {
             let (x, y) = (matrix("validation x", &x, None)?, matrix("validation y", &y, None)?);
-            DataSet::from_values("validation", &inputs, &targets, (x, y)).map_err(refused)
+            DataSet::from_values("validation", &inputs, &targets, x, y).map_err(refused)
         })
         .transpose()?;
     let fit = py.detach(|| fit(&rows, validation.as_ref(), None, &config)).map_err(refused)?;

@@ -31,7 +31,7 @@ slip_msg::named! {
     /// A channel that a gripper may lack; order is the order of the columns written.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum Channel {
-        fn column: "The column's name in a file that `CsvWriter` writes.";
+        fn column: "The column's name in a file that [`CsvWriter`](super::CsvWriter) writes.";
     }
     NormalForce: "Normal force of one finger (N).", "force_n";
     Tangential: "Tangential force on one finger (N).", "tangential_n";

@@ -90,7 +90,7 @@ impl Condition {
             *value = column(row, &target.name)?;
         }
         let name = format!("{} ({name})", self.name);
-        Ok(DataSet::from_values(&name, &inputs, &[target], (features, targets))?)
+        Ok(DataSet::from_values(&name, &inputs, &[target], features, targets)?)
     }
 }
 

@@ -117,9 +117,7 @@ impl PipelineConfig {
         self.check_detector()?;
         self.certificate.map_or(Ok(()), |certificate| certificate.check())?;
         self.health.check()?;
-        self.health.drift.check()?;
         self.observation.check()?;
-        self.observation.speed.check()?;
         fusion::check(self.methods)?;
         self.travel.check()?;
         self.pressure.check()?;
@@ -140,7 +138,6 @@ impl PipelineConfig {
             ConfigError::within(low, band.low_hz, 1e-3, top)?;
         }
         d.check()?;
-        d.gate.check()?;
         SlipDetector::new(d, self.floor, KnownFloors::default(), self.sample_rate.0)?;
         Ok(())
     }

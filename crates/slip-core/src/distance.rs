@@ -39,10 +39,10 @@ pub enum Direction {
 settings! {
     /// Limits of the moved-distance method.
     pub struct DistanceConfig as c in "travel" {
-        limit_m: f32 = 1e-4, (3.0 * c.resolution_m).max(1e-7)..=0.1 => "Moved distance that is a slip (m).";
-        drift_m_s: f32 = 1e-4, 0.0..=0.1 => "Drift of the sensor and creep of the pads that is no slip (m/s).";
         resolution_m: f32 = 1e-6, 0.0..=0.01 =>
             "Resolution of the sensor (m); the limit must be at least three times as long.";
+        limit_m: f32 = 1e-4, (3.0 * c.resolution_m).max(1e-7)..=0.1 => "Moved distance that is a slip (m).";
+        drift_m_s: f32 = 1e-4, 0.0..=0.1 => "Drift of the sensor and creep of the pads that is no slip (m/s).";
         max_speed_m_s: f32 = 3.0, 0.01..=100.0 =>
             "Fastest object (m/s): a reading that would need more is a jump of the sensor.";
         direction: Direction = Direction::Either => "Which way the object can slip.";

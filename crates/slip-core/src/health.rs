@@ -22,8 +22,8 @@ settings! {
             "glitch.";
         frozen_ms: f32 = 50.0, 1.0..=1e12 =>
             "The stylus counts as frozen when not one bit changed for this long (ms).";
-        max_bad_run: u32 = 8, 1.0..=4e9 => "Bad readings in a row after which the stylus counts as failed.";
-        drift: DriftConfig = DriftConfig::default() => "How far the mean may move while an object is held.";
+        max_bad_run: u32 = 8, 1.0..=5e9 => "Bad readings in a row after which the stylus counts as failed.";
+        [drift]: DriftConfig = DriftConfig::default() => "How far the mean may move while an object is held.";
     }
 }
 

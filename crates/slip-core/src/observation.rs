@@ -40,7 +40,7 @@ settings! {
         esc: Reading = Reading::Literal => "The reading of E_sc that stands beside the literal one.";
         stylus_damping_n_s_m: f32 = Trial::<f32>::DAMPING_N_S_M, 0.0..=1e6 =>
             "Damper of the stylus (N s/m), for the reading `viscous_work` alone.";
-        speed: SpeedConfig = SpeedConfig::default() => "Where the speed comes from.";
+        [speed]: SpeedConfig = SpeedConfig::default() => "Where the speed comes from.";
     }
 }
 

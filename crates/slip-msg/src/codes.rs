@@ -1,4 +1,4 @@
-//! Codes of pipeline, gripper, daemon and clients, but for faults (`fault`): number, name and meaning.
+//! Codes of pipeline, gripper, daemon and clients, except for faults (`fault`): number, name and meaning.
 
 use crate::table::codes;
 

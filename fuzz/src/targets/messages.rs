@@ -69,8 +69,16 @@ macro_rules! rounds {
                 round($payload, &mut out, Load::parse, |load, out| load.write(out));
             }
             Kind::HEALTH => health($payload),
-            Kind::SLIP => grown($payload, (SlipReport::SIZE, SlipReport::WHOLE), SlipReport::parse, SlipReport::write, |slip| SlipReport { certified_s: None, ..*slip }),
-            Kind::STATE => grown($payload, (PipelineState::SIZE, PipelineState::WHOLE), PipelineState::parse, PipelineState::write, |state| PipelineState { late_ms: None, ..*state }),
+            Kind::SLIP => {
+                let (size, whole) = (SlipReport::SIZE, SlipReport::WHOLE);
+                let older = |slip: &SlipReport| SlipReport { certified_s: None, ..*slip };
+                grown($payload, size, whole, SlipReport::parse, SlipReport::write, older)
+            }
+            Kind::STATE => {
+                let (size, whole) = (PipelineState::SIZE, PipelineState::WHOLE);
+                let older = |state: &PipelineState| PipelineState { late_ms: None, ..*state };
+                grown($payload, size, whole, PipelineState::parse, PipelineState::write, older)
+            }
             Kind::ROWS => {
                 let mut out = [0; MAX_PAYLOAD];
                 round($payload, &mut out, Rows::parse, |rows, out| rows.write(out));
@@ -121,10 +129,11 @@ fn health(payload: &[u8]) {
     assert_eq!(Health::parse(&out[..whole.min(len) - usize::from(len == whole)]), Ok(first));
 }
 
-/// A message of `sizes` without and with a last field, which is written where it is known. `older` is the message without it.
+/// A message of `size` without and of `whole` with a last field, which is written where it is known. `older` is the message without it.
 fn grown<T: PartialEq + Debug>(
     payload: &[u8],
-    sizes: (usize, usize),
+    size: usize,
+    whole: usize,
     parse: impl Fn(&[u8]) -> Result<T, PayloadError>,
     write: impl Fn(&T, &mut [u8]) -> Written,
     older: impl Fn(&T) -> T,
@@ -133,7 +142,6 @@ fn grown<T: PartialEq + Debug>(
     let (mut out, mut second) = ([0; MAX_PAYLOAD], [0; MAX_PAYLOAD]);
     let len = write(&message, &mut out).unwrap();
     let without = older(&message);
-    let (size, whole) = sizes;
     assert_eq!(len, if message == without { size } else { whole });
     assert!(message == without || payload.len() >= whole);
     for short in 0..len {

@@ -100,8 +100,8 @@ impl Columns {
                 DataSet::from_classes(name, &self.inputs, inputs, classes, &texts)?
             }
             Target::Numbers(targets) => {
-                let values = (inputs, matrix(&mut npz, targets)?);
-                DataSet::from_values(name, &self.inputs, targets, values)?
+                let values = matrix(&mut npz, targets)?;
+                DataSet::from_values(name, &self.inputs, targets, inputs, values)?
             }
         };
         if let Some(labels) = labels {

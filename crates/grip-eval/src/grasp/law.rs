@@ -29,7 +29,7 @@ impl Law {
     /// The law of that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        Self::BASELINES.into_iter().chain([Self::Own]).find(|law| law.name() == name)
+        Self::ALL.into_iter().find(|law| law.name() == name)
     }
 
     /// The hand that follows an older law; `None` for gripd.

@@ -34,18 +34,18 @@ pub struct MatrixRow {
 
 /// A row for each of `laws`; `grasps` are those of one cell.
 #[must_use]
-pub fn rows(cell: (&str, &str), laws: &[Law], grasps: &[GraspResult]) -> Vec<MatrixRow> {
+pub fn rows(gripper: &str, sensing: &str, laws: &[Law], grasps: &[GraspResult]) -> Vec<MatrixRow> {
     let of = |law: Law| grasps.iter().filter(move |grasp| grasp.law == law.name());
     let lost = |grasp: &GraspResult| grasp.dropped || grasp.crushed;
     let kept: BTreeSet<u64> =
         of(Law::Oracle).filter(|grasp| !lost(grasp)).map(|grasp| grasp.seed).collect();
     let row = |&law: &Law| {
-        let total = total(cell.0, &of(law).collect::<Vec<_>>());
+        let total = total(gripper, &of(law).collect::<Vec<_>>());
         let of_kept = of(law).filter(|grasp| lost(grasp) && kept.contains(&grasp.seed)).count();
         MatrixRow {
             kind: "matrix",
-            gripper: cell.0.to_owned(),
-            sensing: cell.1.to_owned(),
+            gripper: gripper.to_owned(),
+            sensing: sensing.to_owned(),
             lost_share: share(total.lost, total.trials),
             kept_by_oracle: kept.len(),
             lost_of_kept: of_kept,
@@ -97,7 +97,7 @@ mod tests {
             };
             all.into_iter().flat_map(one).collect::<Vec<_>>()
         };
-        let better = rows(("g", "s"), &laws, &fates([false, true, false]));
+        let better = rows("g", "s", &laws, &fates([false, true, false]));
         let counts = |rows: &[super::MatrixRow]| {
             rows.iter()
                 .map(|row| (row.total.lost, row.lost_of_kept, row.kept_by_oracle))
@@ -105,7 +105,7 @@ mod tests {
         };
         assert_eq!(counts(&better), [(2, 1, 2), (1, 0, 2), (1, 0, 2)]);
         assert!(!own_is_first(&better));
-        assert!(own_is_first(&rows(("g", "s"), &laws, &fates([true; 3]))));
+        assert!(own_is_first(&rows("g", "s", &laws, &fates([true; 3]))));
         assert!(!own_is_first(&[]));
     }
 }

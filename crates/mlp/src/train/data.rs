@@ -55,7 +55,7 @@ impl DataSet {
         Self::from_grouped_csv(file, bytes, inputs, targets, None)
     }
 
-    /// The same for the columns `(inputs, targets)`, and of each row the text in the column `group` (an object, a
+    /// The same for the columns `inputs` and `targets`, and of each row the text in the column `group` (an object, a
     /// grasp, a session): rows with the same one stay together in a [split](super::split).
     ///
     /// # Errors
@@ -113,10 +113,10 @@ impl DataSet {
         name: &str,
         inputs: &[ColumnSpec],
         targets: &[ColumnSpec],
-        values: (Array2<f64>, Array2<f64>),
+        input_values: Array2<f64>,
+        target_values: Array2<f64>,
     ) -> Result<Self, DataSetError> {
         check_columns(inputs, targets)?;
-        let (input_values, target_values) = values;
         let columns = [inputs.len(), targets.len()];
         let (x, y) = (input_values.dim(), target_values.dim());
         if [x.1, y.1] != columns || x.0 != y.0 {
@@ -179,7 +179,7 @@ impl DataSet {
         let one_hot = Array2::from_shape_fn((places.len(), names.len()), |(row, class)| {
             f64::from(u8::from(places[row] == class))
         });
-        let data = Self::from_values(name, inputs, &[column], (values, number))?;
+        let data = Self::from_values(name, inputs, &[column], values, number)?;
         let class = |name: String| ColumnSpec { name, transform: Transform::Identity };
         Ok(Self {
             targets: names.into_iter().map(class).collect(),

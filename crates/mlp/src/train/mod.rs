@@ -20,7 +20,7 @@
 //!
 //! let inputs: [ColumnSpec; 2] = ["v_m_s".parse()?, "m_kg:ln".parse()?];
 //! let targets: [ColumnSpec; 1] = ["f_n:ln".parse()?];
-//! let rows = DataSet::from_values(file, &inputs, &targets, (features.to_owned(), force.to_owned()))?;
+//! let rows = DataSet::from_values(file, &inputs, &targets, features.to_owned(), force.to_owned())?;
 //! let config = FitConfig { algorithm: Algorithm::Lm(Default::default()), ..FitConfig::default() };
 //! let fit = fit(&rows, None, None, &config)?;
 //! assert!(fit.train.within_fraction(0.01) > 0.99);

@@ -81,12 +81,12 @@ settings! {
         glrt_threshold: f32 = 25.0, 1.0..=1e9 =>
             "Log-likelihood ratio at which the generalised likelihood ratio is a slip.";
         tail: f32 = 4.0, TAIL_RANGE.0..=TAIL_RANGE.1 =>
-            "How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail; 1 to 50."
+            "How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail."
             "Only the confidence of an event depends on it.";
         release: f32 = 0.25, 0.01..=1.0 =>
             "Fraction of the thresholds below which the statistic must stay for the slip to end.";
         release_ms: f32 = 50.0, 1.0..=10_000.0 => "How long it must stay there (ms).";
-        gate: GateConfig = GateConfig::default() => "How the motion of the robot is distinguished from slip.";
+        [gate]: GateConfig = GateConfig::default() => "How the motion of the robot is distinguished from slip.";
     }
 }
 

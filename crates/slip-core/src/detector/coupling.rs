@@ -112,8 +112,13 @@ impl Coupling {
 
     /// Takes a block of motion: energy of each band over its floor, the sum over its threshold, and what the detector made of both.
     #[inline]
-    pub(super) fn step(&mut self, energy: &[f32; BANDS], sum: f32, decided: (f32, SlipState)) {
-        let (statistic, state) = decided;
+    pub(super) fn step(
+        &mut self,
+        energy: &[f32; BANDS],
+        sum: f32,
+        statistic: f32,
+        state: SlipState,
+    ) {
         let energy = core::array::from_fn(|b| energy[b] / self.thresholds[b]);
         self.now = self.now.with(&Highest { energy, sum, statistic });
         self.blocks = self.blocks.saturating_add(1);

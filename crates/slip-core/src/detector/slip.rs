@@ -451,7 +451,7 @@ impl SlipDetector {
             let floor = self.gate.block(&self.delay.reference(sums), self.per_sample, learned);
             if self.moving {
                 let instant = self.gate.instant(&sums, self.per_sample, learned);
-                self.gate_block(&mut block, floor, (&now, &instant));
+                self.gate_block(&mut block, floor, &now, &instant);
             }
         }
         self.pending.clear();
@@ -493,14 +493,15 @@ impl SlipDetector {
         }
     }
 
-    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing. `now` are
-    /// the energies of the block that does not wait, and the floor that the reference gives it.
+    /// Raises the floor of a block of motion by what is known of that: the reference, the command, or nothing. `energy`
+    /// and `instant` are those of the block that does not wait, and the floor that the reference gives it.
     #[inline]
     fn gate_block(
         &mut self,
         block: &mut Block,
         floor: [f32; BANDS],
-        now: (&[f32; BANDS], &[f32; BANDS]),
+        energy: &[f32; BANDS],
+        instant: &[f32; BANDS],
     ) {
         let live = self.reference.is_live();
         let relation = self.correlation.relation();
@@ -511,7 +512,7 @@ impl SlipDetector {
             if coupled && !waits && self.decision.state != SlipState::Quiet {
                 self.correlation.interrupt();
             } else {
-                self.correlation.step(now.0, now.1);
+                self.correlation.step(energy, instant);
                 let wait = match self.correlation.wait() {
                     0 if self.correlation.relation() == Relation::Near => self.knocks.wait(),
                     blocks => blocks,
@@ -604,8 +605,8 @@ impl SlipDetector {
             self.weigh(block);
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
-            let decided = (self.decision.statistic, self.decision.state);
-            self.coupling.step(&over_floor, self.cusum.over_threshold(), decided);
+            let Decision { statistic, state, .. } = self.decision;
+            self.coupling.step(&over_floor, self.cusum.over_threshold(), statistic, state);
         }
     }
 }

@@ -53,7 +53,7 @@ pub(super) struct Forces {
     pub(super) target_n: f32,
     /// Measured, or commanded where it is not.
     pub(super) applied_n: f32,
-    /// What was to be held with before the slip.
+    /// What the object was to be held with before the slip.
     pub(super) hold_n: f32,
 }
 

@@ -23,8 +23,12 @@ mod frames;
 pub use frames::{PatternRest, Standing};
 
 use crate::{
-    detector::SlipState, error::ConfigError, health::SensorHealth, sample::ANY, sample::Resolution,
-    settings::settings, units::Micros,
+    detector::SlipState,
+    error::ConfigError,
+    health::SensorHealth,
+    sample::{ANY, Resolution},
+    settings::settings,
+    units::Micros,
 };
 use frames::{Range, Shape, Spread, Widest};
 

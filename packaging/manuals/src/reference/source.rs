@@ -41,7 +41,10 @@ impl Row {
     pub(super) fn field(head: &str) -> (&str, &str) {
         let (name, kind) = head.split_once(':').unwrap_or((head, ""));
         let kind = kind.split(" = ").next().unwrap_or("");
-        (name.trim().rsplit(' ').next().unwrap_or(""), kind.trim().trim_end_matches(','))
+        (
+            name.trim().rsplit(' ').next().unwrap_or("").trim_matches(['[', ']']),
+            kind.trim().trim_end_matches(','),
+        )
     }
 }
 

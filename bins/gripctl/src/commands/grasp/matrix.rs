@@ -57,7 +57,7 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
                 if args.each {
                     grasps.iter().try_for_each(|grasp| print_grasp(args, grasp))?;
                 }
-                let rows = rows((gripper, sensing), &LAWS, &grasps);
+                let rows = rows(gripper, sensing, &LAWS, &grasps);
                 print(args, cells.is_empty(), &rows)?;
                 cells.push(rows);
             }

@@ -114,7 +114,7 @@ fn labels_are_read_beside_the_numbers() {
 #[test]
 fn computed_values_are_checked_like_fields() {
     let make = |inputs: Array2<f64>, targets: Array2<f64>| {
-        DataSet::from_values("rows", &specs(&["v", "n:ln"]), &specs(&["f_n"]), (inputs, targets))
+        DataSet::from_values("rows", &specs(&["v", "n:ln"]), &specs(&["f_n"]), inputs, targets)
     };
     let (x, y) = (arr2(&[[0.1, 1.0], [0.2, 2.0]]), arr2(&[[3.0], [4.0]]));
     let data = make(x.clone(), y.clone()).unwrap();
@@ -142,7 +142,7 @@ fn computed_values_are_checked_like_fields() {
 #[test]
 fn the_memory_layout_of_arrays_changes_nothing() {
     let columns = (&specs(&["v", "n"])[..], &specs(&["f_n"])[..]);
-    let make = |x, y| DataSet::from_values("rows", columns.0, columns.1, (x, y)).unwrap();
+    let make = |x, y| DataSet::from_values("rows", columns.0, columns.1, x, y).unwrap();
     let x = arr2(&[[0.1, 1.0], [0.2, 2.0], [0.3, 5.0]]);
     let y = arr2(&[[3.0], [4.0], [5.0]]);
     let plain = make(x.clone(), y.clone());
@@ -165,8 +165,8 @@ fn the_memory_layout_of_arrays_changes_nothing() {
 #[test]
 fn labels_of_arrays_are_one_a_row() {
     let columns = (&specs(&["v"])[..], &specs(&["f_n"])[..]);
-    let values = || (arr2(&[[0.1], [0.2]]), arr2(&[[3.0], [4.0]]));
-    let data = || DataSet::from_values("rows", columns.0, columns.1, values()).unwrap();
+    let (x, y) = (arr2(&[[0.1], [0.2]]), arr2(&[[3.0], [4.0]]));
+    let data = || DataSet::from_values("rows", columns.0, columns.1, x.clone(), y.clone()).unwrap();
     let texts = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
     assert_eq!(data().with_labels(texts(&["a", "b"])).unwrap().labels(), ["a", "b"]);
     let error = data().with_labels(texts(&["a"])).unwrap_err();
