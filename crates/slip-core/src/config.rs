@@ -171,4 +171,27 @@ mod tests {
             ConfigError::Range { name: "grip.trial_force_n", value: 100.0, low: 0.01, high: 60.0 }
         );
     }
+
+    /// A value on which the range of another one depends is blamed itself, and tables within tables are checked.
+    #[test]
+    fn the_value_that_is_wrong_is_the_one_that_is_named() {
+        let named = |change: fn(&mut PipelineConfig)| {
+            let mut config = PipelineConfig::gripping(Hertz(10_000.0));
+            change(&mut config);
+            let Err(ConfigError::Range { name, .. }) = config.check() else { panic!("accepted") };
+            name
+        };
+        assert_eq!(named(|c| c.travel.resolution_m = 0.05), "travel.resolution_m");
+        assert_eq!(named(|c| c.travel.limit_m = 1e-6), "travel.limit_m");
+        assert_eq!(named(|c| c.pressure.threshold = 40.0), "pressure.threshold");
+        assert_eq!(named(|c| c.velocity.spacing_m = 0.0), "velocity.spacing_m");
+        assert_eq!(named(|c| c.health.drift.limit = f32::NAN), "health.drift.limit");
+        assert_eq!(named(|c| c.health.max_bad_run = 0), "health.max_bad_run");
+        assert_eq!(named(|c| c.detector.gate.gain[3] = -1.0), "detector.gate.gain");
+        assert_eq!(
+            named(|c| c.observation.speed.fixed_m_s = Some(0.0)),
+            "observation.speed.fixed_m_s"
+        );
+        assert_eq!(named(|c| c.pressure.known_rms = Some(0.0)), "pressure.known_rms");
+    }
 }
