@@ -161,7 +161,7 @@ impl UsbFilter {
 }
 
 slip_core::named! {
-    /// How much gripd reports on standard error.
+    /// How much gripd reports on standard error, from the least to the most.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
     #[serde(rename_all = "lowercase")]
     pub enum LogLevel {

@@ -1,4 +1,4 @@
-//! Rows of a frame in, steps of the pipeline out, one at a time.
+//! Rows of a frame in, steps of the pipeline out, one at a time; with what clients set and what the gripper reports of its own motion.
 
 use super::{Session, Update};
 use crate::report::Event;
