@@ -96,18 +96,18 @@ message! {
     /// Counts since the decoder was made; all saturate. A part of STATS.
     #[derive(Eq, Default)]
     Counters {
-        0 ok: u32, "", "Good frames handed out.";
-        4 too_long: u32, "", "Blocks longer than any frame.";
-        8 cobs: u32, "", "Blocks that are not COBS.";
-        12 length: u32, "", "Blocks whose length field disagrees.";
-        16 crc: u32, "", "Blocks with a wrong checksum.";
-        20 echo: u32, "", "Frames with the listener's own direction bit.";
-        24 version: u32, "", "Frames of another protocol version.";
-        28 stale: u32, "", "Frames of another session.";
-        32 duplicate: u32, "", "Frames with a sequence number seen before.";
-        36 unknown: u32, "", "Good frames of an unknown type.";
-        40 gap: u32, "", "Frames missing according to the sequence numbers.";
-        44 garbage_bytes: u32, "", "Bytes in blocks that failed length, COBS or CRC.";
+        0 ok: u32, "frames", "Good frames handed out.";
+        4 too_long: u32, "blocks", "Blocks longer than any frame.";
+        8 cobs: u32, "blocks", "Blocks that are not COBS.";
+        12 length: u32, "blocks", "Blocks whose length field disagrees.";
+        16 crc: u32, "blocks", "Blocks with a wrong checksum.";
+        20 echo: u32, "frames", "Frames with the listener's own direction bit.";
+        24 version: u32, "frames", "Frames of another protocol version.";
+        28 stale: u32, "frames", "Frames of another session.";
+        32 duplicate: u32, "frames", "Frames with a sequence number seen before.";
+        36 unknown: u32, "frames", "Good frames of an unknown type.";
+        40 gap: u32, "frames", "Frames missing according to the sequence numbers.";
+        44 garbage_bytes: u32, "bytes", "Bytes in blocks that failed length, COBS or CRC.";
     }
 }
 

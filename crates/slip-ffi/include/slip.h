@@ -127,25 +127,25 @@ enum {
   SLIP_SENSOR_HEALTH_DOUBTED = 8,
   // steps or noise too coarse to show an acceleration.
   SLIP_SENSOR_HEALTH_COARSE = 9,
-  // another sensor shows the same at another time.
+  // another sensor shows the same at another time: a motion reference is late or early.
   SLIP_SENSOR_HEALTH_LATE = 10,
-  // other sensors show nothing of what it shows.
+  // other sensors show nothing of what it shows: a motion reference of another robot.
   SLIP_SENSOR_HEALTH_UNCOUPLED = 11,
 };
 
 // Operation
 enum {
-  // hold with at least this force.
+  // hold with at least `force_mn`, within the limits; the answer to a slip stays free to press harder.
   SLIP_OPERATION_AT_LEAST = 1,
-  // let go, until GRASP.
+  // let go: the fingers open until GRASP.
   SLIP_OPERATION_RELEASE = 2,
   // close again after a release.
   SLIP_OPERATION_GRASP = 3,
   // stop in software, latched by the gripper; not a safety function.
   SLIP_OPERATION_STOP = 4,
-  // clear the named fault.
+  // clear the fault `fault`.
   SLIP_OPERATION_CLEAR_FAULT = 5,
-  // the next objects are known to be held with this force; 0: nothing is known.
+  // the next objects are known to be held with `force_mn`, margin included: grasp them with that; 0: nothing is known.
   SLIP_OPERATION_EXPECT = 6,
 };
 

@@ -1,4 +1,4 @@
-//! Prints every table of codes as constants of another language: `cargo run -p slip-msg --example tables -- python|msg|spec`.
+//! Prints every table of codes as constants of another language: `cargo run -p slip-msg --example tables -- python|msg`.
 
 use slip_msg as msg;
 
@@ -10,8 +10,7 @@ fn main() {
             let (constant, code) = (row.constant().collect::<String>(), row.code);
             rows += &match language.as_str() {
                 "python" => format!("    {constant} = {code}\n"),
-                "msg" => format!("uint8 {constant}={code}\n"),
-                _ => format!("| {code} | `{constant}` | {} |\n", row.about),
+                _ => format!("uint8 {constant}={code}\n"),
             };
         }
         #[expect(clippy::print_stdout, reason = "what it is for")]

@@ -89,8 +89,8 @@ codes! {
         7 => Lost "lost" "no readings, where there were some before.",
         8 => Doubted "doubted" "contradicted by another sensor.",
         9 => Coarse "coarse" "steps or noise too coarse to show an acceleration.",
-        10 => Late "late" "another sensor shows the same at another time.",
-        11 => Uncoupled "uncoupled" "other sensors show nothing of what it shows.",
+        10 => Late "late" "another sensor shows the same at another time: a motion reference is late or early.",
+        11 => Uncoupled "uncoupled" "other sensors show nothing of what it shows: a motion reference of another robot.",
     }
 
     /// State of the link between daemon and gripper.
@@ -151,15 +151,15 @@ codes! {
 
     /// State of the microcontroller.
     open DeviceState {
-        0 => Boot "boot" "starting, actuator passive.",
-        1 => Idle "idle" "waiting for HELLO.",
-        2 => Linked "linked" "session known.",
-        3 => Armed "armed" "CONFIG accepted.",
+        0 => Boot "boot" "starting; actuator passive, link deaf.",
+        1 => Idle "idle" "waits for HELLO.",
+        2 => Linked "linked" "session open, no CONFIG.",
+        3 => Armed "armed" "CONFIG in force, no GRIP yet.",
         4 => Active "active" "a fresh GRIP is followed.",
         5 => Hold "hold" "the last GRIP is older than its ttl.",
-        6 => LossAction "loss_action" "the loss action was taken.",
-        7 => Fault "fault" "latched fault.",
-        8 => Estop "estop" "latched stop.",
+        6 => LossAction "loss_action" "the loss action was taken; a new CONFIG is needed.",
+        7 => Fault "fault" "a fault is latched.",
+        8 => Estop "estop" "a stop is latched.",
     }
 
     /// Why the microcontroller started.
@@ -174,15 +174,15 @@ codes! {
 
     /// What a channel measures.
     open ChannelKind {
-        1 => Stylus "stylus" "displacement of the stylus (m), or in another unit a vibration; every gripper has it.",
-        2 => NormalForce "normal_force" "normal force (N).",
-        3 => TangentialForce "tangential_force" "tangential force (N).",
-        4 => Travel "travel" "moved distance of the object, from a roller or encoder (m).",
-        5 => Velocity "velocity" "speed of the object (m/s).",
-        6 => SecondStylus "second_stylus" "displacement of a second stylus (m).",
-        7 => Reference "reference" "motion reference: an accelerometer on the gripper or arm (m/s2).",
-        8 => Pressure "pressure" "contact pressure (Pa).",
-        9 => PressureArray "pressure_array" "contact pressures of an array (Pa), `count` elements a row.",
+        1 => Stylus "stylus" "displacement of the stylus; required. In any other unit it is a vibration, for example of an accelerometer in the finger: slips are found, heights are not known.",
+        2 => NormalForce "normal_force" "normal force.",
+        3 => TangentialForce "tangential_force" "tangential force.",
+        4 => Travel "travel" "moved distance of the object, from a roller or encoder.",
+        5 => Velocity "velocity" "speed of the object.",
+        6 => SecondStylus "second_stylus" "displacement of a second stylus.",
+        7 => Reference "reference" "motion reference: accelerometer on gripper or arm.",
+        8 => Pressure "pressure" "contact pressure.",
+        9 => PressureArray "pressure_array" "contact pressures, `count` elements a row.",
     }
 
     /// Unit of a channel after scaling.
@@ -197,23 +197,23 @@ codes! {
 
     /// What happened on the microcontroller.
     open EventKind {
-        1 => State "state" "the state went from `before` to `after`.",
-        2 => Fault "fault" "a fault was latched.",
-        3 => FaultCleared "fault_cleared" "a fault was cleared.",
+        1 => State "state" "the state changed; `value` 0.",
+        2 => Fault "fault" "a fault was latched; `value` is its code, also beneath an ESTOP.",
+        3 => FaultCleared "fault_cleared" "a fault was cleared; `value` is its code.",
         4 => CommandRejected "command_rejected" "a GRIP was rejected; `value` is its force in mN.",
     }
 
     /// Why a request was refused.
     open NackReason {
         1 => UnknownType "unknown_type" "the type is not known.",
-        2 => Malformed "malformed" "the payload is too short or holds a value outside its range.",
-        3 => WrongState "wrong_state" "not in this state.",
-        4 => Latched "latched" "a fault or stop is latched.",
-        5 => OtherFault "other_fault" "another fault than the named one is latched.",
-        6 => Version "version" "no common protocol version.",
-        7 => Forbidden "forbidden" "the daemon's configuration does not allow it.",
-        8 => Token "token" "without the token of WELCOME.",
-        9 => Busy "busy" "too many requests wait.",
+        2 => Malformed "malformed" "payload too short, a value outside its range, or no channel left.",
+        3 => WrongState "wrong_state" "START without CONFIG; RELEASE or GRASP of a client while no gripper streams.",
+        4 => Latched "latched" "CONFIG, or RELEASE or GRASP of a client, while a fault or stop is latched.",
+        5 => OtherFault "other_fault" "CLEAR_FAULT named another fault than the latched one.",
+        6 => Version "version" "kept for later; a device of version 1 answers a HELLO of other versions with IDENT.",
+        7 => Forbidden "forbidden" "daemon only: the configuration does not allow commands of clients.",
+        8 => Token "token" "daemon only: RELEASE without the token of WELCOME.",
+        9 => Busy "busy" "daemon only: too many commands wait.",
     }
 
     /// How serious a line of LOG is.
@@ -228,31 +228,31 @@ codes! {
 codes! {
     /// What a client wants done.
     closed Operation {
-        1 => AtLeast "at_least" "hold with at least this force.",
-        2 => Release "release" "let go, until GRASP.",
+        1 => AtLeast "at_least" "hold with at least `force_mn`, within the limits; the answer to a slip stays free to press harder.",
+        2 => Release "release" "let go: the fingers open until GRASP.",
         3 => Grasp "grasp" "close again after a release.",
         4 => Stop "stop" "stop in software, latched by the gripper; not a safety function.",
-        5 => ClearFault "clear_fault" "clear the named fault.",
-        6 => Expect "expect" "the next objects are known to be held with this force; 0: nothing is known.",
+        5 => ClearFault "clear_fault" "clear the fault `fault`.",
+        6 => Expect "expect" "the next objects are known to be held with `force_mn`, margin included: grasp them with that; 0: nothing is known.",
     }
 
     /// How the elements of a row stand in SAMPLES.
     closed SampleFormat {
-        0 => I16 "i16" "i16; value = raw * scale of the channel; raw -32768 means no reading.",
-        1 => F32 "f32" "f32 in the channel's unit, the scale is not applied; NaN means no reading.",
+        0 => I16 "i16" "steps of `scale`; -32768 = no reading.",
+        1 => F32 "f32" "the unit itself; NaN = no reading.",
     }
 
     /// What a GRIP asks for; 0 is no mode.
     closed GripMode {
-        1 => Force "force" "hold with `force`.",
+        1 => Force "force" "press with `force_mn`.",
         2 => Open "open" "open the fingers.",
         3 => Passive "passive" "torque off.",
     }
 
     /// What the gripper does when no command came for ttl + `loss_after`.
     closed LossAction {
-        0 => Hold "hold" "keep holding.",
-        1 => Open "open" "open.",
+        0 => Hold "hold" "go on holding.",
+        1 => Open "open" "open the fingers.",
         2 => Passive "passive" "torque off.",
     }
 }

@@ -13,32 +13,32 @@ pub enum Reaction {
     Passive,
 }
 
-impl FaultCode {
-    /// 0000: no fault.
-    pub const NONE: Self = Self(0);
-    /// 0001: ESTOP was received.
-    pub const ESTOP: Self = Self(0x0001);
-    /// 0101: the last slip sensor delivers nothing.
-    pub const SENSOR_DEAD: Self = Self(0x0101);
-    /// 0102: the last slip sensor delivers the same value for too long.
-    pub const SENSOR_FROZEN: Self = Self(0x0102);
-    /// 0103: the last slip sensor is at the end of its range.
-    pub const SENSOR_SATURATED: Self = Self(0x0103);
-    /// 0104: one task of the firmware did not run.
-    pub const TASK_HUNG: Self = Self(0x0104);
-    /// 0201: the object is gone.
-    pub const OBJECT_LOST: Self = Self(0x0201);
-    /// 0202: the finger position is not known.
-    pub const POSITION_UNDEFINED: Self = Self(0x0202);
-    /// 0203: motor or driver too hot.
-    pub const OVER_TEMPERATURE: Self = Self(0x0203);
-    /// 0204: motor current too high.
-    pub const OVER_CURRENT: Self = Self(0x0204);
-    /// 0205: the motor driver reports a fault.
-    pub const DRIVE: Self = Self(0x0205);
-    /// 0206: supply voltage out of range.
-    pub const SUPPLY: Self = Self(0x0206);
+macro_rules! faults {
+    ($($code:literal $name:ident $doc:literal,)+) => {
+        impl FaultCode {
+            $(#[doc = concat!(stringify!($code), ": ", $doc)] pub const $name: Self = Self($code);)+
+            /// Every code that is listed, with its name and meaning.
+            pub const TABLE: &[(Self, &str, &str)] = &[$((Self::$name, stringify!($name), $doc)),+];
+        }
+    };
+}
 
+faults! {
+    0x0000 NONE "no fault.",
+    0x0001 ESTOP "ESTOP was received.",
+    0x0101 SENSOR_DEAD "the last slip sensor delivers nothing.",
+    0x0102 SENSOR_FROZEN "the last slip sensor delivers the same value for too long.",
+    0x0103 SENSOR_SATURATED "the last slip sensor is at the end of its range.",
+    0x0104 TASK_HUNG "a task of the firmware did not run.",
+    0x0201 OBJECT_LOST "the object is gone.",
+    0x0202 POSITION_UNDEFINED "the finger position is not known.",
+    0x0203 OVER_TEMPERATURE "motor or driver too hot.",
+    0x0204 OVER_CURRENT "motor current too high.",
+    0x0205 DRIVE "the motor driver reports a fault.",
+    0x0206 SUPPLY "supply voltage out of range.",
+}
+
+impl FaultCode {
     /// Whether there is one.
     #[must_use]
     pub const fn is_fault(self) -> bool {

@@ -1,18 +1,18 @@
 //! HEALTH: figures of the daemon, every second.
 
 use crate::wire::{PayloadError, Reader, Writer};
-use crate::{LinkState, Recording, Wire, message};
+use crate::{Field, LinkState, Recording, Wire, message};
 
 message! {
     /// Blocks and frames of the gripper that were no good, by cause; all saturate.
     #[derive(Eq, Default)]
     BadFrames {
-        0 too_long: u32, "", "Longer than any frame.";
-        4 cobs: u32, "", "Not COBS.";
-        8 length: u32, "", "Length field disagrees.";
-        12 crc: u32, "", "Wrong checksum.";
-        16 useless: u32, "", "Good frames that were of no use: echo, version, stale, duplicate, unknown, malformed.";
-        20 gap: u32, "", "Frames missing by their numbers.";
+        0 too_long: u32, "blocks, as in chapter 3", "Longer than any frame.";
+        4 cobs: u32, "blocks", "Not COBS.";
+        8 length: u32, "blocks", "Length field disagrees.";
+        12 crc: u32, "blocks", "Wrong checksum.";
+        16 useless: u32, "frames: echo, version, stale, duplicate, unknown, malformed", "Good frames that were of no use: echo, version, stale, duplicate, unknown, malformed.";
+        20 gap: u32, "frames missing", "Frames missing by their numbers.";
     }
 }
 
@@ -20,9 +20,9 @@ message! {
     /// What found no room inside the daemon.
     #[derive(Eq, Default)]
     Dropped {
-        0 service: u64, "", "Items for the service thread.";
-        8 recorder: u64, "", "Items for the recorder.";
-        16 clients: u32, "saturates", "Frames for clients, of all clients together.";
+        0 service as "dropped_service": u64, "items that the control loop could not pass to the other threads", "Items for the service thread.";
+        8 recorder as "dropped_recorder": u64, "things that the recorder did not get", "Items for the recorder.";
+        16 clients as "dropped_clients": u32, "frames dropped for slow clients, of all together", "Frames for clients, of all clients together.";
     }
 }
 
@@ -30,9 +30,9 @@ message! {
     /// From the last byte of a frame to the command on the line, since the daemon's start.
     #[derive(Default)]
     Latency {
-        0 p50_us: Option<f32>, "us", "Half of the frames were faster.";
-        4 p99_us: Option<f32>, "us", "99 of 100 were faster.";
-        8 max_us: Option<f32>, "us", "The slowest.";
+        0 p50_us as "p50": Option<f32>, "us, from the last byte of a frame to the command on the line", "Half of the frames were faster.";
+        4 p99_us as "p99": Option<f32>, "us", "99 of 100 were faster.";
+        8 max_us as "longest": Option<f32>, "us", "The slowest.";
     }
 }
 
@@ -48,6 +48,7 @@ pub struct ClockOffset {
 /// What the offset may be off, an f32 that is NaN before it is known, and the offset, an i64.
 impl<'a> Wire<'a> for Option<ClockOffset> {
     const SIZE: usize = 12;
+    const TYPE: &'static str = "f32 i64";
 
     fn read(r: &mut Reader<'a>) -> Result<Self, PayloadError> {
         let (half_us, offset_us) = (r.maybe()?, r.i64()?);
@@ -63,9 +64,9 @@ message! {
     /// What was appended to HEALTH after its first version: daemons older than that do not send it.
     #[derive(Default)]
     Appended {
-        0 p999_us: Option<f32>, "us", "999 of 1000 frames were faster.";
-        4 clock: Option<ClockOffset>, "us", "Half of the shortest round trip, NaN before the first answer of the gripper; host time minus device time of the newest sample.";
-        16 histogram: [u64; Appended::BUCKETS], "", "Frames by their latency: below 256 ns, and below twice as much from each bucket to the next; the last has no bound.";
+        0 p999_us as "p999": Option<f32>, "us, latency as `p50`", "999 of 1000 frames were faster.";
+        4 clock as "clock_half clock_offset": Option<ClockOffset>, "us, what `clock_offset` may be off: half of the shortest round trip; NaN = the clocks are not known | us, host time minus device time of the newest sample; 0 where it is not known", "Half of the shortest round trip, NaN before the first answer of the gripper; host time minus device time of the newest sample.";
+        16 histogram: [u64; Appended::BUCKETS], "frames by latency: number k, from 0, counts those below 256 * 2^k ns that no number before counts; the last one all longer ones", "Frames by their latency: below 256 ns, and below twice as much from each bucket to the next; the last has no bound.";
     }
 }
 
@@ -84,6 +85,8 @@ impl Appended {
 /// All of it or nothing: what a reader knows of a longer payload is at its beginning.
 impl<'a> Wire<'a> for Option<Appended> {
     const SIZE: usize = 0;
+    const TYPE: &'static str = "";
+    const FIELDS: &'static [Field] = Appended::FIELDS;
 
     fn read(r: &mut Reader<'a>) -> Result<Self, PayloadError> {
         if r.rest() < Appended::SIZE { Ok(None) } else { Wire::read(r).map(Some) }
@@ -98,22 +101,22 @@ message! {
     /// HEALTH (A3), daemon to client. Counts are since the daemon's start.
     #[derive(Default)]
     Health {
-        0 host_us: u64, "us", "Host time since the daemon's start.";
-        8 rate_hz: Option<f32>, "Hz", "Sample rate measured.";
-        12 samples: u64, "", "Samples.";
-        20 lost: u64, "", "Rows lost.";
+        0 host_us: u64, "us since the daemon's start", "Host time since the daemon's start.";
+        8 rate_hz as "rate": Option<f32>, "Hz, measured", "Sample rate measured.";
+        12 samples: u64, "rows", "Samples.";
+        20 lost: u64, "rows", "Rows lost.";
         28 bad: BadFrames, "", "Frames that were no good.";
         52 dropped: Dropped, "", "What found no room.";
-        72 clients: u16, "", "Clients connected.";
-        74 link: LinkState, "", "State of the link.";
-        75 recording: Recording, "", "State of the recording.";
-        76 latency: Latency, "us", "From the last byte to the command.";
-        88 recorded_bytes: u64, "bytes", "Recorded.";
-        96 stages: [u64; 4], "", "Samples that went through the bands of the detector, its gate, the other methods, and the measurement of slips.";
-        128 slips: u32, "", "Slips.";
-        132 reconnects: u32, "", "Lines opened after the first.";
-        136 commands: u64, "", "Force commands written.";
-        144 appended: Option<Appended>, "208 bytes", "What older daemons do not send.";
+        72 clients: u16, "connected", "Clients connected.";
+        74 link: LinkState, "link state", "State of the link.";
+        75 recording: Recording, "recording state", "State of the recording.";
+        76 latency: Latency, "", "From the last byte to the command.";
+        88 recorded_bytes as "recorded": u64, "bytes", "Recorded.";
+        96 stages as "bands gate methods observation": [u64; 4], "samples that went through the bands of the detector | samples that also went through the gate against own motion | readings of travel and taxels that were looked at | samples of slips that were measured", "Samples that went through the bands of the detector, its gate, the other methods, and the measurement of slips.";
+        128 slips: u32, "slips", "Slips.";
+        132 reconnects: u32, "lines opened after the first", "Lines opened after the first.";
+        136 commands: u64, "force commands written", "Force commands written.";
+        144 appended: Option<Appended>, "", "What older daemons do not send.";
     }
 }
 

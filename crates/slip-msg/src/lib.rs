@@ -21,7 +21,7 @@ pub use codes::*;
 pub use command::ClientCommand;
 pub use fault::{FaultCode, Reaction};
 pub use health::{Appended, BadFrames, ClockOffset, Dropped, Health, Latency};
-pub use message::{Absent, SlipReport, Wire};
+pub use message::{Absent, Field, SlipReport, Wire};
 pub use state::{EXTRAPOLATED, INFORMATIVE, PipelineState};
 pub use table::Row;
 pub use wire::PayloadError;

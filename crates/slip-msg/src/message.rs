@@ -11,6 +11,10 @@ use crate::{
 pub trait Wire<'a>: Copy {
     /// Bytes; where the number differs from value to value, those that are always there.
     const SIZE: usize;
+    /// Its name in the tables of protocol/SPEC.md, of an array that of an element; several for several numbers. Empty for a message.
+    const TYPE: &'static str;
+    /// Of a message its fields.
+    const FIELDS: &'static [Field] = &[];
     /// The next field.
     ///
     /// # Errors
@@ -20,6 +24,65 @@ pub trait Wire<'a>: Copy {
     fn append(self, writer: Writer<'_>) -> Writer<'_>;
 }
 
+/// A row of a table of fields, as protocol/SPEC.md prints it and the vectors of `protocol/vectors` name it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Field {
+    /// Offset in the payload.
+    pub at: usize,
+    /// Bytes; of text its count alone.
+    pub size: usize,
+    /// [`Wire::TYPE`].
+    pub kind: &'static str,
+    /// Its name; where it is several numbers, theirs.
+    pub name: &'static str,
+    /// Unit, range and meaning; of several numbers theirs, between bars.
+    pub text: &'static str,
+    /// Reserved bytes behind it.
+    pub reserved: usize,
+    /// Whether older programs do not send it.
+    pub appended: bool,
+    /// The fields of a message within the message.
+    pub fields: &'static [Self],
+}
+
+impl Field {
+    /// Every number, text and reserved gap of `fields`, one after the other, those of messages within included. What is written about a message
+    /// within is about its first field.
+    pub fn each(fields: &[Self], see: &mut dyn FnMut(Self)) {
+        for field in fields {
+            let appended = field.appended || field.size == 0;
+            let mut about = field.text;
+            Self::each(field.fields, &mut |inner| {
+                let text = if about.is_empty() { inner.text } else { about };
+                about = "";
+                let (at, appended) = (field.at + inner.at, appended || inner.appended);
+                see(Self { at, text, appended, ..inner });
+            });
+            let (mut at, mut kind, mut text) = (field.at, "", "");
+            let (mut kinds, mut texts) = (field.kind.split(' '), field.text.split(" | "));
+            let names = field.name.split(' ').filter(|_| field.fields.is_empty());
+            let one = Self { appended, reserved: 0, ..*field };
+            let count = names.clone().count();
+            for name in names {
+                (kind, text) = (kinds.next().unwrap_or(kind), texts.next().unwrap_or(text));
+                let size = if count == 1 { field.size } else { Self::bytes(kind) };
+                see(Self { at, size, kind, name, text, ..one });
+                at += size;
+            }
+            if field.reserved > 0 {
+                let (at, size) = (field.at + field.size, field.reserved);
+                see(Self { at, size, kind: "", name: "reserved", text: "0", ..one });
+            }
+        }
+    }
+
+    /// Bytes of a number of that type.
+    #[must_use]
+    pub fn bytes(kind: &str) -> usize {
+        kind.get(1..).and_then(|bits| bits.parse().ok()).map_or(1, |bits: usize| bits / 8)
+    }
+}
+
 /// A type with a value for what is not known, and for a field that an older program does not send.
 pub trait Absent: PartialEq + Sized {
     /// That value.
@@ -27,9 +90,10 @@ pub trait Absent: PartialEq + Sized {
 }
 
 macro_rules! wires {
-    ($($type:ty, $size:literal, |$r:ident| $read:expr, |$value:ident, $w:ident| $write:expr;)+) => { $(
+    ($($type:ty, $size:literal $kind:literal, |$r:ident| $read:expr, |$value:ident, $w:ident| $write:expr;)+) => { $(
         impl<'a> Wire<'a> for $type {
             const SIZE: usize = $size;
+            const TYPE: &'static str = $kind;
             fn read($r: &mut Reader<'a>) -> Result<Self, PayloadError> {
                 $read
             }
@@ -42,27 +106,40 @@ macro_rules! wires {
 }
 
 wires! {
-    u8, 1, |r| r.u8(), |value, w| w.u8(value);
-    u16, 2, |r| r.u16(), |value, w| w.u16(value);
-    u32, 4, |r| r.u32(), |value, w| w.u32(value);
-    u64, 8, |r| r.u64(), |value, w| w.u64(value);
-    i32, 4, |r| r.i32(), |value, w| w.i32(value);
-    i64, 8, |r| r.i64(), |value, w| w.i64(value);
-    f32, 4, |r| r.f32(), |value, w| w.f32(value);
-    Micros, 8, |r| r.u64().map(Self), |value, w| w.u64(value.0);
-    FaultCode, 2, |r| r.u16().map(Self), |value, w| w.u16(value.0);
+    u8, 1 "u8", |r| r.u8(), |value, w| w.u8(value);
+    u16, 2 "u16", |r| r.u16(), |value, w| w.u16(value);
+    u32, 4 "u32", |r| r.u32(), |value, w| w.u32(value);
+    u64, 8 "u64", |r| r.u64(), |value, w| w.u64(value);
+    i32, 4 "i32", |r| r.i32(), |value, w| w.i32(value);
+    i64, 8 "i64", |r| r.i64(), |value, w| w.i64(value);
+    f32, 4 "f32", |r| r.f32(), |value, w| w.f32(value);
+    Micros, 8 "u64", |r| r.u64().map(Self), |value, w| w.u64(value.0);
+    FaultCode, 2 "u16", |r| r.u16().map(Self), |value, w| w.u16(value.0);
     // NaN stands for what is not known.
-    Option<f32>, 4, |r| r.maybe(), |value, w| w.maybe(value);
+    Option<f32>, 4 "f32", |r| r.maybe(), |value, w| w.maybe(value);
     // Known with more digits than travel.
-    Option<f64>, 4, |r| Ok(r.maybe()?.map(f64::from)), |value, w| w.maybe(value.map(single));
+    Option<f64>, 4 "f32", |r| Ok(r.maybe()?.map(f64::from)), |value, w| w.maybe(value.map(single));
     // 4294967295 stands for what is not known.
-    Option<u32>, 4, |r| Ok(Some(r.u32()?).filter(|n| *n != u32::MAX)), |value, w| w.u32(value.unwrap_or(u32::MAX));
+    Option<u32>, 4 "u32", |r| Ok(Some(r.u32()?).filter(|n| *n != u32::MAX)), |value, w| w.u32(value.unwrap_or(u32::MAX));
     // A count of bytes before it.
-    &'a [u8], 1, |r| r.text(), |value, w| w.text(value);
+    &'a [u8], 1 "text", |r| r.text(), |value, w| w.text(value);
+}
+
+/// No payload.
+impl<'a> Wire<'a> for () {
+    const SIZE: usize = 0;
+    const TYPE: &'static str = "";
+    fn read(_: &mut Reader<'a>) -> Result<Self, PayloadError> {
+        Ok(())
+    }
+    fn append(self, writer: Writer<'_>) -> Writer<'_> {
+        writer
+    }
 }
 
 impl<'a, T: Wire<'a> + Default, const N: usize> Wire<'a> for [T; N] {
     const SIZE: usize = N * T::SIZE;
+    const TYPE: &'static str = T::TYPE;
     fn read(reader: &mut Reader<'a>) -> Result<Self, PayloadError> {
         let mut all = [T::default(); N];
         for slot in &mut all {
@@ -108,8 +185,8 @@ const fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// A message, or a part of one: its fields in the order of the payload, from what offset on, the range that others are refused outside of, and
-/// reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out where all of
+/// A message, or a part of one: its fields in the order of the payload, from what offset on, `as` what name on the wire where that is another,
+/// unit and range (what protocol/SPEC.md prints), meaning, the range that others are refused outside of, and reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out where all of
 /// them are `Absent::MISSING`. `local` ones stay in the program.
 ///
 /// ```
@@ -130,12 +207,24 @@ const fn single(value: f64) -> f32 {
 macro_rules! message {
     (@read $r:ident $type:ty) => { <$type as $crate::Wire<'_>>::read($r)? };
     (@read $r:ident $type:ty, $range:expr) => { $r.within::<$type>($range)? };
+    (@field $at:literal $type:ty, $names:expr, $text:literal, $reserved:expr, $appended:literal) => {
+        $crate::Field {
+            at: $at,
+            size: <$type as $crate::Wire<'_>>::SIZE,
+            kind: <$type as $crate::Wire<'_>>::TYPE,
+            name: $names[$names.len() - 1],
+            text: $text,
+            reserved: $reserved,
+            appended: $appended,
+            fields: <$type as $crate::Wire<'_>>::FIELDS,
+        }
+    };
     (
         @made $wire:lifetime [$($life:lifetime)?]
         $(#[$about:meta])* $name:ident {
-            $($at:literal $field:ident: $type:ty, $unit:literal, $doc:literal $(, in $range:expr)? $(, reserved $reserved:literal)?;)+
+            $($at:literal $field:ident $(as $wire_name:literal)?: $type:ty, $unit:literal, $doc:literal $(, in $range:expr)? $(, reserved $reserved:literal)?;)+
         }
-        $(appended { $($more_at:literal $more:ident: $more_type:ty, $more_unit:literal, $more_doc:literal;)+ })?
+        $(appended { $($more_at:literal $more:ident $(as $more_name:literal)?: $more_type:ty, $more_unit:literal, $more_doc:literal;)+ })?
         $(local { $($own:ident: $own_type:ty, $own_unit:literal, $own_doc:literal;)+ })?
     ) => {
         $(#[$about])*
@@ -152,6 +241,11 @@ macro_rules! message {
                 $(assert!(end == $at); end += <$type as $crate::Wire<'_>>::SIZE $(+ $reserved)?;)+
                 end
             };
+            const TYPE: &'static str = "";
+            const FIELDS: &'static [$crate::Field] = &[
+                $($crate::message!(@field $at $type, [stringify!($field) $(, $wire_name)?], $unit, 0 $(+ $reserved)?, false),)+
+                $($($crate::message!(@field $more_at $more_type, [stringify!($more) $(, $more_name)?], $more_unit, 0, true),)+)?
+            ];
 
             fn read(r: &mut $crate::wire::Reader<$wire>) -> Result<Self, $crate::PayloadError> {
                 $(let $field = $crate::message!(@read r $type $(, $range)?); $(r.slice($reserved)?;)?)+
@@ -198,14 +292,14 @@ macro_rules! message {
     };
     (
         $(#[$about:meta])* $name:ident {
-            $($at:literal $field:ident: $type:ty, $unit:literal, $doc:literal;)+
+            $($at:literal $field:ident $(as $wire_name:literal)?: $type:ty, $unit:literal, $doc:literal;)+
         }
-        appended { $($more_at:literal $more:ident: $more_type:ty, $more_unit:literal, $more_doc:literal;)+ }
+        appended { $($more_at:literal $more:ident $(as $more_name:literal)?: $more_type:ty, $more_unit:literal, $more_doc:literal;)+ }
         $(local { $($own:ident: $own_type:ty, $own_unit:literal, $own_doc:literal;)+ })?
     ) => {
         $crate::message! {
-            @made 'w [] $(#[$about])* $name { $($at $field: $type, $unit, $doc;)+ }
-            appended { $($more_at $more: $more_type, $more_unit, $more_doc;)+ }
+            @made 'w [] $(#[$about])* $name { $($at $field $(as $wire_name)?: $type, $unit, $doc;)+ }
+            appended { $($more_at $more $(as $more_name)?: $more_type, $more_unit, $more_doc;)+ }
             $(local { $($own: $own_type, $own_unit, $own_doc;)+ })?
         }
 
@@ -239,31 +333,31 @@ macro_rules! message {
 message! {
     /// What is known of a slip; SLIP (A1), daemon to client.
     SlipReport {
-        0 number: u32, "1..", "+1 for every report since the daemon's start; 0 before the daemon has numbered it.";
-        4 t: Micros, "us", "Device time.";
-        12 host: Micros, "us", "Host time since the daemon's start.";
-        20 phase: Phase, "", "How far it has come.";
-        21 method: Method, "", "Which method noticed it.";
-        22 speed_source: SpeedSource, "", "Where the speed comes from.";
-        23 esc_kind: Reading, "", "Which reading `esc` is.";
-        24 statistic: Option<f32>, "", "Slip statistic over its threshold.";
+        0 number: u32, "+1 for every SLIP since the daemon's start, from 1", "+1 for every report since the daemon's start; 0 before the daemon has numbered it.";
+        4 t as "device_us": Micros, "us, device time", "Device time.";
+        12 host as "host_us": Micros, "us since the daemon's start", "Host time since the daemon's start.";
+        20 phase: Phase, "slip phase", "How far it has come.";
+        21 method: Method, "slip method", "Which method noticed it.";
+        22 speed_source: SpeedSource, "speed source", "Where the speed comes from.";
+        23 esc_kind: Reading, "which E_sc `esc_chosen` is", "Which reading `esc` is.";
+        24 statistic: Option<f32>, "over its threshold", "Slip statistic over its threshold.";
         28 confidence: Option<f32>, "0..1", "Probability that noise alone would not reach the statistic within the stated false-alarm interval.";
-        32 speed_m_s: Option<f32>, "m/s", "Slip speed.";
-        36 speed_sigma_m_s: Option<f32>, "m/s", "Its standard deviation.";
-        40 moved_m: Option<f32>, "m", "Distance moved since the slip was noticed.";
-        44 irregularities: Option<u32>, "", "Irregularities the stylus passed.";
-        48 esc_w: Option<f64>, "W", "E_sc as printed.";
-        52 esc: Option<f64>, "W or J", "The reading of E_sc that was asked for.";
-        56 esc_flags: u8, "", "What is wrong with E_sc as printed: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
-        57 notes: u8, "", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
-        58 ruled_out: u8, "", "Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.";
-        59 possible: u8, "", "Causes that were not ruled out; one in neither could not be judged.";
-        60 estimate_n: Option<f32>, "N", "Estimate of the adequate force.";
-        64 command_n: Option<f32>, "N", "Commanded force.";
-        68 duration_s: Option<f64>, "s", "From the first notice to the end.";
+        32 speed_m_s as "speed": Option<f32>, "m/s", "Slip speed.";
+        36 speed_sigma_m_s as "sigma": Option<f32>, "m/s, standard deviation of it", "Its standard deviation.";
+        40 moved_m as "moved": Option<f32>, "m", "Distance moved since the slip was noticed.";
+        44 irregularities: Option<u32>, "passed so far; 4294967295 = not known", "Irregularities the stylus passed.";
+        48 esc_w as "esc": Option<f64>, "W, E_sc as printed", "E_sc as printed.";
+        52 esc as "esc_chosen": Option<f64>, "W or J, the reading that was asked for", "The reading of E_sc that was asked for.";
+        56 esc_flags: u8, "b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate", "What is wrong with E_sc as printed: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
+        57 notes: u8, "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
+        58 ruled_out: u8, "[causes](#causes-of-an-alarm) other than a slip that were ruled out, a bit for each", "Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.";
+        59 possible: u8, "causes that were not ruled out; one in neither could not be judged", "Causes that were not ruled out; one in neither could not be judged.";
+        60 estimate_n as "estimate": Option<f32>, "N, estimate of the adequate force", "Estimate of the adequate force.";
+        64 command_n as "command": Option<f32>, "N, commanded force", "Commanded force.";
+        68 duration_s as "duration": Option<f64>, "s, of a slip that has ended", "From the first notice to the end.";
     }
     appended {
-        72 certified_s: Option<f32>, "s", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
+        72 certified_s as "certified": Option<f32>, "s, interval that the slip is certified with: such false alarms are at least so far apart on average; left out where it is not", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
     }
     local {
         estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate.";

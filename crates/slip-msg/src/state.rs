@@ -12,26 +12,26 @@ pub const EXTRAPOLATED: u8 = 2;
 message! {
     /// The pipeline after a frame of samples; STATE (A2), daemon to client.
     PipelineState {
-        0 t: Micros, "us", "Device time of the last sample.";
-        8 host: Micros, "us", "Host time since the daemon's start.";
-        16 scene: Scene, "", "What the grasp is doing.";
-        17 grip: GripState, "", "What the force controller does.";
-        18 sensors: [SensorHealth; 4], "", "Stylus, travel, pressure, reference.";
-        22 device: DeviceState, "", "State of the gripper.";
-        23 notes: u8, "", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
-        24 fault: FaultCode, "", "Latched fault of the gripper.";
-        26 esc_flags: u8, "", "What is wrong with E_sc: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
-        27 esc_kind: Reading, "", "Which reading `esc` is.";
-        28 statistic: Option<f32>, "", "Slip statistic over its threshold.";
-        32 command_n: Option<f32>, "N", "Commanded force.";
-        36 applied_n: Option<f32>, "N", "Measured normal force.";
-        40 esc: Option<f32>, "W or J", "The last E_sc.";
-        44 estimate_n: Option<f32>, "N", "The last estimate of the adequate force.";
-        48 rate_hz: u32, "Hz", "Sample rate in force.";
-        52 lost: u64, "rows", "Lost since the daemon's start.";
+        0 t as "device_us": Micros, "us, device time of the last sample", "Device time of the last sample.";
+        8 host as "host_us": Micros, "us since the daemon's start", "Host time since the daemon's start.";
+        16 scene: Scene, "scene", "What the grasp is doing.";
+        17 grip: GripState, "grip stage", "What the force controller does.";
+        18 sensors as "stylus travel pressure reference": [SensorHealth; 4], "sensor health", "Stylus, travel, pressure, reference.";
+        22 device: DeviceState, "device state", "State of the gripper.";
+        23 notes: u8, "as in SLIP", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
+        24 fault: FaultCode, "latched fault", "Latched fault of the gripper.";
+        26 esc_flags: u8, "as in SLIP", "What is wrong with E_sc: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
+        27 esc_kind: Reading, "which E_sc `esc` is", "Which reading `esc` is.";
+        28 statistic: Option<f32>, "over its threshold", "Slip statistic over its threshold.";
+        32 command_n as "command": Option<f32>, "N, commanded force", "Commanded force.";
+        36 applied_n as "applied": Option<f32>, "N, measured normal force", "Measured normal force.";
+        40 esc: Option<f32>, "W or J, the last E_sc", "The last E_sc.";
+        44 estimate_n as "estimate": Option<f32>, "N, the last estimate of the adequate force", "The last estimate of the adequate force.";
+        48 rate_hz: u32, "Hz, sample rate in force", "Sample rate in force.";
+        52 lost: u64, "rows lost since the daemon's start", "Lost since the daemon's start.";
     }
     appended {
-        60 late_ms: Option<f32>, "ms", "Age of the newest usable row at the last command, by the daemon's clock.";
+        60 late_ms as "late": Option<f32>, "ms, age of the newest usable row at the last command, by the daemon's clock; left out where it is not known", "Age of the newest usable row at the last command, by the daemon's clock.";
     }
 }
 

@@ -116,6 +116,7 @@ macro_rules! codes {
     (@wire $name:ident, |$r:ident| $read:expr) => {
         impl<'a> $crate::Wire<'a> for $name {
             const SIZE: usize = 1;
+            const TYPE: &'static str = "u8";
             fn read($r: &mut $crate::wire::Reader<'a>) -> Result<Self, $crate::PayloadError> {
                 $read
             }

@@ -14,6 +14,7 @@ mod gripfleet;
 #[expect(dead_code, unreachable_pub, reason = "of the command line only the names are wanted here")]
 mod gripmon;
 mod reference;
+mod spec;
 
 use anyhow::Context as _;
 use clap::{Command, CommandFactory as _, Parser};
@@ -31,15 +32,21 @@ use std::{
 #[derive(Debug, Parser)]
 #[command(name = "grip-manuals", version)]
 struct Cli {
-    /// Folder that gets `man`, `bash`, `zsh` and `fish`; made where it is absent.
+    /// Folder that gets `man`, `bash`, `zsh` and `fish`; made where it is absent. With --spec a file.
     out: PathBuf,
     /// The pages of the reference instead, in the folder itself.
     #[arg(long)]
     reference: bool,
+    /// A copy of protocol/SPEC.md instead, with the tables of the code.
+    #[arg(long, conflicts_with = "reference")]
+    spec: bool,
 }
 
 fn main() -> anyhow::Result<()> {
     let cli = Cli::parse();
+    if cli.spec {
+        return fs::write(&cli.out, spec::spec()).with_context(|| cli.out.display().to_string());
+    }
     if cli.reference {
         fs::create_dir_all(&cli.out).with_context(|| cli.out.display().to_string())?;
         return pages().into_iter().try_for_each(|(name, text)| {

@@ -9,8 +9,8 @@ macro_rules! bits {
 
         impl $name {
             $(#[doc = concat!("b", stringify!($bit), ": ", $doc)] pub const $flag: Self = Self(1 << $bit);)+
-            /// Number and name of each bit.
-            pub const BITS: &[(u8, &str)] = &[$(($bit, stringify!($flag))),+];
+            /// Number, name and meaning of each bit.
+            pub const BITS: &[(u8, &str, &str)] = &[$(($bit, stringify!($flag), $doc)),+];
 
             /// Whether all bits of `other` are set.
             #[must_use]
@@ -39,6 +39,7 @@ macro_rules! bits {
 
         impl<'a> slip_msg::Wire<'a> for $name {
             const SIZE: usize = <$type as slip_msg::Wire<'_>>::SIZE;
+            const TYPE: &'static str = <$type as slip_msg::Wire<'_>>::TYPE;
             fn read(r: &mut slip_msg::wire::Reader<'a>) -> Result<Self, slip_msg::PayloadError> {
                 <$type as slip_msg::Wire<'_>>::read(r).map(Self)
             }

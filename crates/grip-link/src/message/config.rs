@@ -1,25 +1,26 @@
 //! CONFIG and its answer: the sampling and the limits wanted, and those in force.
 
+use super::bits::bits;
 use super::wire::{PayloadError, Reader, Writer};
 use super::{LossAction, SampleFormat};
 use crate::crc::crc32c;
-use slip_msg::message;
+use slip_msg::{Wire, message};
 
 message! {
     /// CONFIG (03), host to MCU, ACK_REQ; answered by CONFIG_ACK or NACK. It stops sampling and ends in state ARMED. A value outside its
     /// range is malformed, but for the life of commands and what lies above the limits of IDENT: these are clamped.
     #[derive(Eq)]
     Config {
-        0 sample_rate_hz: u32, "Hz, 1..= IDENT's fastest", "Sampling.", in 1..;
-        4 batch: u8, "1..=255; a batch also ends after 1 ms", "Samples a batch.", in 1..;
-        5 format: SampleFormat, "", "Format of the rows.";
-        6 ttl_ms: u16, "ms, 20..=100", "Life of a GRIP command.";
-        8 channel_mask: u32, "bit 0 = first channel of IDENT", "Channels to send.";
-        12 force_max_mn: i32, "mN, 0..= IDENT's largest", "Largest force.", in 0..;
-        16 slew_mn_s: u32, "mN/s, 1..= IDENT's fastest", "Fastest change of force.", in 1..;
-        20 hold_cap_mn: i32, "mN, 0..= F_max", "Largest force held without commands.", in 0..;
-        24 loss_after_ms: u16, "ms, 100..=60000; usually 1000", "Time in HOLD before the loss action.";
-        26 loss_action: LossAction, "", "The loss action.", reserved 1;
+        0 sample_rate_hz: u32, "Hz; 0 is malformed; clamped to slowest .. IDENT `rate_max_hz`, slowest = ceil(`tick_hz` / 65535), at most `rate_max_hz`", "Sampling.", in 1..;
+        4 batch: u8, "rows of a SAMPLES, 1..255; 0 is malformed; fewer are sent when they do not fit", "Samples a batch.", in 1..;
+        5 format: SampleFormat, "sample format; an unknown one is malformed", "Format of the rows.";
+        6 ttl_ms: u16, "ms, life of a GRIP; clamped to 20..100", "Life of a GRIP command.";
+        8 channel_mask: u32, "b0 = first channel of IDENT; bits of channels that do not exist or cannot be sent in `format` are cleared; none left = NACK MALFORMED", "Channels to send.";
+        12 force_max_mn: i32, "mN, F_max; negative is malformed; clamped to IDENT `force_max_mn`", "Largest force.", in 0..;
+        16 slew_mn_s: u32, "mN/s; 0 is malformed; clamped to IDENT `slew_max_mn_s`", "Fastest change of force.", in 1..;
+        20 hold_cap_mn: i32, "mN, largest force held without commands; negative is malformed; clamped to IDENT `hold_cap_mn` and to F_max", "Largest force held without commands.", in 0..;
+        24 loss_after_ms: u16, "ms of HOLD before the loss action; clamped to 100..60000", "Time in HOLD before the loss action.";
+        26 loss_action: LossAction, "loss action; an unknown one is malformed", "The loss action.", reserved 1;
     }
 }
 
@@ -45,11 +46,19 @@ impl Config {
     }
 }
 
-/// Which fields of CONFIG the MCU changed.
-///
-/// b0 rate, b1 batch, b2 mask, b3 F_max, b4 slew, b5 ttl, b6 hold cap, b7 loss delay.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Clamped(pub u8);
+bits! {
+    /// Which fields of CONFIG the MCU changed.
+    Clamped(u8) {
+        0 RATE "`sample_rate_hz`.",
+        1 BATCH "`batch`; not set by a device of version 1.",
+        2 MASK "`channel_mask`.",
+        3 FORCE_MAX "`force_max_mn`.",
+        4 SLEW "`slew_mn_s`.",
+        5 TTL "`ttl_ms`.",
+        6 HOLD_CAP "`hold_cap_mn`.",
+        7 LOSS_AFTER "`loss_after_ms`.",
+    }
+}
 
 impl Clamped {
     /// Compares what was asked with what is in force.
@@ -75,15 +84,17 @@ impl Clamped {
     }
 }
 
-/// CONFIG_ACK (83), MCU to host.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 4 | u32 | CRC-32C of bytes 8..36 | equals that of the CONFIG payload when nothing was clamped |
-/// | 4 | 2 | u16 | seq of the CONFIG answered | |
-/// | 6 | 1 | u8 | clamped fields | b0 rate, b1 batch, b2 mask, b3 F_max, b4 slew, b5 ttl, b6 hold cap, b7 loss delay |
-/// | 7 | 1 | | reserved | 0 |
-/// | 8 | 28 | | the CONFIG in force | [`Config`] |
+message! {
+    /// What stands before the CONFIG in force in CONFIG_ACK.
+    #[derive(Eq)]
+    ConfigAckHead {
+        0 crc: u32, "CRC-32C of the payload bytes 8..35; another is malformed", "CRC-32C of the CONFIG that follows.";
+        4 seq as "config_seq": u16, "seq of the CONFIG answered", "seq of the CONFIG answered.";
+        6 clamped: Clamped, "clamped fields", "Fields that were changed.", reserved 1;
+    }
+}
+
+/// CONFIG_ACK (83), MCU to host: its head, then the CONFIG in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ConfigAck {
     /// seq of the CONFIG answered.
@@ -96,7 +107,7 @@ pub struct ConfigAck {
 
 impl ConfigAck {
     /// Bytes of the payload.
-    pub const SIZE: usize = 36;
+    pub const SIZE: usize = ConfigAckHead::SIZE + Config::SIZE;
 
     /// Reads a payload and checks its CRC.
     ///
@@ -104,10 +115,7 @@ impl ConfigAck {
     /// [`PayloadError`]: too short, a CRC that disagrees, or a CONFIG that cannot be.
     pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
         let mut r = Reader::new(payload);
-        let crc = r.u32()?;
-        let seq = r.u16()?;
-        let clamped = Clamped(r.u8()?);
-        let _reserved = r.u8()?;
+        let ConfigAckHead { crc, seq, clamped } = Wire::read(&mut r)?;
         let bytes = r.slice(Config::SIZE)?;
         if crc32c(bytes) != crc {
             return Err(PayloadError::Value { at: 0, value: i64::from(crc) });
@@ -120,7 +128,8 @@ impl ConfigAck {
     /// # Errors
     /// [`PayloadError::Full`].
     pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = Writer::new(out).u32(self.config.checksum()).u16(self.seq).u8(self.clamped.0).u8(0);
-        w.put(&self.config.to_bytes()).finish()
+        let (crc, seq, clamped) = (self.config.checksum(), self.seq, self.clamped);
+        let head = ConfigAckHead { crc, seq, clamped };
+        self.config.append(head.append(Writer::new(out))).finish()
     }
 }

@@ -16,11 +16,11 @@ pub const MAX_ELEMENTS: u8 = 64;
 message! {
     /// One channel of IDENT.
     Channel {
-        0 kind: ChannelKind, "", "What it measures.";
-        1 unit: Unit, "", "Unit after scaling.";
-        2 formats: u8, "b0 i16, b1 f32", "The formats in which it can be sent.";
-        3 count: u8, "1..=64; 1 except for an array", "Elements a row.";
-        4 scale: f32, "finite and > 0", "Unit per i16 step.";
+        0 kind: ChannelKind, "channel kind", "What it measures.";
+        1 unit: Unit, "unit after scaling", "Unit after scaling.";
+        2 formats: u8, "b0 can be sent as i16, b1 as f32", "The formats in which it can be sent.";
+        3 count: u8, "elements in a row, 1..64; else malformed; 1 except for an array", "Elements a row.";
+        4 scale: f32, "unit per i16 step; finite and > 0, else malformed", "Unit per i16 step.";
     }
 }
 
@@ -56,8 +56,8 @@ message! {
     /// A range of protocol versions: payload bytes 0 and 1 of HELLO and IDENT, SUBSCRIBE and WELCOME, in every version.
     #[derive(Eq)]
     Versions {
-        0 min: u8, "0..=15", "Lowest version spoken.";
-        1 max: u8, "0..=15", "Highest version spoken.";
+        0 min: u8, "lowest protocol version spoken, 0..15", "Lowest version spoken.";
+        1 max: u8, "highest protocol version spoken, 0..15", "Highest version spoken.";
     }
 }
 
@@ -78,10 +78,10 @@ message! {
     /// forgets the CONFIG before, holds the force it has, and is LINKED.
     #[derive(Eq)]
     Hello {
-        0 versions: Versions, "0..=15", "Protocol range.";
-        2 max_rx: u16, "bytes, 480", "Longest payload the host takes.";
+        0 versions: Versions, "", "Protocol range.";
+        2 max_rx: u16, "bytes, longest payload the host takes: 480; not used by version 1", "Longest payload the host takes.";
         4 caps: u32, "no bit defined: 0", "Capability bits.";
-        8 time_us: u64, "us, monotonic, for the log", "Host time.";
+        8 time_us: u64, "us, monotonic host time, for the device's log", "Host time.";
     }
 }
 
@@ -89,12 +89,12 @@ message! {
     /// What the hardware allows; CONFIG is clamped to it.
     #[derive(Eq)]
     Limits {
-        0 rate_max_hz: u32, "Hz, >= 1", "Fastest sampling.";
-        4 force_max_mn: i32, "mN, >= 0; 0 = no actuator", "Largest force.";
-        8 slew_max_mn_s: u32, "mN/s, > 0", "Fastest change of force.";
-        12 hold_cap_mn: i32, "mN, 0..= largest force", "Largest force held without commands.";
-        16 travel_min_um: i32, "um", "Travel of the fingers: lower end.";
-        20 travel_max_um: i32, "um", "Travel of the fingers: upper end.";
+        0 rate_max_hz: u32, "Hz, >= 1, fastest sampling", "Fastest sampling.";
+        4 force_max_mn: i32, "mN, >= 0, largest force; 0: no actuator", "Largest force.";
+        8 slew_max_mn_s: u32, "mN/s, > 0, fastest change of force", "Fastest change of force.";
+        12 hold_cap_mn: i32, "mN, 0 .. `force_max_mn`, largest force held without commands", "Largest force held without commands.";
+        16 travel_min_um: i32, "um, lower end of the finger travel", "Travel of the fingers: lower end.";
+        20 travel_max_um: i32, "um, upper end", "Travel of the fingers: upper end.";
     }
 }
 
@@ -110,9 +110,9 @@ message! {
     /// Firmware version.
     #[derive(Eq)]
     Firmware {
-        0 major: u8, "", "Major.";
-        1 minor: u8, "", "Minor.";
-        2 patch: u16, "", "Patch.";
+        0 major as "fw_major": u8, "firmware version", "Major.";
+        1 minor as "fw_minor": u8, "", "Minor.";
+        2 patch as "fw_patch": u16, "", "Patch.";
     }
 }
 
@@ -122,35 +122,29 @@ impl fmt::Display for Firmware {
     }
 }
 
+message! {
+    /// What stands before the channel table in IDENT.
+    #[derive(Eq)]
+    IdentHead {
+        0 versions: Versions, "", "Protocol range.";
+        2 max_rx: u16, "bytes, longest payload the device takes, >= 64; not used by version 1", "Longest payload the MCU takes.";
+        4 caps: u32, "no bit defined: 0", "Capability bits.";
+        8 uid: [u8; 16], "identity of the gripper, the same at every start", "Identity of the gripper.";
+        24 boot_id: u32, "identity of this start: another number at every start", "Identity of this start.";
+        28 tick_hz: u32, "Hz, 1000 and more; less is malformed", "Ticks of the MCU clock a second.", in 1000..;
+        32 limits: Limits, "", "What the hardware allows.";
+        56 firmware: Firmware, "", "Firmware version.";
+        60 reset: ResetReason, "reset reason", "Why it started.";
+        61 state: DeviceState, "device state when this is sent", "State now.";
+        62 fault: FaultCode, "latched fault, 0 = none", "Latched fault.";
+        64 channel_count: u8, "n, 0..16; more is malformed", "Channels described.", in ..=16;
+        65 entry_size: u8, "bytes of a channel entry: 8; less is malformed, readers skip what they do not know", "Bytes of a channel entry.", in 8..;
+        66 table_at: u16, "payload offset of the first entry: 72 in version 1; readers obey it", "Offset of the channel table.", reserved 4;
+    }
+}
+
 /// IDENT (81), MCU to host: the answer to HELLO. With session 0 it reports that the MCU has no session: sent at most every
 /// 100 ms, in answer to a frame of an unknown session.
-///
-/// | offset | size | type | field | unit, range |
-/// |---|---|---|---|---|
-/// | 0 | 1 | u8 | lowest protocol version | 0..=15 |
-/// | 1 | 1 | u8 | highest protocol version | 0..=15 |
-/// | 2 | 2 | u16 | longest payload the MCU takes | bytes, >= 64 |
-/// | 4 | 4 | u32 | capabilities | no bit defined: 0 |
-/// | 8 | 16 | u8\[16\] | uid | the same at every start |
-/// | 24 | 4 | u32 | boot_id | another at every start |
-/// | 28 | 4 | u32 | tick_hz | Hz, 1000..=4e9; at most 65535 * sample rate |
-/// | 32 | 4 | u32 | fastest sampling | Hz, >= 1 |
-/// | 36 | 4 | i32 | largest force | mN, >= 0; 0 = no actuator |
-/// | 40 | 4 | u32 | fastest change of force | mN/s, > 0 |
-/// | 44 | 4 | i32 | largest force held without commands | mN, 0..= largest force |
-/// | 48 | 4 | i32 | travel, lower end | um |
-/// | 52 | 4 | i32 | travel, upper end | um |
-/// | 56 | 1 | u8 | firmware major | |
-/// | 57 | 1 | u8 | firmware minor | |
-/// | 58 | 2 | u16 | firmware patch | |
-/// | 60 | 1 | u8 | reset reason | [`ResetReason`] code |
-/// | 61 | 1 | u8 | state | [`DeviceState`] code |
-/// | 62 | 2 | u16 | fault | [`FaultCode`], 0 = none |
-/// | 64 | 1 | u8 | channels n | 0..=16 |
-/// | 65 | 1 | u8 | bytes of a channel entry | >= 8; readers skip what they do not know |
-/// | 66 | 2 | u16 | offset of the channel table | 72 here; later versions may put fields before it |
-/// | 68 | 4 | | reserved | 0 |
-/// | 72 | 8 n | | channel table | [`Channel`] |
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ident {
     /// Protocol range.
@@ -183,7 +177,7 @@ pub struct Ident {
 
 impl Ident {
     /// Bytes before the channel table.
-    pub const TABLE: usize = 72;
+    pub const TABLE: usize = IdentHead::SIZE;
     /// Most bytes of the payload.
     pub const MAX_SIZE: usize = Self::TABLE + MAX_CHANNELS * Channel::SIZE;
     /// An unused entry of the channel table.
@@ -209,34 +203,28 @@ impl Ident {
     /// [`PayloadError`]: too short; more than 16 channels, entries under 8 bytes, tick_hz under 1000, or a scale or
     /// element count that cannot be.
     pub fn parse(payload: &[u8]) -> Result<Self, PayloadError> {
-        let mut r = Reader::new(payload);
+        let head = IdentHead::parse(payload)?;
         let mut ident = Self {
-            versions: Wire::read(&mut r)?,
-            max_rx: r.u16()?,
-            caps: r.u32()?,
-            uid: r.take()?,
-            boot_id: r.u32()?,
-            tick_hz: r.u32()?,
-            limits: Wire::read(&mut r)?,
-            firmware: Wire::read(&mut r)?,
-            reset: Wire::read(&mut r)?,
-            state: Wire::read(&mut r)?,
-            fault: Wire::read(&mut r)?,
+            versions: head.versions,
+            max_rx: head.max_rx,
+            caps: head.caps,
+            uid: head.uid,
+            boot_id: head.boot_id,
+            tick_hz: head.tick_hz,
+            limits: head.limits,
+            firmware: head.firmware,
+            reset: head.reset,
+            state: head.state,
+            fault: head.fault,
             channels: [Self::NO_CHANNEL; MAX_CHANNELS],
-            channel_count: r.coded(|n| (usize::from(n) <= MAX_CHANNELS).then_some(n))?,
+            channel_count: head.channel_count,
         };
-        if ident.tick_hz < 1000 {
-            return Err(PayloadError::Value { at: 28, value: i64::from(ident.tick_hz) });
-        }
-        ident.read_table(payload, r)?;
+        ident.read_table(payload, &head)?;
         Ok(ident)
     }
 
-    fn read_table(&mut self, payload: &[u8], mut r: Reader<'_>) -> Result<(), PayloadError> {
-        let stride =
-            usize::from(r.coded(|size| (usize::from(size) >= Channel::SIZE).then_some(size))?);
-        let mut at = usize::from(r.u16()?);
-        let _reserved: [u8; 4] = r.take()?;
+    fn read_table(&mut self, payload: &[u8], head: &IdentHead) -> Result<(), PayloadError> {
+        let mut at = usize::from(head.table_at);
         for slot in self.channels.iter_mut().take(usize::from(self.channel_count)) {
             let channel: Channel = Wire::read(&mut Reader::at_offset(payload, at))?;
             if !channel.count_is_possible() {
@@ -249,7 +237,7 @@ impl Ident {
                 });
             }
             *slot = channel;
-            at += stride;
+            at += usize::from(head.entry_size);
         }
         Ok(())
     }
@@ -259,11 +247,26 @@ impl Ident {
     /// # Errors
     /// [`PayloadError::Full`].
     pub fn write(&self, out: &mut [u8]) -> Result<usize, PayloadError> {
-        let w = self.versions.append(Writer::new(out)).u16(self.max_rx).u32(self.caps);
-        let w = w.put(&self.uid).u32(self.boot_id).u32(self.tick_hz);
-        let w = self.firmware.append(self.limits.append(w));
-        let w = self.fault.append(self.state.append(self.reset.append(w)));
-        let w = w.u8(self.channel_count).u8(8).u16(72).u32(0);
+        let Self { versions, max_rx, caps, uid, boot_id, tick_hz, limits, firmware, .. } = *self;
+        let Self { reset, state, fault, channel_count, .. } = *self;
+        let (entry_size, table_at) = (8, 72);
+        let head = IdentHead {
+            versions,
+            max_rx,
+            caps,
+            uid,
+            boot_id,
+            tick_hz,
+            limits,
+            firmware,
+            reset,
+            state,
+            fault,
+            channel_count,
+            entry_size,
+            table_at,
+        };
+        let w = head.append(Writer::new(out));
         self.channels().iter().fold(w, |w, channel| channel.append(w)).finish()
     }
 }

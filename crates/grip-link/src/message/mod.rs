@@ -1,27 +1,7 @@
 //! Payload bytes in, typed messages out, and back; every offset is fixed and little-endian.
 //!
-//! | type | name | direction | size | ACK_REQ | type in Rust |
-//! |---|---|---|---|---|---|
-//! | 01 | HELLO | to MCU | 16 | yes: IDENT | [`Hello`] |
-//! | 81 | IDENT | to host | 72 + 8 a channel | | [`Ident`] |
-//! | 03 | CONFIG | to MCU | 28 | yes: CONFIG_ACK | [`Config`] |
-//! | 83 | CONFIG_ACK | to host | 36 | | [`ConfigAck`] |
-//! | 04 | START | to MCU | 0 | yes | |
-//! | 05 | STOP | to MCU | 0 | yes | |
-//! | 06 | PING | to MCU | 8 | | [`Ping`] |
-//! | 86 | PONG | to host | 24 | | [`Pong`] |
-//! | 10 | GRIP | to MCU | 20 | | [`Grip`] |
-//! | 11 | HEARTBEAT | to MCU | 12 | | [`Heartbeat`] |
-//! | 12 | ESTOP | to MCU, session 0 | 0 | yes | |
-//! | 13 | CLEAR_FAULT | to MCU | 2 | yes | [`ClearFault`] |
-//! | 8E | ACK | to host | 4 | | [`Ack`] |
-//! | 8F | NACK | to host | 4 | | [`Nack`] |
-//! | 90 | SAMPLES | to host | 20 + rows | | [`Samples`] |
-//! | 91 | STATUS | to host | 24 | | [`Status`] |
-//! | 92 | STATS | to host | 76 | | [`Stats`] |
-//! | 93 | EVENT | to host | 20 | | [`Event`] |
-//! | 94 | LOG | to host | 10 + text | | [`Log`] |
-//! | A0..FF | | daemon and clients | | | not for the serial line: [`daemon`] |
+//! Types, directions, sizes and answers stand on one screen in `protocol/SPEC.md`, chapter 4; fields follow from the tables here. Types
+//! A0..FF are not for the serial line: [`daemon`].
 //!
 //! Payloads grow only by appending: a reader takes the bytes it knows and ignores what follows. A payload
 //! shorter than its size is malformed: it is counted, and answered with NACK `Malformed` when ACK_REQ is set.
@@ -35,10 +15,12 @@ mod ident;
 mod report;
 mod samples;
 
-pub use config::{Clamped, Config, ConfigAck};
+pub use config::{Clamped, Config, ConfigAck, ConfigAckHead};
 pub use control::{Ack, ClearFault, Heartbeat, Nack, Ping, Pong};
 pub use grip::{ForceClamp, Grip, Status, StatusFlags};
-pub use ident::{Channel, Firmware, Hello, Ident, Limits, MAX_CHANNELS, MAX_ELEMENTS, Versions};
+pub use ident::{
+    Channel, Firmware, Hello, Ident, IdentHead, Limits, MAX_CHANNELS, MAX_ELEMENTS, Versions,
+};
 pub use report::{Event, Log, Stats};
 pub use samples::{Column, Layout, Row, Rows, SAMPLES_HEADER, Samples, SamplesHeader};
 pub(crate) use slip_msg::wire;

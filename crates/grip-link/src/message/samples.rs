@@ -86,12 +86,12 @@ message! {
     /// elements.
     #[derive(Eq)]
     SamplesHeader {
-        0 first_index: u32, "+1 a row since the MCU started, wraps", "Number of the first row.";
-        4 t0_tick: u64, "ticks", "Time of the first row.";
-        12 dt_ticks: u16, "ticks", "Time from row to row.";
-        14 rows: u8, "1..=255", "Rows.", in 1..;
-        15 format: SampleFormat, "", "Format of the elements.";
-        16 dropped_total: u32, "wraps", "Rows the MCU dropped since it started.";
+        0 first_index: u32, "number of the first row; +1 for every row taken since the device started, wraps", "Number of the first row.";
+        4 t0_tick: u64, "tick of the first row", "Time of the first row.";
+        12 dt_ticks: u16, "ticks from row to row: floor(`tick_hz` / rate)", "Time from row to row.";
+        14 rows as "n": u8, "rows, 1..255; 0 is malformed", "Rows.", in 1..;
+        15 format: SampleFormat, "sample format; an unknown one is malformed", "Format of the elements.";
+        16 dropped_total: u32, "rows dropped by the device since it started, at the time of sending; wraps", "Rows the MCU dropped since it started.";
     }
 }
 

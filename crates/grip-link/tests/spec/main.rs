@@ -4,7 +4,6 @@
 mod claims;
 mod codes;
 mod examples;
-mod fields;
 mod frame;
 mod markdown;
 mod messages;

@@ -1,6 +1,5 @@
 //! A source file of the crate in, its constants out: what no value can be asked for.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 fn read(file: &str) -> String {
@@ -14,22 +13,6 @@ fn number(text: &str) -> Option<u64> {
         Some(hex) => u64::from_str_radix(hex, 16).ok(),
         None => digits.parse().ok(),
     }
-}
-
-/// Constants `Self(number)` of one type, by name.
-pub(crate) fn codes(file: &str, of: &str) -> BTreeMap<String, u64> {
-    let text = read(file);
-    let inside =
-        text.lines().skip_while(|line| *line != format!("impl {of} {{")).take_while(|l| *l != "}");
-    let found: BTreeMap<String, u64> = inside
-        .filter_map(|line| {
-            let rest = line.trim().strip_prefix("pub const ")?;
-            let (name, value) = rest.split_once(": Self = Self(")?;
-            Some((name.to_owned(), number(value.strip_suffix(");")?)?))
-        })
-        .collect();
-    assert!(found.len() > 2, "{} constants of {of} in {file}", found.len());
-    found
 }
 
 /// One numeric constant, public or not.

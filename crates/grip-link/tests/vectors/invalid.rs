@@ -3,46 +3,19 @@
 use crate::table::rows;
 use crate::targets::gripper::{SESSION, hello, idle, sent, wire};
 use crate::targets::words::{fault_word, unhex};
+use crate::valid::error_of;
 use grip_link::cobs::decode_in_place;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
 use grip_link::frame::{Direction, Frame, Header};
-use grip_link::message::{
-    Ack, Channel, ChannelKind, ConfigAck, Event, Ident, Kind, Layout, Log, Nack, NackReason,
-    PayloadError, Pong, Samples, Stats, Status, ToDevice, Versions,
-};
-
-fn to_host(frame: &Frame<'_>) -> Result<(), PayloadError> {
-    let payload = frame.payload;
-    match frame.header.kind {
-        Kind::IDENT => Ident::parse(payload).map(drop),
-        Kind::CONFIG_ACK => ConfigAck::parse(payload).map(drop),
-        Kind::PONG => Pong::parse(payload).map(drop),
-        Kind::ACK => Ack::parse(payload).map(drop),
-        Kind::NACK => Nack::parse(payload).map(drop),
-        Kind::SAMPLES => {
-            let two = Channel { count: 2, ..Channel::single(ChannelKind::PressureArray, 1.0) };
-            Samples::parse(payload, &Layout::new(&[two], 1)).map(drop)
-        }
-        Kind::STATUS => Status::parse(payload).map(drop),
-        Kind::STATS => Stats::parse(payload).map(drop),
-        Kind::EVENT => Event::parse(payload).map(drop),
-        Kind::LOG => Log::parse(payload).map(drop),
-        _ => Ok(()),
-    }
-}
+use grip_link::message::{Kind, Nack, NackReason, Versions};
 
 fn error(role: Role, frame: &Frame<'_>) -> String {
-    let parsed = match role {
-        Role::Device => ToDevice::parse(frame).map(drop),
-        _ => to_host(frame),
-    };
-    match parsed {
-        Ok(()) if frame.header.kind == Kind::HELLO && frame.header.session == 0 => "session".into(),
-        Ok(()) => "-".into(),
-        Err(PayloadError::Short { .. }) => "short".into(),
-        Err(PayloadError::Value { at, .. }) => format!("value@{at}"),
-        Err(other) => panic!("{other}"),
+    match error_of(role, &Verdict::Frame(*frame)) {
+        fine if fine == "-" && frame.header.kind == Kind::HELLO && frame.header.session == 0 => {
+            "session".to_owned()
+        }
+        other => other,
     }
 }
 

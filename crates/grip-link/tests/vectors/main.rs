@@ -1,8 +1,6 @@
 //! The vectors that every peer of the link reads: protocol/vectors/valid.tsv and invalid.tsv, and those of a daemon's clients: clients.tsv and clients-invalid.tsv.
 #![cfg(test)]
 
-mod clients;
-mod fields;
 mod golden;
 mod invalid;
 mod table;

@@ -1,147 +1,172 @@
-//! Fields give the wire bytes, and wire bytes the fields.
+//! Every vector of every peer: its fields by the tables of the messages, and its bytes again from the message that was read.
 
-use crate::fields::{Given, channels, row_bytes, row_text};
 use crate::table::rows;
 use crate::targets::gripper::written;
-use crate::targets::words::{hex, unhex};
+use crate::targets::words::{fault_word, hex, unhex};
 use grip_link::cobs;
-use grip_link::decoder::{Counters, Decoder, Role, Verdict};
-use grip_link::frame::{Direction, Frame, Header, MAX_WIRE, encode};
+use grip_link::crc::crc32c;
+use grip_link::decoder::{Decoder, Role, Verdict};
+use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
+use grip_link::message::daemon::{ToClient, ToDaemon};
 use grip_link::message::{
-    Ack, Channel, ChannelKind, ClearFault, Config, ConfigAck, Event, Firmware, Grip, Heartbeat,
-    Hello, Ident, Kind, Layout, Limits, Log, Nack, Ping, Pong, SampleFormat, Samples,
-    SamplesHeader, Stats, Status, Versions,
+    Ack, Channel, ChannelKind, Config, ConfigAck, Event, Ident, Kind, Layout, Log, Nack,
+    PayloadError, Pong, SAMPLES_HEADER, SampleFormat, Samples, Stats, Status, ToDevice,
 };
+use slip_msg::{Field, Wire as _};
+use std::collections::{BTreeMap, HashSet};
 
-fn kind(name: &str) -> Kind {
-    let found = Kind::ALL.iter().find(|(known, _)| *known == name);
-    found.unwrap_or_else(|| panic!("no message {name}")).1
-}
-
-/// A value with the fields of a list: some made by hand, the others read by their names.
-macro_rules! given {
-    ($g:ident, $type:ident { $($own:ident: $value:expr),*; $($field:ident),* }) => {
-        $type { $($own: $value,)* $($field: $g.num(stringify!($field)),)* }
+/// The payload that the message of a frame writes again.
+pub(crate) fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
+    let mut out = [0xAA; MAX_PAYLOAD];
+    let len = match role {
+        Role::Device => to_device(frame, &mut out)?,
+        Role::Daemon => to_daemon(frame, &mut out)?,
+        Role::Client => to_client(frame, &mut out)?,
+        _ => return to_host(frame),
     };
+    Ok(out[..len].to_vec())
 }
 
-/// The payload that a message with these fields writes; that of the frame reads back as the message.
-macro_rules! message {
-    ($g:ident, $frame:ident, $type:ident { $($fields:tt)* }) => {{
-        let value = given! { $g, $type { $($fields)* } };
-        assert_eq!($type::parse($frame.payload), Ok(value));
-        written(|p| value.write(p))
-    }};
+fn to_device(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
+    match ToDevice::parse(frame)? {
+        ToDevice::Hello(message) => message.write(out),
+        ToDevice::Config(message) => message.write(out),
+        ToDevice::Ping(message) => message.write(out),
+        ToDevice::Grip(message) => message.write(out),
+        ToDevice::Heartbeat(message) => message.write(out),
+        ToDevice::ClearFault(message) => message.write(out),
+        ToDevice::Start | ToDevice::Stop | ToDevice::Estop => Ok(0),
+    }
 }
 
-fn config(g: &mut Given) -> Config {
-    given! { g, Config {
-        ; sample_rate_hz, batch, format, ttl_ms, channel_mask, force_max_mn, slew_mn_s, hold_cap_mn,
-        loss_after_ms, loss_action
-    } }
+fn to_daemon(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
+    match ToDaemon::parse(frame)? {
+        ToDaemon::Subscribe(message) => message.write(out),
+        ToDaemon::Command(message) => message.write(out),
+        ToDaemon::Query => Ok(0),
+        ToDaemon::Load(message) => message.write(out),
+        ToDaemon::Object(message) => message.write(out),
+        ToDaemon::Shadow(message) => message.write(out),
+    }
 }
 
-fn versions(g: &mut Given) -> Versions {
-    given! { g, Versions { ; min, max } }
+fn to_client(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
+    match ToClient::parse(frame)? {
+        ToClient::Welcome(message) => message.write(out),
+        ToClient::Slip(message) => message.write(out),
+        ToClient::State(message) => message.write(out),
+        ToClient::Health(message) => message.write(out),
+        ToClient::Gripper(message) => message.write(out),
+        ToClient::Rows(message) => message.write(out),
+        ToClient::Notice(message) => message.write(out),
+        ToClient::Setup(message) => message.write(out),
+        ToClient::Estimates(message) => message.write(out),
+        ToClient::Ack(message) => message.write(out),
+        ToClient::Nack(message) => message.write(out),
+    }
 }
 
-fn limits(g: &mut Given) -> Limits {
-    given! { g, Limits {
-        ; rate_max_hz, force_max_mn, slew_max_mn_s, hold_cap_mn, travel_min_um, travel_max_um
-    } }
-}
-
-fn firmware(g: &mut Given) -> Firmware {
-    Firmware { major: g.num("fw_major"), minor: g.num("fw_minor"), patch: g.num("fw_patch") }
-}
-
-fn received(g: &mut Given) -> Counters {
-    given! { g, Counters {
-        ; ok, too_long, cobs, length, crc, echo, version, stale, duplicate, unknown, gap, garbage_bytes
-    } }
-}
-
-fn to_device(kind: Kind, g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
-    match kind {
-        Kind::HELLO => {
-            message! { g, frame, Hello { versions: versions(g); max_rx, caps, time_us } }
+fn to_host(frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
+    let payload = frame.payload;
+    macro_rules! written {
+        ($type:ident) => {{
+            let message = $type::parse(payload)?;
+            written(|out| message.write(out))
+        }};
+    }
+    Ok(match frame.header.kind {
+        Kind::IDENT => written!(Ident),
+        Kind::CONFIG_ACK => written!(ConfigAck),
+        Kind::PONG => written!(Pong),
+        Kind::ACK => written!(Ack),
+        Kind::NACK => written!(Nack),
+        Kind::SAMPLES => {
+            let two = Channel { count: 2, ..Channel::single(ChannelKind::PressureArray, 1.0) };
+            let header = Samples::parse(payload, &Layout::new(&[two], 1))?.header;
+            let bytes = written(|out| header.write(out));
+            [&bytes, &payload[SAMPLES_HEADER..]].concat()
         }
-        Kind::CONFIG => {
-            let config = config(g);
-            assert_eq!(Config::parse(frame.payload), Ok(config));
-            written(|p| config.write(p))
-        }
-        Kind::PING => message! { g, frame, Ping { ; t1_us } },
-        Kind::GRIP => message! {
-            g, frame, Grip { ; cmd_id, mode, flags, ttl_ms, force_mn, slew_mn_s, cause_sample }
-        },
-        Kind::HEARTBEAT => message! { g, frame, Heartbeat { ; turns, longest_us, late, flags } },
-        Kind::CLEAR_FAULT => message! { g, frame, ClearFault { ; fault } },
+        Kind::STATUS => written!(Status),
+        Kind::STATS => written!(Stats),
+        Kind::EVENT => written!(Event),
+        Kind::LOG => written!(Log),
         _ => Vec::new(),
-    }
+    })
 }
 
-fn answers(kind: Kind, g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
-    match kind {
-        Kind::IDENT => {
-            let (channels, channel_count) = channels(&g.text("channels"));
-            let uid = g.bytes("uid").try_into().unwrap();
-            message! { g, frame, Ident {
-                versions: versions(g), uid: uid, limits: limits(g), firmware: firmware(g),
-                channels: channels, channel_count: channel_count;
-                max_rx, caps, boot_id, tick_hz, reset, state, fault
-            } }
+/// A field as the vectors write it.
+fn read(kind: &str, bytes: &[u8]) -> String {
+    let each = |bytes: &[u8]| {
+        let mut wide = [0; 8];
+        wide[..bytes.len()].copy_from_slice(bytes);
+        match kind {
+            "f32" => hex(&bytes.iter().rev().copied().collect::<Vec<_>>()),
+            "i32" => i32::from_le_bytes(bytes.try_into().unwrap()).to_string(),
+            "i64" => i64::from_le_bytes(wide).to_string(),
+            _ => u64::from_le_bytes(wide).to_string(),
         }
-        Kind::CONFIG_ACK => message! {
-            g, frame, ConfigAck { seq: g.num("config_seq"), config: config(g); clamped }
-        },
-        Kind::PONG => message! { g, frame, Pong { ; t1_us, rx_tick, tx_tick } },
-        Kind::ACK => message! { g, frame, Ack { seq: g.num("request_seq"); kind } },
-        Kind::NACK => message! { g, frame, Nack { seq: g.num("request_seq"); kind, reason } },
-        Kind::SAMPLES => samples(g, frame),
-        Kind::STATUS => message! { g, frame, Status {
-            ; last_cmd_id, state, clamp, fault, applied_mn, target_mn, age_us, flags, rejected
-        } },
-        Kind::STATS => message! { g, frame, Stats {
-            received: received(g);
-            sent, dropped_batches, dropped_rows, malformed, old, refused, unanswered
-        } },
-        Kind::EVENT => message! {
-            g, frame, Event { ; tick, kind, before, after, fault, dropped, value }
-        },
-        Kind::LOG => {
-            let text = g.bytes("text");
-            message! { g, frame, Log { text: &text; tick, level } }
-        }
-        other => panic!("{other:?} is not a message to the host"),
-    }
+    };
+    let all: Vec<String> = bytes.chunks(Field::bytes(kind)).map(each).collect();
+    all.join(",")
 }
 
-fn samples(g: &mut Given, frame: &Frame<'_>) -> Vec<u8> {
-    let format: u8 = g.num("format");
-    let text = g.text("rows");
-    let (bytes, elements) = row_bytes(&text, format);
-    let header = SamplesHeader {
-        first_index: g.num("first_index"),
-        t0_tick: g.num("t0_tick"),
-        dt_ticks: g.num("dt_ticks"),
-        rows: g.num("n"),
-        format: SampleFormat::from_code(format).unwrap(),
-        dropped_total: g.num("dropped_total"),
+/// Compares what a vector names with the payload by the table of a message, and takes it out of `left`.
+fn compare(table: &[Field], payload: &[u8], left: &mut BTreeMap<String, String>) {
+    Field::each(table, &mut |Field { at, size, kind, name, appended, .. }| {
+        let bytes = payload.get(at..at + size).unwrap_or_default();
+        let found = match kind {
+            _ if bytes.is_empty() => return,
+            // More than any program writes: no field yet.
+            _ if appended && !left.contains_key(name) => return,
+            "" => return,
+            "text" => {
+                let end = at + 1 + usize::from(bytes[0]);
+                hex(&payload[at + 1..end])
+            }
+            "u8" if size > 1 => hex(bytes),
+            _ => read(kind, bytes),
+        };
+        let own = match name {
+            "entry_size" | "table_at" => return,
+            "channel_count" => Some(left["channels"].split(',').count().to_string()),
+            "crc" if left.contains_key("config_seq") => {
+                Some(crc32c(&payload[8..8 + Config::SIZE]).to_string())
+            }
+            _ => left.remove(name),
+        };
+        assert_eq!(Some(found), own, "{name} at {at} of {left:?}");
+    });
+}
+
+/// Entries of the channel table, from where and at what distance the payload states.
+fn channels(payload: &[u8]) -> String {
+    let (count, size) = (usize::from(payload[64]), usize::from(payload[65]));
+    let begin = usize::from(u16::from_le_bytes([payload[66], payload[67]]));
+    let entry = |n: usize| {
+        let entry = &payload[begin + n * size..];
+        let mut parts = Vec::new();
+        Field::each(Channel::FIELDS, &mut |Field { at, size, kind, .. }| {
+            parts.push(read(kind, &entry[at..at + size]));
+        });
+        parts.join(":")
     };
-    let channel = Channel {
-        count: u8::try_from(elements).unwrap(),
-        ..Channel::single(ChannelKind::PressureArray, 1.0)
+    (0..count).map(entry).collect::<Vec<_>>().join(",")
+}
+
+/// Rows of SAMPLES or ROWS as a vector writes them, as bytes.
+fn row_bytes(kind: Kind, is_f32: bool, text: &str) -> Vec<u8> {
+    let element = |(n, word): (usize, &str)| match kind {
+        Kind::ROWS if n == 0 => word.parse::<u32>().unwrap().to_le_bytes().to_vec(),
+        Kind::SAMPLES if !is_f32 => word.parse::<i16>().unwrap().to_le_bytes().to_vec(),
+        _ => u32::from_str_radix(word, 16).unwrap().to_le_bytes().to_vec(),
     };
-    let layout = Layout::new(&[channel], 1);
-    let samples = Samples::parse(frame.payload, &layout).unwrap();
-    assert_eq!(samples.header, header);
-    assert_eq!(samples.rows().count(), usize::from(header.rows));
-    let elements_of_all = &frame.payload[20..20 + bytes.len()];
-    assert_eq!(row_text(elements_of_all, format, elements), text);
-    let mut payload = written(|p| header.write(p));
-    payload.extend(bytes);
-    payload
+    text.split(';').flat_map(|row| row.split(',').enumerate().flat_map(element)).collect()
+}
+
+fn pairs(text: &str) -> BTreeMap<String, String> {
+    let words = text.split(' ').filter(|word| *word != "-");
+    let pairs = words.map(|word| word.split_once('=').unwrap());
+    pairs.map(|(name, value)| (name.to_owned(), value.to_owned())).collect()
 }
 
 #[test]
@@ -151,7 +176,7 @@ fn cobs_blocks_are_byte_exact() {
         if direction != "cobs" {
             continue;
         }
-        let data = Given::new(&fields).bytes("data");
+        let data = unhex(&pairs(&fields)["data"]);
         let mut block = unhex(&wire);
         if usage == "both" {
             let mut out = [0; 600];
@@ -165,48 +190,94 @@ fn cobs_blocks_are_byte_exact() {
 }
 
 #[test]
-fn frames_are_byte_exact() {
-    let mut kinds = std::collections::HashSet::new();
-    for [name, usage, direction, message, head, fields, wire] in rows::<7>("valid.tsv") {
-        if direction == "cobs" {
-            continue;
-        }
+fn frames_are_byte_exact_and_hold_their_fields() {
+    let mut kinds = HashSet::new();
+    for row in [rows::<7>("valid.tsv"), rows::<7>("clients.tsv")].concat() {
+        let [name, usage, direction, message, head, fields, wire] = row;
         let (way, role) = match direction.as_str() {
+            "cobs" => continue,
             "to_device" => (Direction::ToDevice, Role::Device),
+            "to_daemon" => (Direction::ToDevice, Role::Daemon),
+            "to_client" => (Direction::ToHost, Role::Client),
             _ => (Direction::ToHost, Role::Host),
         };
-        let mut head = Given::new(&head);
+        let head = pairs(&head);
+        let (_, kind) = *Kind::ALL.iter().find(|(known, _)| *known == message).unwrap();
+        let number = |name: &str| head[name].parse::<u16>().unwrap();
         let header = Header {
-            version: head.num("version"),
-            ack_req: head.num::<u8>("ack_req") == 1,
-            ..Header::new(way, kind(&message), head.num("seq"), head.num("session"))
+            version: u8::try_from(number("version")).unwrap(),
+            ack_req: head["ack_req"] == "1",
+            ..Header::new(way, kind, number("seq"), number("session"))
         };
-        head.finish();
         let bytes = unhex(&wire);
         let mut decoder = Decoder::new(role);
         decoder.open_session(header.session, None);
-        let mut input = &bytes[..];
-        let Some(Verdict::Frame(frame)) = decoder.next(&mut input) else { panic!("{name}") };
+        let Some(Verdict::Frame(frame)) = decoder.next(&mut &bytes[..]) else { panic!("{name}") };
         assert_eq!(frame.header, header, "{name}");
-        let read = |frame: &Frame<'_>| {
-            let mut given = Given::new(&fields);
-            let payload = match way {
-                Direction::ToDevice => to_device(header.kind, &mut given, frame),
-                Direction::ToHost => answers(header.kind, &mut given, frame),
-            };
-            given.finish();
-            payload
-        };
-        let payload = read(&frame);
-        // What a later version appends is ignored.
-        let longer = [frame.payload, &[0xEE; 9]].concat();
-        assert_eq!(read(&Frame { payload: &longer, ..frame }), payload, "{name}");
-        if usage == "both" {
-            let mut out = [0; MAX_WIRE];
-            let len = encode(&header, &payload, &mut out).unwrap();
-            assert_eq!(hex(&out[..len]), wire, "{name}");
+        let payload = again(role, &frame).unwrap();
+        if role != Role::Client && role != Role::Daemon && kind != Kind::SAMPLES {
+            // What a later version appends is ignored.
+            let longer = [frame.payload, &[0xEE; 9]].concat();
+            let longer = again(role, &Frame { payload: &longer, ..frame });
+            assert_eq!(longer.as_ref(), Ok(&payload), "{name}");
         }
-        kinds.insert(header.kind.0);
+        let mut out = [0; MAX_WIRE];
+        let len = encode(&header, &payload, &mut out).unwrap();
+        assert_eq!(hex(&out[..len]) == wire, usage == "both", "{name}");
+        hold_their_fields(kind, frame.payload, pairs(&fields), &name);
+        kinds.insert(kind);
     }
-    assert_eq!(kinds.len(), 19, "every message at least once");
+    assert_eq!(kinds.len(), Kind::ALL.len(), "every message at least once");
+}
+
+fn hold_their_fields(kind: Kind, payload: &[u8], mut left: BTreeMap<String, String>, name: &str) {
+    let is_f32 =
+        left.get("format").is_some_and(|code| *code == SampleFormat::F32.code().to_string());
+    compare(kind.fields(), payload, &mut left);
+    if kind == Kind::CONFIG_ACK {
+        compare(Config::FIELDS, &payload[8..], &mut left);
+    }
+    if let Some(text) = left.remove("channels").filter(|_| kind == Kind::IDENT) {
+        assert_eq!(channels(payload), text, "{name}");
+    }
+    if let Some(text) = left.remove("rows") {
+        let bytes = row_bytes(kind, is_f32, &text);
+        assert!(payload[SAMPLES_HEADER..].starts_with(&bytes), "{name}");
+    }
+    assert!(left.is_empty(), "{name}: no field {left:?}");
+}
+
+#[test]
+fn bad_frames_of_clients_get_their_verdict() {
+    for [name, role, session, bytes, verdicts, error, _] in rows::<7>("clients-invalid.tsv") {
+        let role = if role == "daemon" { Role::Daemon } else { Role::Client };
+        let mut decoder = Decoder::new(role);
+        if session == "beef" {
+            decoder.open_session(crate::targets::gripper::SESSION, Some(0));
+        }
+        let bytes = unhex(&bytes);
+        let mut input = &bytes[..];
+        let (mut words, mut last) = (Vec::new(), "-".to_owned());
+        while let Some(verdict) = decoder.next(&mut input) {
+            last = error_of(role, &verdict);
+            words.push(match verdict {
+                Verdict::Frame(_) => "ok",
+                Verdict::Bad(fault) => fault_word(fault),
+            });
+        }
+        assert_eq!((words.join(","), last), (verdicts, error), "{name}");
+    }
+}
+
+/// What is wrong with the payload of a good frame, in the words of the vectors.
+pub(crate) fn error_of(role: Role, verdict: &Verdict<'_>) -> String {
+    match verdict {
+        Verdict::Frame(frame) => match again(role, frame) {
+            Ok(_) => "-".to_owned(),
+            Err(PayloadError::Short { .. }) => "short".to_owned(),
+            Err(PayloadError::Value { at, .. }) => format!("value@{at}"),
+            Err(other) => panic!("{other}"),
+        },
+        Verdict::Bad(_) => "-".to_owned(),
+    }
 }

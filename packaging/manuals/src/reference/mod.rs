@@ -1,15 +1,13 @@
 //! The tables of the code in, the pages of the reference that are not command lines out.
 
-mod messages;
 mod metrics;
 mod settings;
 mod source;
 
 /// Name and text of each page.
-pub(crate) fn pages() -> [(&'static str, String); 4] {
+pub(crate) fn pages() -> [(&'static str, String); 3] {
     [
         ("configuration", settings::configuration()),
-        ("messages", messages::messages()),
         ("metrics", metrics::metrics()),
         ("scenes", settings::scenes()),
     ]
@@ -17,7 +15,7 @@ pub(crate) fn pages() -> [(&'static str, String); 4] {
 
 /// The beginning of a page.
 fn page(title: &str, about: &str) -> String {
-    let about = wrapped(&[about.to_owned()]);
+    let about = wrapped(about);
     format!(
         "# {title}\n\n{about}\n\nMade of the code: `cargo run -p grip-manuals -- --reference docs/reference` writes this page.\n"
     )
@@ -28,30 +26,14 @@ fn plain(text: &str) -> String {
     text.replace("[`", "`").replace("`]", "`").replace("\\[", "[").replace('|', "\\|")
 }
 
-/// Lines of at most 120 characters; rows of a table and empty lines stay as they are.
-fn wrapped(lines: &[String]) -> String {
-    let mut text = String::new();
-    let mut width = 0;
-    for line in lines {
-        if line.is_empty() || line.starts_with('|') {
-            let line = line.replace("[`", "`").replace("`]", "`");
-            text += if width > 0 { "\n" } else { "" };
-            text += &format!("{line}\n");
-            width = 0;
-            continue;
-        }
-        for word in plain(line).split(' ') {
-            let breaks = width > 0 && width + 1 + word.len() > 120;
-            text += if breaks {
-                "\n"
-            } else if width > 0 {
-                " "
-            } else {
-                ""
-            };
-            width = if breaks || width == 0 { word.len() } else { width + 1 + word.len() };
-            text += word;
+/// Lines of at most 120 characters.
+fn wrapped(text: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.len() + 1 + word.len() <= 120 => *line += &format!(" {word}"),
+            _ => lines.push(word.to_owned()),
         }
     }
-    text.trim_end().to_owned()
+    lines.join("\n")
 }

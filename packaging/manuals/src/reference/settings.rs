@@ -38,13 +38,12 @@ struct Key {
 /// The keys of a struct and of the structs within it, in their order.
 fn keys(items: &[Item], path: &str, name: &str) -> Vec<Key> {
     let fields = items.iter().filter(|item| item.name == name).flat_map(|item| &item.rows);
-    let keys = fields.flat_map(|row| {
-        let (field, kind) = Row::field(&row.head);
+    let keys = fields.flat_map(|Row { name, kind, about }| {
         let kind = kind.trim_start_matches("Option<").trim_end_matches('>');
-        let name = format!("{path}{field}");
+        let name = format!("{path}{name}");
         let is_table = items.iter().any(|item| item.name == kind);
         let within = if is_table { keys(items, &format!("{name}."), kind) } else { Vec::new() };
-        let about = format!("{}.", plain(&row.texts.join(" ")).trim_end_matches('.'));
+        let about = format!("{}.", plain(about).trim_end_matches('.'));
         let note = if kind == "Draw" { "drawn" } else { "" };
         [vec![Key { name, is_table, note, about }], within].concat()
     });

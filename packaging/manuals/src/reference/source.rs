@@ -1,51 +1,25 @@
-//! The text of a Rust source in; its documented structs and the tables of its macros out.
+//! The text of Rust sources read for their documented structs, those in `settings!` tables included.
 //!
-//! No Rust parser: it reads what rustfmt has laid out, a row a line or up to the next `,` or `;`.
+//! No Rust parser: it reads what rustfmt has laid out, a field a line or up to the next `,` or `;`.
 
-/// What an item begins with; in a macro a name alone too.
-const KINDS: [&str; 3] = ["pub struct ", "open ", "closed "];
-
-/// A struct, a message, a table of codes or bits.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// A struct or a table of settings.
+#[derive(Clone, Debug)]
 pub(super) struct Item {
     /// Its name.
     pub(super) name: String,
-    /// Its doc comment, line by line.
-    pub(super) about: Vec<String>,
-    /// What stands before the brace, as `open Scene`.
-    pub(super) header: String,
     /// Its rows.
     pub(super) rows: Vec<Row>,
 }
 
-/// A field, a code or a bit.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A field.
+#[derive(Clone, Debug)]
 pub(super) struct Row {
-    /// What stands before the first text: `0 kind: Kind`, `2 => Gross`, `pub port: Option<String>`.
-    pub(super) head: String,
-    /// The texts between quotation marks; of a field of a struct its doc comment.
-    pub(super) texts: Vec<String>,
-    /// Whether older writers do not send it.
-    pub(super) appended: bool,
-}
-
-impl Item {
-    /// Whether it is written as a struct, and not in a table of a macro.
-    pub(super) fn is_struct(&self) -> bool {
-        self.header.starts_with("pub struct ")
-    }
-}
-
-impl Row {
-    /// Name and type of a field.
-    pub(super) fn field(head: &str) -> (&str, &str) {
-        let (name, kind) = head.split_once(':').unwrap_or((head, ""));
-        let kind = kind.split(" = ").next().unwrap_or("");
-        (
-            name.trim().rsplit(' ').next().unwrap_or("").trim_matches(['[', ']']),
-            kind.trim().trim_end_matches(','),
-        )
-    }
+    /// Its name.
+    pub(super) name: String,
+    /// Its type.
+    pub(super) kind: String,
+    /// Its doc comment, or the texts of its row in a table.
+    pub(super) about: String,
 }
 
 /// Texts of files below `crates`.
@@ -54,7 +28,7 @@ macro_rules! sources {
 }
 pub(super) use sources;
 
-/// Every item with a doc comment.
+/// Every struct.
 pub(super) fn items(sources: &[&str]) -> Vec<Item> {
     sources.iter().flat_map(|source| of(source)).collect()
 }
@@ -62,54 +36,44 @@ pub(super) fn items(sources: &[&str]) -> Vec<Item> {
 fn of(source: &str) -> Vec<Item> {
     let mut items: Vec<Item> = Vec::new();
     let (mut about, mut row) = (Vec::new(), String::new());
-    let (mut in_macro, mut in_item, mut attribute, mut appended) = (false, false, false, false);
-    let mut skipped = false;
-    for line in source.lines() {
-        in_macro = (in_macro || line.ends_with("! {")) && line != "}";
-        let line = line.trim();
+    let (mut in_item, mut attribute, mut skipped) = (false, false, false);
+    for line in source.lines().map(str::trim) {
         if let Some(text) = line.strip_prefix("///") {
-            about.push(text.strip_prefix(' ').unwrap_or(text).to_owned());
+            about.push(text.trim());
         } else if attribute || line.starts_with("#[") {
             attribute = !line.ends_with(']');
             skipped |= line == "#[serde(skip)]";
         } else if in_item && line == "}" {
             (in_item, skipped) = (false, false);
-            about.clear();
         } else if in_item {
             row = format!("{row} {line}");
             if line.ends_with([',', ';']) {
-                let texts = core::mem::take(&mut about);
                 if let (false, Some(item)) = (skipped, items.last_mut()) {
-                    item.rows.push(row_of(&row, &texts.join(" "), appended));
+                    item.rows.push(row_of(&row, &about.join(" ")));
                 }
                 (row, skipped) = (String::new(), false);
+                about.clear();
             }
         } else {
-            appended = line == "appended {";
-            let header = line.trim_end_matches(" {");
-            let kind = KINDS.iter().any(|kind| header.starts_with(kind));
-            let named = kind || (in_macro && header.starts_with(char::is_uppercase));
-            let named = named && line.ends_with('{') && !about.is_empty();
-            if named {
-                items.push(item_of(header, core::mem::take(&mut about)));
+            let header = line.strip_prefix("pub struct ").and_then(|line| line.strip_suffix(" {"));
+            if let Some(name) = header.and_then(|header| header.split(' ').next()) {
+                items.push(Item { name: name.to_owned(), rows: Vec::new() });
             }
-            in_item = named || appended;
+            in_item = header.is_some();
             about.clear();
         }
     }
     items
 }
 
-fn item_of(header: &str, about: Vec<String>) -> Item {
-    let name = KINDS.iter().find_map(|kind| header.strip_prefix(kind)).unwrap_or(header);
-    let name = name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
-    Item { name: name.to_owned(), about, header: header.to_owned(), rows: Vec::new() }
-}
-
-fn row_of(text: &str, about: &str, appended: bool) -> Row {
+fn row_of(text: &str, about: &str) -> Row {
     let mut parts = text.split('"');
-    let head = parts.next().unwrap_or("").trim().trim_end_matches(',').to_owned();
-    let quoted: Vec<String> = parts.step_by(2).map(str::to_owned).collect();
-    let texts = if about.is_empty() { quoted } else { vec![about.to_owned()] };
-    Row { head, texts, appended }
+    let (name, kind) = parts.next().and_then(|head| head.split_once(':')).unwrap_or_default();
+    let kind = kind.split(" = ").next().unwrap_or("").trim().trim_end_matches(',');
+    let quoted: Vec<&str> = parts.step_by(2).collect();
+    Row {
+        name: name.rsplit(' ').next().unwrap_or("").trim_matches(['[', ']']).to_owned(),
+        kind: kind.to_owned(),
+        about: if about.is_empty() { quoted.join(" ") } else { about.to_owned() },
+    }
 }

@@ -8,10 +8,10 @@ message! {
     /// COMMAND (A9), client to daemon.
     #[derive(Eq)]
     Command {
-        0 operation: Operation, "an unknown one is malformed", "What to do.", reserved 1;
-        2 fault: FaultCode, "", "The fault to clear, of `ClearFault`.";
-        4 force_mn: i32, "mN, not negative", "The force to hold with, of `AtLeast` and `Expect`.", in 0..;
-        8 token: u32, "", "That of WELCOME, of `Release`.";
+        0 operation: Operation, "client operation; another is malformed", "What to do.", reserved 1;
+        2 fault: FaultCode, "of CLEAR_FAULT", "The fault to clear, of `ClearFault`.";
+        4 force_mn: i32, "mN, of AT_LEAST and EXPECT; negative is malformed", "The force to hold with, of `AtLeast` and `Expect`.", in 0..;
+        8 token: u32, "of RELEASE: that of WELCOME, else NACK TOKEN", "That of WELCOME, of `Release`.";
     }
 }
 
@@ -27,7 +27,7 @@ message! {
     /// OBJECT (AC), client to daemon: the name of the next object.
     #[derive(Eq)]
     Object<'a> {
-        0 text: &'a [u8], "bytes of text m, then UTF-8", "Its name; empty for one without. At most 64 bytes name an object.";
+        0 text: &'a [u8], "name of the next object, UTF-8", "Its name; empty for one without. At most 64 bytes name an object.";
     }
 }
 

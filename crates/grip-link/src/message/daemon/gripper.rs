@@ -6,12 +6,12 @@ use slip_msg::message;
 message! {
     /// GRIPPER (A4), daemon to client.
     Gripper {
-        0 uid: [u8; 16], "zeros where no gripper was seen yet", "Identity.";
-        16 boot_id: u32, "", "Number of its starts.";
-        20 rate_hz: u32, "Hz, 0 = none yet", "Sample rate in force.";
-        24 force_max_n: Option<f32>, "N, NaN = not known", "Largest force of the controller.";
-        28 link: LinkState, "", "State of the link.";
-        29 taxels: u8, "", "Taxels of its array.", reserved 2;
+        0 uid: [u8; 16], "as in IDENT; zeros where no gripper was seen yet", "Identity.";
+        16 boot_id: u32, "as in IDENT", "Number of its starts.";
+        20 rate_hz: u32, "Hz, in force; 0 = none yet", "Sample rate in force.";
+        24 force_max_n as "force_max": Option<f32>, "N, largest force of the controller", "Largest force of the controller.";
+        28 link: LinkState, "link state", "State of the link.";
+        29 taxels: u8, "of its array", "Taxels of its array.", reserved 2;
     }
 }
 

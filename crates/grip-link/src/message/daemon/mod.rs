@@ -1,22 +1,6 @@
 //! Payloads between daemon and clients in, typed messages out, and back: what a socket carries in the same frames as the line.
 //!
-//! | type | name | direction | size | ACK_REQ | type in Rust |
-//! |---|---|---|---|---|---|
-//! | A0 | WELCOME | to client | 26 + text | | [`Welcome`] |
-//! | A1 | SLIP | to client | 72 or 76 | | [`SlipReport`] |
-//! | A2 | STATE | to client | 60 or 64 | | [`PipelineState`] |
-//! | A3 | HEALTH | to client | 144 or 352 | | [`Health`] |
-//! | A4 | GRIPPER | to client | 32 | | [`Gripper`] |
-//! | A5 | ROWS | to client | 20 + rows | | [`Rows`] |
-//! | A6 | NOTICE | to client | 17 + text | | [`Notice`] |
-//! | A7 | SETUP | to client | 73 + text | | [`Setup`] |
-//! | A8 | SUBSCRIBE | to daemon | 8 | yes: WELCOME | [`Subscribe`] |
-//! | A9 | COMMAND | to daemon | 12 | yes | [`Command`] |
-//! | AA | QUERY | to daemon | 0 | yes | |
-//! | AB | LOAD | to daemon | 41 + bytes | yes | [`Load`] |
-//! | AC | OBJECT | to daemon | 1 + text | yes | [`Object`] |
-//! | AD | SHADOW | to daemon | 41 + bytes | yes | [`Load`] |
-//! | AE | ESTIMATES | to client | 36 | | [`Estimates`] |
+//! Types, sizes and answers stand on one screen in `protocol/SPEC.md`, chapter 16.
 //!
 //! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a

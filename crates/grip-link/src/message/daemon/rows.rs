@@ -15,15 +15,15 @@ pub const ROWS_HEADER: usize = RowsHeader::SIZE;
 bits! {
     /// The channels of a row, as bits in the order in which their values stand.
     RowSet(u16) {
-        0 STYLUS "stylus (m).",
-        1 NORMAL_FORCE "normal force (N).",
-        2 TANGENTIAL_FORCE "tangential force (N).",
-        3 TRAVEL "moved distance (m).",
-        4 VELOCITY "slip speed (m/s).",
-        5 SECOND_STYLUS "second stylus (m).",
-        6 REFERENCE "motion reference (own unit).",
-        7 PRESSURE "pressure (own unit).",
-        8 MOTION "commanded motion: 0 stands still.",
+        0 STYLUS "m, displacement of the stylus, or a vibration in the unit of its channel; always there.",
+        1 NORMAL_FORCE "N.",
+        2 TANGENTIAL_FORCE "N.",
+        3 TRAVEL "m, moved distance of the object.",
+        4 VELOCITY "m/s, speed of the object.",
+        5 SECOND_STYLUS "m.",
+        6 REFERENCE "motion reference, in its own unit.",
+        7 PRESSURE "in its own unit.",
+        8 MOTION "commanded motion; 0 = commanded to stand still.",
     }
 }
 
@@ -59,12 +59,12 @@ message! {
     /// A row is a u32, its time after the first one (us), and an f32 for each channel and taxel; NaN = no reading.
     #[derive(Eq)]
     RowsHeader {
-        0 first_index: u32, "as in SAMPLES, wraps", "Number of the first row.";
-        4 t0_us: u64, "us", "Its device time.";
-        12 every_nth: u16, ">= 1", "Step from number to number.", in 1..;
-        14 channels: RowSet, "not empty", "The channels.", in RowSet(1)..;
-        16 rows: u8, "1..=255", "Rows.", in 1..;
-        17 taxels: u8, "", "Taxels after the channels of each row.", reserved 2;
+        0 first_index: u32, "number of the first row, as in SAMPLES; wraps", "Number of the first row.";
+        4 t0_us: u64, "us, device time of the first row", "Its device time.";
+        12 every_nth: u16, "step from number to number; 0 is malformed", "Step from number to number.", in 1..;
+        14 channels: RowSet, "row channels; none is malformed", "The channels.", in RowSet(1)..;
+        16 rows as "n": u8, "rows, 1..255; 0 is malformed", "Rows.", in 1..;
+        17 taxels: u8, "values of the taxel array at the end of each row", "Taxels after the channels of each row.", reserved 2;
     }
 }
 
