@@ -85,6 +85,17 @@ impl Kind {
     const DAEMON: u8 = 4;
     const CLIENT: u8 = 8;
 
+    /// Bytes of its payload without and with what was appended; text, rows and channels come on top.
+    #[must_use]
+    pub fn sizes(self) -> (usize, usize) {
+        let (mut first, mut whole) = (0, 0);
+        Field::each(self.fields(), &mut |Field { at, size, appended, .. }| {
+            whole = at + size;
+            first = if appended { first } else { whole };
+        });
+        (first, whole)
+    }
+
     /// Whether a microcontroller knows this type.
     #[must_use]
     pub const fn is_to_device(self) -> bool {

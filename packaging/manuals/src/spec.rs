@@ -4,8 +4,8 @@
 
 use core::fmt::Write as _;
 use grip_link::message::{
-    Channel, ChannelKind, Clamped, DeviceState, EventKind, FaultCode, ForceClamp, GripMode, Kind,
-    LogLevel, LossAction, NackReason, Reaction, ResetReason, SampleFormat, StatusFlags, Unit,
+    Channel, ChannelKind, Clamped, Config, DeviceState, EventKind, FaultCode, ForceClamp, GripMode,
+    Kind, LogLevel, LossAction, NackReason, Reaction, ResetReason, SampleFormat, StatusFlags, Unit,
     daemon,
 };
 use slip_msg::{Field, Row, Wire as _};
@@ -185,25 +185,16 @@ fn screen(is_here: impl Fn(Kind) -> bool) -> Vec<String> {
 
 /// Bytes of a payload, of what was appended too, and what follows.
 fn size(kind: Kind) -> String {
-    let (mut first, mut whole, mut more) = (0, 0, String::new());
-    Field::each(kind.fields(), &mut |Field { at, size, kind, name, appended, .. }| {
-        whole = at + size;
-        first = if appended { first } else { whole };
-        if kind == "text" {
-            more = format!(" + {name}");
-        }
-    });
+    let (first, whole) = kind.sizes();
+    let text = kind.fields().last().filter(|field| field.kind == "text");
+    let more = text.map_or(String::new(), |text| format!(" + {}", text.name));
     match kind {
         Kind::IDENT => format!("{first} + 8 n"),
-        Kind::CONFIG_ACK => format!("{}", first + size_of_config()),
+        Kind::CONFIG_ACK => format!("{}", first + Config::SIZE),
         Kind::SAMPLES | Kind::ROWS => format!("{first} + rows"),
         _ if whole > first => format!("{first} or {whole}"),
         _ => format!("{first}{more}"),
     }
-}
-
-const fn size_of_config() -> usize {
-    grip_link::message::Config::SIZE
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Every vector of every peer: its fields by the tables of the messages, and its bytes again from the message that was read.
 
 use crate::table::rows;
-use crate::targets::gripper::written;
+use crate::targets::messages;
 use crate::targets::words::{fault_word, hex, unhex};
 use grip_link::cobs;
 use grip_link::crc::crc32c;
@@ -9,89 +9,29 @@ use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::daemon::{ToClient, ToDaemon};
 use grip_link::message::{
-    Ack, Channel, ChannelKind, Config, ConfigAck, Event, Ident, Kind, Layout, Log, Nack,
-    PayloadError, Pong, SAMPLES_HEADER, SampleFormat, Samples, Stats, Status, ToDevice,
+    Channel, ChannelKind, Config, Kind, Layout, PayloadError, SAMPLES_HEADER, SampleFormat,
+    Samples, ToDevice,
 };
 use slip_msg::{Field, Wire as _};
 use std::collections::{BTreeMap, HashSet};
 
-/// The payload that the message of a frame writes again.
-pub(crate) fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
+/// The payload that the message of a frame writes again, by one who listens.
+fn again(role: Role, frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
+    match role {
+        Role::Device => ToDevice::parse(frame).map(drop)?,
+        Role::Daemon => ToDaemon::parse(frame).map(drop)?,
+        Role::Client => ToClient::parse(frame).map(drop)?,
+        _ => {}
+    }
     let mut out = [0xAA; MAX_PAYLOAD];
-    let len = match role {
-        Role::Device => to_device(frame, &mut out)?,
-        Role::Daemon => to_daemon(frame, &mut out)?,
-        Role::Client => to_client(frame, &mut out)?,
-        _ => return to_host(frame),
-    };
-    Ok(out[..len].to_vec())
-}
-
-fn to_device(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
-    match ToDevice::parse(frame)? {
-        ToDevice::Hello(message) => message.write(out),
-        ToDevice::Config(message) => message.write(out),
-        ToDevice::Ping(message) => message.write(out),
-        ToDevice::Grip(message) => message.write(out),
-        ToDevice::Heartbeat(message) => message.write(out),
-        ToDevice::ClearFault(message) => message.write(out),
-        ToDevice::Start | ToDevice::Stop | ToDevice::Estop => Ok(0),
+    let len = messages::again(frame.header.kind, frame.payload, &mut out)?;
+    let mut payload = out[..len].to_vec();
+    if frame.header.kind == Kind::SAMPLES {
+        let two = Channel { count: 2, ..Channel::single(ChannelKind::PressureArray, 1.0) };
+        Samples::parse(frame.payload, &Layout::new(&[two], 1))?;
+        payload.extend(&frame.payload[len..]);
     }
-}
-
-fn to_daemon(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
-    match ToDaemon::parse(frame)? {
-        ToDaemon::Subscribe(message) => message.write(out),
-        ToDaemon::Command(message) => message.write(out),
-        ToDaemon::Query => Ok(0),
-        ToDaemon::Load(message) => message.write(out),
-        ToDaemon::Object(message) => message.write(out),
-        ToDaemon::Shadow(message) => message.write(out),
-    }
-}
-
-fn to_client(frame: &Frame<'_>, out: &mut [u8]) -> Result<usize, PayloadError> {
-    match ToClient::parse(frame)? {
-        ToClient::Welcome(message) => message.write(out),
-        ToClient::Slip(message) => message.write(out),
-        ToClient::State(message) => message.write(out),
-        ToClient::Health(message) => message.write(out),
-        ToClient::Gripper(message) => message.write(out),
-        ToClient::Rows(message) => message.write(out),
-        ToClient::Notice(message) => message.write(out),
-        ToClient::Setup(message) => message.write(out),
-        ToClient::Estimates(message) => message.write(out),
-        ToClient::Ack(message) => message.write(out),
-        ToClient::Nack(message) => message.write(out),
-    }
-}
-
-fn to_host(frame: &Frame<'_>) -> Result<Vec<u8>, PayloadError> {
-    let payload = frame.payload;
-    macro_rules! written {
-        ($type:ident) => {{
-            let message = $type::parse(payload)?;
-            written(|out| message.write(out))
-        }};
-    }
-    Ok(match frame.header.kind {
-        Kind::IDENT => written!(Ident),
-        Kind::CONFIG_ACK => written!(ConfigAck),
-        Kind::PONG => written!(Pong),
-        Kind::ACK => written!(Ack),
-        Kind::NACK => written!(Nack),
-        Kind::SAMPLES => {
-            let two = Channel { count: 2, ..Channel::single(ChannelKind::PressureArray, 1.0) };
-            let header = Samples::parse(payload, &Layout::new(&[two], 1))?.header;
-            let bytes = written(|out| header.write(out));
-            [&bytes, &payload[SAMPLES_HEADER..]].concat()
-        }
-        Kind::STATUS => written!(Status),
-        Kind::STATS => written!(Stats),
-        Kind::EVENT => written!(Event),
-        Kind::LOG => written!(Log),
-        _ => Vec::new(),
-    })
+    Ok(payload)
 }
 
 /// A field as the vectors write it.
