@@ -31,49 +31,52 @@ pub use slip_msg::{
 
 pub use crate::kind::Kind;
 
-use crate::frame::Frame;
+/// The messages that one side receives: a row a type and what its payload is.
+macro_rules! received {
+    (
+        @made $wire:lifetime [$($life:lifetime)?]
+        $(#[$about:meta])* $name:ident { $($code:ident => $variant:ident $(($payload:ty))?,)+ }
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum $name $(<$life>)? {
+            $(#[doc = concat!(stringify!($code), ".")] $variant $(($payload))?,)+
+        }
 
-/// Every message to the microcontroller.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ToDevice {
-    /// 01
-    Hello(Hello),
-    /// 03
-    Config(Config),
-    /// 04
-    Start,
-    /// 05
-    Stop,
-    /// 06
-    Ping(Ping),
-    /// 10
-    Grip(Grip),
-    /// 11
-    Heartbeat(Heartbeat),
-    /// 12
-    Estop,
-    /// 13
-    ClearFault(ClearFault),
+        impl<$wire> $name $(<$life>)? {
+            /// Reads the payload of a frame.
+            ///
+            /// # Errors
+            /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
+            pub fn parse(frame: &crate::frame::Frame<$wire>) -> Result<Self, PayloadError> {
+                let payload = frame.payload;
+                Ok(match frame.header.kind {
+                    $(Kind::$code => Self::$variant $((<$payload>::parse(payload)?))?,)+
+                    Kind(kind) => return Err(PayloadError::Kind { kind }),
+                })
+            }
+        }
+    };
+    ($(#[$about:meta])* $name:ident<$life:lifetime> { $($rows:tt)+ }) => {
+        received! { @made $life [$life] $(#[$about])* $name { $($rows)+ } }
+    };
+    ($(#[$about:meta])* $name:ident { $($rows:tt)+ }) => {
+        received! { @made 'w [] $(#[$about])* $name { $($rows)+ } }
+    };
 }
+use received;
 
-impl ToDevice {
-    /// Reads the payload of a frame.
-    ///
-    /// # Errors
-    /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
-    pub fn parse(frame: &Frame<'_>) -> Result<Self, PayloadError> {
-        let payload = frame.payload;
-        Ok(match frame.header.kind {
-            Kind::HELLO => Self::Hello(Hello::parse(payload)?),
-            Kind::CONFIG => Self::Config(Config::parse(payload)?),
-            Kind::START => Self::Start,
-            Kind::STOP => Self::Stop,
-            Kind::PING => Self::Ping(Ping::parse(payload)?),
-            Kind::GRIP => Self::Grip(Grip::parse(payload)?),
-            Kind::HEARTBEAT => Self::Heartbeat(Heartbeat::parse(payload)?),
-            Kind::ESTOP => Self::Estop,
-            Kind::CLEAR_FAULT => Self::ClearFault(ClearFault::parse(payload)?),
-            Kind(kind) => return Err(PayloadError::Kind { kind }),
-        })
+received! {
+    /// Every message to the microcontroller.
+    ToDevice {
+        HELLO => Hello(Hello),
+        CONFIG => Config(Config),
+        START => Start,
+        STOP => Stop,
+        PING => Ping(Ping),
+        GRIP => Grip(Grip),
+        HEARTBEAT => Heartbeat(Heartbeat),
+        ESTOP => Estop,
+        CLEAR_FAULT => ClearFault(ClearFault),
     }
 }

@@ -25,93 +25,36 @@ pub use slip_msg::{
     Reading, RealTime, Recording, Scene, Sensor, SensorHealth, SlipReport, SpeedSource,
 };
 
-use super::{Ack, Kind, Nack, PayloadError};
-use crate::frame::Frame;
+use super::{Ack, Kind, Nack, PayloadError, received};
 
-/// Every message to a client.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "one lives at a time, and nothing here allocates")]
-pub enum ToClient<'a> {
-    /// A0
-    Welcome(Welcome<'a>),
-    /// A1
-    Slip(SlipReport),
-    /// A2
-    State(PipelineState),
-    /// A3
-    Health(Health),
-    /// A4
-    Gripper(Gripper),
-    /// A5
-    Rows(Rows<'a>),
-    /// A6
-    Notice(Notice<'a>),
-    /// A7
-    Setup(Setup<'a>),
-    /// AE
-    Estimates(Estimates),
-    /// 8E
-    Ack(Ack),
-    /// 8F
-    Nack(Nack),
-}
-
-impl<'a> ToClient<'a> {
-    /// Reads the payload of a frame.
-    ///
-    /// # Errors
-    /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
-    pub fn parse(frame: &Frame<'a>) -> Result<Self, PayloadError> {
-        let payload = frame.payload;
-        Ok(match frame.header.kind {
-            Kind::WELCOME => Self::Welcome(Welcome::parse(payload)?),
-            Kind::SLIP => Self::Slip(SlipReport::parse(payload)?),
-            Kind::STATE => Self::State(PipelineState::parse(payload)?),
-            Kind::HEALTH => Self::Health(Health::parse(payload)?),
-            Kind::GRIPPER => Self::Gripper(Gripper::parse(payload)?),
-            Kind::ROWS => Self::Rows(Rows::parse(payload)?),
-            Kind::NOTICE => Self::Notice(Notice::parse(payload)?),
-            Kind::SETUP => Self::Setup(Setup::parse(payload)?),
-            Kind::ESTIMATES => Self::Estimates(Estimates::parse(payload)?),
-            Kind::ACK => Self::Ack(Ack::parse(payload)?),
-            Kind::NACK => Self::Nack(Nack::parse(payload)?),
-            Kind(kind) => return Err(PayloadError::Kind { kind }),
-        })
+received! {
+    /// Every message to a client.
+    #[expect(clippy::large_enum_variant, reason = "one lives at a time, and nothing here allocates")]
+    ToClient<'a> {
+        WELCOME => Welcome(Welcome<'a>),
+        SLIP => Slip(SlipReport),
+        STATE => State(PipelineState),
+        HEALTH => Health(Health),
+        GRIPPER => Gripper(Gripper),
+        ROWS => Rows(Rows<'a>),
+        NOTICE => Notice(Notice<'a>),
+        SETUP => Setup(Setup<'a>),
+        ESTIMATES => Estimates(Estimates),
+        ACK => Ack(Ack),
+        NACK => Nack(Nack),
     }
 }
 
-/// Every message to the daemon.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ToDaemon<'a> {
-    /// A8
-    Subscribe(Subscribe),
-    /// A9
-    Command(Command),
-    /// AA
-    Query,
-    /// AB
-    Load(Load<'a>),
-    /// AC
-    Object(Object<'a>),
-    /// AD
-    Shadow(Load<'a>),
-}
-
-impl<'a> ToDaemon<'a> {
-    /// Reads the payload of a frame.
-    ///
-    /// # Errors
-    /// [`PayloadError`] when the payload is too short, holds a value outside its range, or the type is unknown.
-    pub fn parse(frame: &Frame<'a>) -> Result<Self, PayloadError> {
-        Ok(match frame.header.kind {
-            Kind::SUBSCRIBE => Self::Subscribe(Subscribe::parse(frame.payload)?),
-            Kind::COMMAND => Self::Command(Command::parse(frame.payload)?),
-            Kind::QUERY => Self::Query,
-            Kind::LOAD => Self::Load(Load::parse(frame.payload)?),
-            Kind::OBJECT => Self::Object(Object::parse(frame.payload)?),
-            Kind::SHADOW => Self::Shadow(Load::parse(frame.payload)?),
-            Kind(kind) => return Err(PayloadError::Kind { kind }),
-        })
+received! {
+    /// Every message to the daemon.
+    #[derive(Eq)]
+    ToDaemon<'a> {
+        SUBSCRIBE => Subscribe(Subscribe),
+        COMMAND => Command(Command),
+        QUERY => Query,
+        LOAD => Load(Load<'a>),
+        OBJECT => Object(Object<'a>),
+        SHADOW => Shadow(Load<'a>),
     }
 }
 
