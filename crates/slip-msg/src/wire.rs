@@ -79,62 +79,6 @@ impl<'a> Reader<'a> {
         found.ok_or(PayloadError::Short { need, have: self.bytes.len() })
     }
 
-    /// The next byte.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn u8(&mut self) -> Result<u8, PayloadError> {
-        self.take::<1>().map(|[byte]| byte)
-    }
-
-    /// A u16.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn u16(&mut self) -> Result<u16, PayloadError> {
-        self.take().map(u16::from_le_bytes)
-    }
-
-    /// A u32.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn u32(&mut self) -> Result<u32, PayloadError> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    /// A u64.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn u64(&mut self) -> Result<u64, PayloadError> {
-        self.take().map(u64::from_le_bytes)
-    }
-
-    /// An i64.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn i64(&mut self) -> Result<i64, PayloadError> {
-        self.take().map(i64::from_le_bytes)
-    }
-
-    /// An i32.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn i32(&mut self) -> Result<i32, PayloadError> {
-        self.take().map(i32::from_le_bytes)
-    }
-
-    /// An f32.
-    ///
-    /// # Errors
-    /// [`PayloadError::Short`].
-    pub fn f32(&mut self) -> Result<f32, PayloadError> {
-        self.take().map(f32::from_le_bytes)
-    }
-
     /// Reads a number where NaN stands for none; an infinite one is refused.
     ///
     /// # Errors
@@ -191,6 +135,30 @@ impl<'a> Reader<'a> {
     }
 }
 
+macro_rules! numbers {
+    ($($kind:ident)+) => {
+        impl Reader<'_> { $(
+            #[doc = concat!("The next field, a `", stringify!($kind), "`.")]
+            ///
+            /// # Errors
+            /// [`PayloadError::Short`].
+            pub fn $kind(&mut self) -> Result<$kind, PayloadError> {
+                self.take().map($kind::from_le_bytes)
+            }
+        )+ }
+
+        impl Writer<'_> { $(
+            #[doc = concat!("Appends a `", stringify!($kind), "`.")]
+            #[must_use]
+            pub fn $kind(self, value: $kind) -> Self {
+                self.put(&value.to_le_bytes())
+            }
+        )+ }
+    };
+}
+
+numbers!(u8 u16 u32 u64 i32 i64 f32);
+
 /// Writes fields one after the other.
 #[derive(Debug)]
 pub struct Writer<'a> {
@@ -214,48 +182,6 @@ impl<'a> Writer<'a> {
         }
         self.at = self.at.saturating_add(bytes.len());
         self
-    }
-
-    /// Appends a byte.
-    #[must_use]
-    pub fn u8(self, value: u8) -> Self {
-        self.put(&[value])
-    }
-
-    /// Appends a u16.
-    #[must_use]
-    pub fn u16(self, value: u16) -> Self {
-        self.put(&value.to_le_bytes())
-    }
-
-    /// Appends a u32.
-    #[must_use]
-    pub fn u32(self, value: u32) -> Self {
-        self.put(&value.to_le_bytes())
-    }
-
-    /// Appends a u64.
-    #[must_use]
-    pub fn u64(self, value: u64) -> Self {
-        self.put(&value.to_le_bytes())
-    }
-
-    /// Appends an i32.
-    #[must_use]
-    pub fn i32(self, value: i32) -> Self {
-        self.put(&value.to_le_bytes())
-    }
-
-    /// Appends an i64.
-    #[must_use]
-    pub fn i64(self, value: i64) -> Self {
-        self.put(&value.to_le_bytes())
-    }
-
-    /// Appends an f32.
-    #[must_use]
-    pub fn f32(self, value: f32) -> Self {
-        self.put(&value.to_le_bytes())
     }
 
     /// A number, NaN where there is none or it is not finite.
