@@ -20,7 +20,7 @@
 //! cargo run --release -p slip-benches --bin daemon-latency   the hot loop of gripd: last byte of a frame to the command
 //! cargo run --release -p slip-benches --bin daemon-soak      gripd with clients and a recording: samples, processor, memory
 //! ```
-//! The default members of the workspace leave this package out: name it with `-p`, or use `--workspace`.
+//! Name the package with `-p`: plain `cargo run` means gripd.
 
 pub mod accuracy;
 pub mod containment;

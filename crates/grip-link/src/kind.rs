@@ -1,35 +1,18 @@
 //! The type byte of a message, which frames carry.
 
-use crate::message::daemon::{
-    Command, Estimates, Gripper, Health, Load, Notice, Object, PipelineState, RowsHeader, Setup,
-    SlipReport, Subscribe, Welcome,
-};
-use crate::message::{
-    Ack, ClearFault, Config, ConfigAckHead, Event, Grip, Heartbeat, Hello, IdentHead, Log, Nack,
-    Ping, Pong, SamplesHeader, Stats, Status,
-};
 use slip_msg::wire::{Reader, Writer};
-use slip_msg::{Field, PayloadError, Wire};
+use slip_msg::{PayloadError, Wire};
 
 /// A message type byte; the known ones are constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Kind(pub u8);
 
 macro_rules! kinds {
-    ($($code:literal $name:ident($payload:ty): $($to:ident)+, $doc:literal;)+) => {
+    ($($code:literal $name:ident: $($to:ident)+, $doc:literal;)+) => {
         impl Kind {
             $(#[doc = $doc] pub const $name: Self = Self($code);)+
             /// Every type, by its name.
             pub const ALL: &[(&str, Self)] = &[$((stringify!($name), Self::$name)),+];
-
-            /// The fields of its payload, rows and channel table left out.
-            #[must_use]
-            pub const fn fields(self) -> &'static [Field] {
-                match self {
-                    $(Self::$name => <$payload as Wire<'_>>::FIELDS,)+
-                    _ => &[],
-                }
-            }
 
             /// Who knows it, as bits.
             const fn to(self) -> u8 {
@@ -43,40 +26,40 @@ macro_rules! kinds {
 }
 
 kinds! {
-    0x01 HELLO(Hello): DEVICE, "Host asks who is there.";
-    0x81 IDENT(IdentHead): HOST, "The gripper describes itself.";
-    0x03 CONFIG(Config): DEVICE, "Sampling and limits wanted.";
-    0x83 CONFIG_ACK(ConfigAckHead): HOST, "Sampling and limits in force.";
-    0x04 START(()): DEVICE, "Send samples.";
-    0x05 STOP(()): DEVICE, "Send no more samples; the force rules go on.";
-    0x06 PING(Ping): DEVICE, "Clock question.";
-    0x86 PONG(Pong): HOST, "Clock answer.";
-    0x10 GRIP(Grip): DEVICE, "Force set point.";
-    0x11 HEARTBEAT(Heartbeat): DEVICE, "Health of the host's loop.";
-    0x12 ESTOP(()): DEVICE, "Software stop, latched.";
-    0x13 CLEAR_FAULT(ClearFault): DEVICE, "Releases one latched fault.";
-    0x8E ACK(Ack): HOST CLIENT, "Request carried out.";
-    0x8F NACK(Nack): HOST CLIENT, "Request refused.";
-    0x90 SAMPLES(SamplesHeader): HOST, "A batch of samples.";
-    0x91 STATUS(Status): HOST, "State of the gripper.";
-    0x92 STATS(Stats): HOST, "Link counters of the microcontroller.";
-    0x93 EVENT(Event): HOST, "Fault or change of state.";
-    0x94 LOG(Log<'_>): HOST, "Text.";
-    0xA0 WELCOME(Welcome<'_>): CLIENT, "The daemon introduces itself to a client.";
-    0xA1 SLIP(SlipReport): CLIENT, "A slip was noticed, became gross, or ended.";
-    0xA2 STATE(PipelineState): CLIENT, "What the pipeline thinks.";
-    0xA3 HEALTH(Health): CLIENT, "Figures of the daemon.";
-    0xA4 GRIPPER(Gripper): CLIENT, "Which gripper is there.";
-    0xA5 ROWS(RowsHeader): CLIENT, "Samples as the pipeline got them.";
-    0xA6 NOTICE(Notice<'_>): CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";
-    0xA7 SETUP(Setup<'_>): CLIENT, "What the daemon works with: firmware, models, settings.";
-    0xA8 SUBSCRIBE(Subscribe): DAEMON, "A client asks for topics.";
-    0xA9 COMMAND(Command): DAEMON, "A client wants the gripper to do something.";
-    0xAA QUERY(()): DAEMON, "A client asks for everything known now.";
-    0xAB LOAD(Load<'_>): DAEMON, "A client brings a piece of a model.";
-    0xAC OBJECT(Object<'_>): DAEMON, "A client names the next object.";
-    0xAD SHADOW(Load<'_>): DAEMON, "A client brings a piece of a model that estimates beside the one in force.";
-    0xAE ESTIMATES(Estimates): CLIENT, "What two models made of a slip.";
+    0x01 HELLO: DEVICE, "Host asks who is there.";
+    0x81 IDENT: HOST, "The gripper describes itself.";
+    0x03 CONFIG: DEVICE, "Sampling and limits wanted.";
+    0x83 CONFIG_ACK: HOST, "Sampling and limits in force.";
+    0x04 START: DEVICE, "Send samples.";
+    0x05 STOP: DEVICE, "Send no more samples; the force rules go on.";
+    0x06 PING: DEVICE, "Clock question.";
+    0x86 PONG: HOST, "Clock answer.";
+    0x10 GRIP: DEVICE, "Force set point.";
+    0x11 HEARTBEAT: DEVICE, "Health of the host's loop.";
+    0x12 ESTOP: DEVICE, "Software stop, latched.";
+    0x13 CLEAR_FAULT: DEVICE, "Releases one latched fault.";
+    0x8E ACK: HOST CLIENT, "Request carried out.";
+    0x8F NACK: HOST CLIENT, "Request refused.";
+    0x90 SAMPLES: HOST, "A batch of samples.";
+    0x91 STATUS: HOST, "State of the gripper.";
+    0x92 STATS: HOST, "Link counters of the microcontroller.";
+    0x93 EVENT: HOST, "Fault or change of state.";
+    0x94 LOG: HOST, "Text.";
+    0xA0 WELCOME: CLIENT, "The daemon introduces itself to a client.";
+    0xA1 SLIP: CLIENT, "A slip was noticed, became gross, or ended.";
+    0xA2 STATE: CLIENT, "What the pipeline thinks.";
+    0xA3 HEALTH: CLIENT, "Figures of the daemon.";
+    0xA4 GRIPPER: CLIENT, "Which gripper is there.";
+    0xA5 ROWS: CLIENT, "Samples as the pipeline got them.";
+    0xA6 NOTICE: CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";
+    0xA7 SETUP: CLIENT, "What the daemon works with: firmware, models, settings.";
+    0xA8 SUBSCRIBE: DAEMON, "A client asks for topics.";
+    0xA9 COMMAND: DAEMON, "A client wants the gripper to do something.";
+    0xAA QUERY: DAEMON, "A client asks for everything known now.";
+    0xAB LOAD: DAEMON, "A client brings a piece of a model.";
+    0xAC OBJECT: DAEMON, "A client names the next object.";
+    0xAD SHADOW: DAEMON, "A client brings a piece of a model that estimates beside the one in force.";
+    0xAE ESTIMATES: CLIENT, "What two models made of a slip.";
 }
 
 impl Kind {
@@ -84,17 +67,6 @@ impl Kind {
     const HOST: u8 = 2;
     const DAEMON: u8 = 4;
     const CLIENT: u8 = 8;
-
-    /// Bytes of its payload without and with what was appended; text, rows and channels come on top.
-    #[must_use]
-    pub fn sizes(self) -> (usize, usize) {
-        let (mut first, mut whole) = (0, 0);
-        Field::each(self.fields(), &mut |Field { at, size, appended, .. }| {
-            whole = at + size;
-            first = if appended { first } else { whole };
-        });
-        (first, whole)
-    }
 
     /// Whether a microcontroller knows this type.
     #[must_use]

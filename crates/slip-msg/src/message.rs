@@ -125,18 +125,6 @@ wires! {
     &'a [u8], 1 "text", |r| r.text(), |value, w| w.text(value);
 }
 
-/// No payload.
-impl<'a> Wire<'a> for () {
-    const SIZE: usize = 0;
-    const TYPE: &'static str = "";
-    fn read(_: &mut Reader<'a>) -> Result<Self, PayloadError> {
-        Ok(())
-    }
-    fn append(self, writer: Writer<'_>) -> Writer<'_> {
-        writer
-    }
-}
-
 impl<'a, T: Wire<'a> + Default, const N: usize> Wire<'a> for [T; N] {
     const SIZE: usize = N * T::SIZE;
     const TYPE: &'static str = T::TYPE;

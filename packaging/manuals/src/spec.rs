@@ -128,7 +128,8 @@ fn bits(table: &[(u8, &str, &str)]) -> Vec<String> {
     table.iter().map(row).collect()
 }
 
-fn fault((code, name, about): &(FaultCode, &str, &str)) -> String {
+fn fault(row: &(FaultCode, &str, &str)) -> String {
+    let (code, name, about) = row;
     let reaction = match (*code, code.reaction()) {
         (FaultCode::NONE, _) => "",
         (FaultCode::ESTOP, _) => " as configured",

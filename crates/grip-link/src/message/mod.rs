@@ -31,6 +31,8 @@ pub use slip_msg::{
 
 pub use crate::kind::Kind;
 
+use slip_msg::{Field, Wire};
+
 /// The messages that one side receives: a row a type and what its payload is.
 macro_rules! received {
     (
@@ -78,5 +80,44 @@ received! {
         HEARTBEAT => Heartbeat(Heartbeat),
         ESTOP => Estop,
         CLEAR_FAULT => ClearFault(ClearFault),
+    }
+}
+
+macro_rules! payloads {
+    ($($code:ident => $payload:ty),+ $(,)?) => {
+        impl Kind {
+            /// The fields of its payload, rows, channel table and the CONFIG of CONFIG_ACK left out.
+            #[must_use]
+            pub const fn fields(self) -> &'static [Field] {
+                match self {
+                    $(Self::$code => <$payload as Wire<'_>>::FIELDS,)+
+                    _ => &[],
+                }
+            }
+        }
+    };
+}
+
+payloads! {
+    HELLO => Hello, IDENT => IdentHead, CONFIG => Config, CONFIG_ACK => ConfigAckHead, PING => Ping, PONG => Pong,
+    GRIP => Grip, HEARTBEAT => Heartbeat, CLEAR_FAULT => ClearFault, ACK => Ack, NACK => Nack,
+    SAMPLES => SamplesHeader, STATUS => Status, STATS => Stats, EVENT => Event, LOG => Log<'_>,
+    WELCOME => daemon::Welcome<'_>, SLIP => daemon::SlipReport, STATE => daemon::PipelineState,
+    HEALTH => daemon::Health, GRIPPER => daemon::Gripper, ROWS => daemon::RowsHeader,
+    NOTICE => daemon::Notice<'_>, SETUP => daemon::Setup<'_>, SUBSCRIBE => daemon::Subscribe,
+    COMMAND => daemon::Command, LOAD => daemon::Load<'_>, OBJECT => daemon::Object<'_>,
+    SHADOW => daemon::Load<'_>, ESTIMATES => daemon::Estimates,
+}
+
+impl Kind {
+    /// Bytes of its payload without and with what was appended; text, rows and channels come on top.
+    #[must_use]
+    pub fn sizes(self) -> (usize, usize) {
+        let (mut first, mut whole) = (0, 0);
+        Field::each(self.fields(), &mut |Field { at, size, appended, .. }| {
+            whole = at + size;
+            first = if appended { first } else { whole };
+        });
+        (first, whole)
     }
 }
