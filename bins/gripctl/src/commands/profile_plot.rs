@@ -3,27 +3,10 @@
 use grip_eval::profile::Evaluation;
 use grip_plot::{Axis, Chart, Layer, Mark};
 use grip_record::HeightProfile;
-use grip_session::exit::WrongArgument;
 use slip_core::irregularity::TurnKind;
-use std::path::Path;
 
 /// Points of the line in the picture, at most; two for each column of it.
 const POINTS: usize = 2400;
-
-/// Refuses a file that is neither SVG nor PNG, or whose folder does not exist, before any work is done.
-pub(super) fn check_file(file: &Path) -> Result<(), WrongArgument> {
-    let known =
-        |ending: &str| ["svg", "png"].iter().any(|known| ending.eq_ignore_ascii_case(known));
-    let refused = |why: &str| WrongArgument(format!("--plot {}: {why}", file.display()));
-    if !file.extension().and_then(|ending| ending.to_str()).is_some_and(known) {
-        return Err(refused("expected a name that ends in .svg or .png"));
-    }
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(refused("there is no such folder"));
-    }
-    Ok(())
-}
 
 /// The roughness profile of `name` with the peaks and valleys that were counted; above it the profile with its form and
 /// waviness, or the levelled profile with its waviness.
@@ -100,7 +83,6 @@ fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::{check_file, outline};
-    use std::path::Path;
 
     #[test]
     fn thinning_keeps_the_extremes() {

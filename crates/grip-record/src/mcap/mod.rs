@@ -29,7 +29,7 @@ pub use read::{Entry, McapReader};
 pub use record::{
     CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, WireRecord,
 };
-pub use recover::{RecoverError, Recovered, recover, recover_json};
+pub use recover::{RecoverError, Recovered, recover};
 pub use schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic};
 pub use slip_core::PipelineState;
 pub use write::{Attached, McapWriter, Written};
