@@ -116,7 +116,12 @@ impl Recording {
         if !grip_record::is_npz(&path) {
             return Err(refused(format!("{}: a recording is saved as .npz", path.display())));
         }
-        py.detach(|| self.inner.write_npz(&path)).map_err(|error| {
+        let write = || -> Result<(), Box<dyn core::error::Error + Send + Sync>> {
+            let mut out = OutputPath::new(&path, OutputKind::ANY, [], Some(true))?.create()?;
+            self.inner.write_npz(&mut out)?;
+            Ok(out.finish()?)
+        };
+        py.detach(write).map_err(|error| {
             PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
         })
     }

@@ -20,7 +20,10 @@ use ndarray::{Axis, concatenate};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 /// What came out, in one line.
 #[derive(Serialize)]
@@ -44,7 +47,7 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
-    let out = Folder { path: &args.out, force: args.force.force };
+    let out = Folder::new(args)?;
     let config = config(args)?;
     if args.claims {
         return claims(args, &config, out);
@@ -130,20 +133,47 @@ fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
 #[derive(Clone, Copy)]
 struct Folder<'a> {
     path: &'a Path,
-    /// Whether what is there is replaced.
+    /// Whether what is there is replaced: by --force, or because it is the report of an earlier study.
     force: bool,
 }
 
-impl Folder<'_> {
-    fn file(self, name: &str) -> Result<OutputPath, OutputError> {
-        let is_ours = |_: &[u8]| false;
-        let kind = OutputKind { endings: &[], strict: false, is_ours };
+impl<'a> Folder<'a> {
+    /// Looks whether all may be written, before the work.
+    fn new(args: &'a StudyArgs) -> anyhow::Result<Self> {
+        let folder = Self { path: &args.out, force: args.force.force };
+        let force = folder.force
+            || folder.file("report.html", is_study).is_ok_and(|page| page.file().is_file());
+        let mut files: Vec<PathBuf> =
+            ["report.html", "study.json"].map(|name| args.out.join(name)).into();
+        for name in ["figures", "rows"] {
+            for file in fs::read_dir(args.out.join(name))? {
+                files.push(file?.path());
+            }
+        }
+        if let Some(file) = files.into_iter().find(|file| file.is_file() && !force) {
+            return Err(OutputError::Exists { file, has_force: true }.into());
+        }
+        Ok(Self { force, ..folder })
+    }
+
+    fn file(self, name: &str, is_ours: fn(&[u8]) -> bool) -> Result<OutputPath, OutputError> {
+        let kind = OutputKind { is_ours, ..OutputKind::ANY };
         OutputPath::new(&self.path.join(name), kind, [], Some(self.force))
     }
 }
 
+/// Whether a page is the report of a study.
+fn is_study(head: &[u8]) -> bool {
+    [
+        "<title>The source study, claim by claim<",
+        "<title>The study of the four nets, repeated and explained<",
+    ]
+    .iter()
+    .any(|title| output::has(head, title))
+}
+
 fn write(folder: Folder<'_>, report: &Report) -> anyhow::Result<()> {
-    let file = |name: &str, bytes: &[u8]| folder.file(name)?.write(bytes);
+    let file = |name: &str, bytes: &[u8]| folder.file(name, |_| false)?.write(bytes);
     file("report.html", report.html()?.as_bytes())?;
     file("study.json", format!("{}\n", report.json()).as_bytes())?;
     let figures = report.figures();
@@ -164,7 +194,8 @@ fn rows(folder: Folder<'_>, condition: &Condition, seed: u64) -> anyhow::Result<
         let names: Vec<&str> =
             rows.inputs.iter().chain(&rows.targets).map(|spec| spec.name.as_str()).collect();
         let values = concatenate(Axis(1), &[rows.input_values(), rows.target_values()])?;
-        let mut out = folder.file(&format!("rows/{}-{part}.npz", condition.name))?.create()?;
+        let mut out =
+            folder.file(&format!("rows/{}-{part}.npz", condition.name), |_| false)?.create()?;
         write_columns(&mut out, &names, &values)?;
         out.finish()?;
     }
