@@ -163,6 +163,9 @@ mod tests {
         let expected = "note,recording,kind,material,onset_s\nmine,b,rest,\"cork, rough\",\n\
             \"x,y\",c,rest,,\n,a,onset,\"cork, rough\",1.250000\n";
         assert_eq!(text, expected);
+        let silent = Label { material: String::new(), ..rest.clone() };
+        write_label(&file, &silent, Relabel::Replace).unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), expected, "without one the material stays");
         write_label(&file, &rest, Relabel::Remove).unwrap();
         write_label(&file, &rest, Relabel::Remove).unwrap();
         assert_eq!(read_labels(&file).unwrap().len(), 2);

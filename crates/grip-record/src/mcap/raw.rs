@@ -69,7 +69,7 @@ struct Piece {
     finished: bool,
     /// Whether the data have the checksum that their end states.
     sound: bool,
-    /// Whether the file ends within this chunk, of which `chunk` has the beginning.
+    /// Whether `chunk` has the beginning only: the file ends within it, or what follows in it is zeros.
     cut: bool,
 }
 
@@ -216,7 +216,7 @@ impl<R: Read> RawReader<R> {
         &self.header
     }
 
-    /// Whether the file ends within the present chunk.
+    /// Whether the present chunk has its beginning only.
     pub(super) fn is_cut(&self) -> bool {
         self.piece.cut
     }
@@ -248,8 +248,12 @@ impl<R: Read> RawReader<R> {
                 continue;
             }
             if core::mem::take(&mut self.piece.cut) {
+                let offset = self.piece.offset;
+                if self.piece.next > offset {
+                    return Err(damaged(offset, "the chunk ends in zeros"));
+                }
                 self.piece.ended = true;
-                return Err(RawError::Truncated { offset: self.piece.offset });
+                return Err(RawError::Truncated { offset });
             }
             match self.next_piece()? {
                 None => return Ok(None),
@@ -341,12 +345,8 @@ impl<R: Read> Pieces<R> {
             },
             other => other,
         };
-        if piece.cut {
-            // The end comes behind the records of the chunk.
-            (piece.next, piece.ended) = (piece.offset, false);
-            return read;
-        }
-        (piece.next, piece.ended) = (self.next, self.ended);
+        // The end of a cut chunk comes behind its records.
+        (piece.next, piece.ended) = (self.next, self.ended && !piece.cut);
         read
     }
 
@@ -438,14 +438,13 @@ impl<R: Read> Pieces<R> {
     }
 
     /// Decompresses what is there of a chunk, up to where its bytes are zeros to its end; whether that could be done.
-    fn cut_zeros(&mut self, piece: &mut Piece) -> bool {
+    fn cut_zeros(&self, piece: &mut Piece) -> bool {
         let used = piece.body.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
         if piece.body.len() - used < ZEROS {
             return false;
         }
         piece.body.truncate(used);
         piece.cut = self.open_cut(piece);
-        self.ended |= piece.cut;
         piece.cut
     }
 

@@ -24,7 +24,7 @@ pub struct Recovered {
     pub span_ns: Option<(u64, u64)>,
     /// Places in the middle that were damaged and left out: the offset and what does not fit.
     pub holes: Vec<(u64, String)>,
-    /// Messages among those saved that stand in the chunk in which the file ends.
+    /// Messages among those saved of chunks that have their beginning only.
     pub of_cut_chunk: u64,
     /// Program that wrote the input, as the file states it.
     pub library: String,
