@@ -4,10 +4,7 @@
 //! the folder of dumps, where there is one, since gripfleet gives a gripd that starts the model it has accepted; else until gripd ends.
 
 use core::fmt::Write as _;
-use grip_record::{
-    files,
-    outputs::{OutputKind, OutputPath},
-};
+use grip_record::{files, outputs::replace};
 use std::{fs, io, path::PathBuf};
 
 /// Models that are known, the latest ones: the one in force, the one before, and some that a trial has ended.
@@ -55,8 +52,7 @@ impl Accepted {
         self.digests.push(sha256);
         let Some(folder) = &self.folder else { return Ok(()) };
         fs::create_dir_all(folder)?;
-        let out = OutputPath::new(&folder.join(FILE), OutputKind::ANY, [], Some(true));
-        out.and_then(|out| out.write(self.text())).map_err(io::Error::other)
+        replace(&folder.join(FILE), self.text())
     }
 
     fn text(&self) -> String {

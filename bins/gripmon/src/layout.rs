@@ -2,7 +2,7 @@
 
 use crate::form::TriggerForm;
 use crate::strip::StripId;
-use grip_record::outputs::{OutputKind, OutputPath};
+use grip_record::outputs::replace;
 use serde::{Deserialize, Serialize};
 use std::{
     env, fs, io,
@@ -201,8 +201,7 @@ impl Layout {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(failed)?;
         }
-        let out = OutputPath::new(path, OutputKind::ANY, [], Some(true));
-        out.and_then(|out| out.write(text)).map_err(|error| failed(io::Error::other(error)))
+        replace(path, text).map_err(failed)
     }
 }
 

@@ -8,7 +8,7 @@ use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
 use crate::labels::{Label, LabelError, LabelKind, read_labels};
-use crate::outputs::{OutputKind, OutputPath};
+use crate::outputs::replace;
 
 /// Columns of a new file.
 const COLUMNS: [&str; 4] = ["recording", "kind", "material", "onset_s"];
@@ -56,8 +56,7 @@ pub fn write_label(
     let mut rows = rows(&bytes).map_err(unwritable)?;
     put(&mut rows, label, relabel);
     let text = joined(&rows).map_err(unwritable)?;
-    let out = OutputPath::new(file, OutputKind::ANY, [], Some(true));
-    out.and_then(|out| out.write(text)).map_err(|error| unwritable(io::Error::other(error)))?;
+    replace(file, text).map_err(unwritable)?;
     Ok(old)
 }
 

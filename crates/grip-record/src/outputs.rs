@@ -113,6 +113,23 @@ impl OutputError {
     }
 }
 
+impl From<OutputError> for io::Error {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Write { source, .. } => source,
+            refused => Self::other(refused),
+        }
+    }
+}
+
+/// Replaces a file that a program keeps its own state in, where it leads over links, in one go.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn replace(file: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
+    Ok(OutputPath::new(file, OutputKind::ANY, [], Some(true))?.write(content)?)
+}
+
 /// The name of a file to be made, looked at.
 #[derive(Clone, Debug)]
 pub struct OutputPath {

@@ -287,7 +287,7 @@ fn a_chunk_that_is_cut_off_gives_its_whole_messages() {
         assert!(saved.was_whole() && !saved.was_ours() && saved.messages == 4000, "{saved:?}");
         assert_eq!(&copy[17..22], b"\x01\0\0\0p", "the profile stays");
         let mut least = 0;
-        let end = whole.windows(4).position(|bytes| bytes == [0x0f, 4, 0, 0]).unwrap();
+        let end = whole.windows(9).rposition(|w| w == [0x0f, 4, 0, 0, 0, 0, 0, 0, 0]).unwrap();
         for len in (8..end).step_by(1999) {
             let (saved, copy) = recovered(&whole[..len]).unwrap();
             assert!(saved.messages >= least && saved.cut_at.is_some(), "{len}: {saved:?}");

@@ -82,7 +82,7 @@ fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{check_file, outline};
+    use super::outline;
 
     #[test]
     fn thinning_keeps_the_extremes() {
@@ -94,18 +94,5 @@ mod tests {
         assert!((highest - 1012.0).abs() < 1e-9);
         assert!(thin.windows(2).all(|p| p[0].0 < p[1].0));
         assert_eq!(outline(&heights[..3], 1e-6).len(), 3);
-    }
-
-    #[test]
-    fn only_svg_and_png_in_a_folder_that_is_there_are_written() {
-        for (file, taken) in [
-            ("a.SVG", true),
-            ("a.png", true),
-            ("a.pdf", false),
-            ("svg", false),
-            ("no/a.svg", false),
-        ] {
-            assert_eq!(check_file(Path::new(file)).is_ok(), taken, "{file}");
-        }
     }
 }
