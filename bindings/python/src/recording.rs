@@ -4,7 +4,11 @@ use crate::{
     input::{Block, Names, exists, rate, refused, times},
     output::dictionary,
 };
-use grip_record::{CsvOptions, Rows, read_recording};
+use grip_record::{
+    CsvOptions, Rows,
+    outputs::{OutputKind, OutputPath},
+    read_recording,
+};
 use grip_session::tape::{Played, Tape, TapeOptions};
 use numpy::{PyArray1, PyArray2, ToPyArray as _};
 use pyo3::{
