@@ -131,7 +131,9 @@ fn report(
     let what = format!("{messages} messages in {duration_s:.3} s and {attachments} attachments");
     let text = match place {
         None if saved.was_whole() => format!("{file} is whole: {what}; nothing was changed"),
-        None => format!("{file}: no message can be saved; nothing was written or changed"),
+        None => format!(
+            "{file}: no message can be saved (a compressed block is of no use without its end); the file stays as it is"
+        ),
         Some(place) => format!("{}: saved {what}", place.display()),
     };
     Ok(output::line(&text)?)
