@@ -240,7 +240,8 @@ impl OutputPath {
         if let Some(about) = about {
             self.check_replaced(&about)?;
         } else if !folder(&place).is_dir() {
-            return Err(self.unwritable(io::ErrorKind::NotFound.into()));
+            let missing = io::Error::new(io::ErrorKind::NotFound, "there is no such folder");
+            return Err(self.unwritable(missing));
         }
         Ok(Some(place))
     }

@@ -158,7 +158,8 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
     put("out.csv", b"of somebody");
     let import = ["import", "ok.csv", "-o", "out.csv"];
-    gripctl(folder, &import).refused(2, &["out.csv: is there already", "add --force to replace it"]);
+    gripctl(folder, &import)
+        .refused(2, &["out.csv: is there already", "add --force to replace it"]);
     assert_eq!(fs::read(folder.join("out.csv")).unwrap(), b"of somebody");
     gripctl(folder, &[&import[..], &["--force"]].concat()).done();
     let text = fs::read_to_string(folder.join("out.csv")).unwrap();

@@ -140,7 +140,7 @@ fn no_output_flag_destroys_an_input_or_what_somebody_else_made() {
                 refused(writer, output, force, &REFUSED[..2]);
             }
             for output in [(*input).to_owned(), format!("./{input}")] {
-                let ending = ["expected a name that ends in", "no name for an export"];
+                let ending = ["expected a name that ends", "no name for an export"];
                 refused(writer, &output, force, &[&REFUSED[..2], &ending].concat());
                 refused(writer, &output, &[], &[&REFUSED[..], &ending].concat());
             }

@@ -235,7 +235,7 @@ fn what_cannot_be_replayed_states_why() {
             1,
             "has 1 pipelines, and 2 was wanted",
         ),
-        (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv"),
+        (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv: there is no such folder"),
     ] {
         let ran = gripctl(folder.path(), args);
         assert_eq!(ran.code, code, "{args:?}: {ran:?}");
