@@ -5,6 +5,7 @@
 //! the wall clock does. Configuration, model and calibration are attachments, versions and identities metadata.
 
 mod cdr;
+mod chunk;
 mod codes;
 mod error;
 mod foreign;

@@ -4,6 +4,7 @@
 //! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk
 //! is a record that holds records, compressed. What a record holds is read by the crate `mcap`.
 
+use super::chunk::{ZEROS, cut_chunk, inner_record, unpack};
 use mcap::MAGIC;
 use mcap::records::{ChunkIndex, Header, Record as RawRecord, op};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -461,27 +462,6 @@ impl<R: Read> Pieces<R> {
     }
 }
 
-/// So many zeros at the end of a chunk that is damaged are no data.
-const ZEROS: usize = 64;
-
-/// Unpacks a chunk that is not compressed, or with lz4, into `chunk` as far as it goes; whether without fault.
-fn unpack(name: &str, data: &[u8], size: u64, chunk: &mut Vec<u8>) -> io::Result<bool> {
-    if name.is_empty() {
-        chunk.extend_from_slice(data);
-        return Ok(true);
-    }
-    Ok(lz4::Decoder::new(data)?.take(size + 1).read_to_end(chunk).is_ok())
-}
-
-/// Compression, size and data of a chunk whose end is missing.
-fn cut_chunk(body: &[u8]) -> Option<(&str, u64, &[u8])> {
-    let (head, rest) = body.split_first_chunk::<28>()?;
-    let size = u64::from_le_bytes(*head.get(16..)?.first_chunk()?);
-    let (len, rest) = rest.split_first_chunk()?;
-    let (name, rest) = rest.split_at_checked(usize::try_from(u32::from_le_bytes(*len)).ok()?)?;
-    Some((core::str::from_utf8(name).ok()?, size, rest.get(8..)?))
-}
-
 fn damaged(offset: u64, what: &str) -> RawError {
     RawError::Damaged { offset, what: what.to_owned(), skippable: true }
 }
@@ -544,15 +524,6 @@ fn is_end(bytes: &[u8]) -> bool {
         Some(good && footer.first() == Some(&op::FOOTER))
     };
     whole().unwrap_or(false)
-}
-
-/// Opcode and place of the body of the record that begins at `from`.
-fn inner_record(chunk: &[u8], from: usize) -> Option<(u8, core::ops::Range<usize>)> {
-    let head: [u8; 9] = *chunk.get(from..)?.first_chunk()?;
-    let [opcode, len @ ..] = head;
-    let start = from + head.len();
-    let end = start.checked_add(usize::try_from(u64::from_le_bytes(len)).ok()?)?;
-    (end <= chunk.len()).then_some((opcode, start..end))
 }
 
 /// The record in `body`; `None` where it has not the form of its kind.
