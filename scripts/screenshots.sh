@@ -49,7 +49,7 @@ done
 # A grasp whose stylus sends the same reading from 1.2 s on.
 # A busy machine loses samples (exit code 3) or even the object: then again.
 tries=0
-until "$binaries/gripd" --port sim --seed 3 --duration 2.5 --record "$work/whole.csv" >"$work/gripd.log" 2>&1; do
+until rm -f "$work/whole.csv" && "$binaries/gripd" --port sim --seed 3 --duration 2.5 --record "$work/whole.csv" >"$work/gripd.log" 2>&1; do
     tries=$((tries + 1))
     [ "$tries" -lt 10 ] || { echo "no recording without loss:" >&2; cat "$work/gripd.log" >&2; exit 1; }
 done

@@ -53,7 +53,8 @@ fn show(panel: &Panel, wanted: &Wanted) -> Result<(), Box<dyn Error>> {
         println!("{panel}");
     }
     if let Some(folder) = &wanted.plots {
-        panel.chart()?.write(&folder.join(format!("accuracy-{}.svg", panel.name)))?;
+        let file = folder.join(format!("accuracy-{}.svg", panel.name));
+        std::fs::write(file, panel.chart()?.svg()?)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Recordings that a fault left behind in; whether they can be read or recovered, and where their samples end, out.
 
 use anyhow::{Context as _, Result, ensure};
-use grip_record::mcap::{Entry, McapError, McapReader, Record, recover};
+use grip_record::mcap::{Entry, McapError, McapReader, Record, no_unpack, recover};
 use std::{
     fs, io,
     path::{Path, PathBuf},
@@ -36,7 +36,7 @@ pub fn read(file: &Path) -> Result<Found> {
         return Ok(Found { whole: true, ..found });
     }
     let mut saved = Vec::new();
-    let recovered = recover(file, bytes.as_slice(), &mut saved, "daemon-faults");
+    let recovered = recover(file, bytes.as_slice(), &mut saved, "daemon-faults", no_unpack);
     let recovered = recovered.with_context(|| file.display().to_string())?;
     let holes = recovered.holes;
     ensure!(holes.is_empty(), "{}: damaged in the middle: {holes:?}", file.display());

@@ -104,10 +104,11 @@ impl Report {
         let text = serde_json::to_string_pretty(self)?;
         std::fs::write(folder.join("detectors.json"), text + "\n")?;
         for (name, moving) in [("still", false), ("moving", true)] {
-            self.time_chart(moving).write(&folder.join(format!("detectors-time-{name}.svg")))?;
+            let file = folder.join(format!("detectors-time-{name}.svg"));
+            std::fs::write(file, self.time_chart(moving).svg()?)?;
             let curve = self.curve_chart(moving);
             if curve.layers.iter().any(|layer| !layer.points.is_empty()) {
-                curve.write(&folder.join(format!("detectors-curve-{name}.svg")))?;
+                std::fs::write(folder.join(format!("detectors-curve-{name}.svg")), curve.svg()?)?;
             }
         }
         Ok(())

@@ -4,7 +4,11 @@ use crate::{
     input::{Block, Names, exists, rate, refused, times},
     output::dictionary,
 };
-use grip_record::{CsvOptions, Rows, read_recording};
+use grip_record::{
+    CsvOptions, Rows,
+    outputs::{OutputKind, OutputPath},
+    read_recording,
+};
 use grip_session::tape::{Played, Tape, TapeOptions};
 use numpy::{PyArray1, PyArray2, ToPyArray as _};
 use pyo3::{
@@ -116,7 +120,12 @@ impl Recording {
         if !grip_record::is_npz(&path) {
             return Err(refused(format!("{}: a recording is saved as .npz", path.display())));
         }
-        py.detach(|| self.inner.write_npz(&path)).map_err(|error| {
+        let write = || -> Result<(), Box<dyn core::error::Error + Send + Sync>> {
+            let mut out = OutputPath::new(&path, OutputKind::ANY, [], Some(true))?.create()?;
+            self.inner.write_npz(&mut out)?;
+            Ok(out.finish()?)
+        };
+        py.detach(write).map_err(|error| {
             PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
         })
     }

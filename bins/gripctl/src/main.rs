@@ -11,7 +11,7 @@ use grip_eval::{
     calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError,
 };
 use grip_port::PortError;
-use grip_record::NpzError;
+use grip_record::{NpzError, outputs::OutputError};
 use grip_session::exit::{self, Exit};
 use grip_sim::port::is_scene_error;
 use mlp::train::DataSetError;
@@ -66,6 +66,7 @@ fn is_argument(error: &(dyn core::error::Error + 'static)) -> bool {
         || matches!(error.downcast_ref(), Some(PortError::Argument(_)))
         || error.is::<DataSetError>()
         || error.is::<NpzError>()
+        || matches!(error.downcast_ref(), Some(refused) if OutputError::is_refusal(refused))
         || error.is::<ScoreError>()
         || error.is::<CollectError>()
         || error.is::<ProfileError>()

@@ -1,9 +1,66 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
+use crate::cli::ForceArgs;
+use grip_plot::Chart;
+use grip_record::outputs::{OutputError, OutputKind, OutputPath};
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
-use std::io::{self, Write as _};
+use std::{
+    io::{self, Write as _},
+    path::Path,
+};
+
+/// A recording, or rows of data, as columns.
+pub(crate) const COLUMNS: OutputKind = OutputKind::data(&["csv", "npz"]);
+/// A recording in a file of its own.
+pub(crate) const TABLE: OutputKind = OutputKind::data(&["csv"]);
+/// A chart.
+pub(crate) const PICTURE: OutputKind =
+    OutputKind { endings: &["svg", "png"], strict: true, is_ours: is_picture };
+/// What a training has found.
+pub(crate) const MODEL: OutputKind = OutputKind {
+    endings: &["json"],
+    strict: false,
+    is_ours: |head| {
+        ["mlp-model", "ensemble-model", "svr-model"].iter().any(|format| is_format(head, format))
+    },
+};
+/// How a model came about.
+pub(crate) const CARD: OutputKind = OutputKind {
+    endings: &["json"],
+    strict: false,
+    is_ours: |head| is_format(head, "mlp-model-card"),
+};
+
+/// Looks at the name of an output, before any work is done for it; `inputs` is all that the command reads.
+pub(crate) fn path(
+    file: &Path,
+    kind: OutputKind,
+    force: &ForceArgs,
+    inputs: &[Option<&Path>],
+) -> Result<OutputPath, OutputError> {
+    OutputPath::new(file, kind, inputs.iter().copied().flatten(), Some(force.force))
+}
+
+/// Draws a chart into its file.
+pub(crate) fn draw(chart: &Chart, out: &OutputPath) -> anyhow::Result<()> {
+    Ok(out.write(chart.bytes(out.file())?)?)
+}
+
+pub(crate) fn is_picture(head: &[u8]) -> bool {
+    head.starts_with(b"<svg") || head.starts_with(b"\x89PNG\r\n\x1a\n")
+}
+
+/// Whether this is the beginning of our JSON that states its format.
+fn is_format(head: &[u8], format: &str) -> bool {
+    head.starts_with(format!("{{\n  \"format\": \"{format}\",").as_bytes())
+}
+
+/// Whether `text` stands in the beginning of a file.
+pub(crate) fn has(head: &[u8], text: &str) -> bool {
+    head.windows(text.len()).any(|part| part == text.as_bytes())
+}
 
 /// Writes one line of text to standard output.
 pub(crate) fn line(text: &str) -> io::Result<()> {

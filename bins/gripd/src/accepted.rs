@@ -4,12 +4,8 @@
 //! the folder of dumps, where there is one, since gripfleet gives a gripd that starts the model it has accepted; else until gripd ends.
 
 use core::fmt::Write as _;
-use grip_record::files;
-use std::{
-    fs::{self, File},
-    io::{self, Write as _},
-    path::PathBuf,
-};
+use grip_record::{files, outputs::replace};
+use std::{fs, io, path::PathBuf};
 
 /// Models that are known, the latest ones: the one in force, the one before, and some that a trial has ended.
 const MOST: usize = 8;
@@ -56,11 +52,7 @@ impl Accepted {
         self.digests.push(sha256);
         let Some(folder) = &self.folder else { return Ok(()) };
         fs::create_dir_all(folder)?;
-        let new = folder.join(format!("{FILE}.new"));
-        let mut file = File::create(&new)?;
-        file.write_all(self.text().as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&new, folder.join(FILE))
+        replace(&folder.join(FILE), self.text())
     }
 
     fn text(&self) -> String {

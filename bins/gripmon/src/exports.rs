@@ -5,6 +5,7 @@ use crate::files;
 use crate::scope::{Scope, Shared};
 use crate::state::Message;
 use eframe::egui::ColorImage;
+use grip_record::outputs::{OutputKind, OutputPath};
 use grip_scope::export::{self, ExportError, Sliced};
 use grip_scope::format;
 use grip_scope::{Channel, SourceSpec, Span};
@@ -13,6 +14,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
+
+/// A picture of the command line takes the place of an earlier one.
+const PICTURE: OutputKind = OutputKind {
+    endings: &["png"],
+    strict: false,
+    is_ours: |head| head.starts_with(b"\x89PNG\r\n\x1a\n"),
+};
 
 /// What is to be written.
 #[derive(Clone, Debug)]
@@ -148,13 +156,14 @@ fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError
         }
         Work::Picture(image) => {
             let failed = |source| ExportError::Write { file: path.to_owned(), source };
-            export::fill(path, |file| files::write_png(file, &image).map_err(failed))?;
+            export::fill(path, None, |file| files::write_png(file, &image).map_err(failed))?;
             Ok("this window".to_owned())
         }
         Work::LastPicture(image) => {
-            std::fs::File::create(path)
-                .and_then(|file| files::write_png(file, &image))
+            let mut file = OutputPath::new(path, PICTURE, [], None)?.create()?;
+            files::write_png(&mut file, &image)
                 .map_err(|source| ExportError::Write { file: path.to_owned(), source })?;
+            file.finish()?;
             Ok("this window".to_owned())
         }
     }
@@ -195,6 +204,7 @@ mod tests {
     use crate::engine::Engine;
     use crate::scope::Shared;
     use eframe::egui::{Color32, ColorImage};
+    use grip_record::outputs::OutputError;
     use grip_scope::{Channel, Model, Span};
     use std::fs;
     use std::path::Path;
@@ -209,7 +219,8 @@ mod tests {
     fn an_error_names_its_file_once() {
         let path = Path::new("run-0001.csv");
         let reported = |error| sentence(path, Err(error)).text;
-        let there = reported(ExportError::Exists { file: path.to_owned() });
+        let there = OutputError::Exists { file: path.to_owned(), has_force: false };
+        let there = reported(there.into());
         assert!(there.starts_with("run-0001.csv: is there already"), "{there}");
         let empty = reported(ExportError::Empty);
         assert!(empty.starts_with("run-0001.csv: there are no samples"), "{empty}");
@@ -219,7 +230,7 @@ mod tests {
     fn a_picture_replaces_nothing_but_where_the_command_line_names_it() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        fs::write(&path, "mine").unwrap();
+        fs::write(&path, b"\x89PNG\r\n\x1a\n of before").unwrap();
         let image = Arc::new(ColorImage::filled([3, 2], Color32::from_rgb(1, 2, 3)));
         let mut exports = Exports::default();
         let mut done = |work: Work| {
@@ -232,10 +243,13 @@ mod tests {
         let refused = done(Work::Picture(Arc::clone(&image)));
         assert!(refused.message.is_error && !refused.is_last, "{refused:?}");
         assert!(refused.message.text.contains("is there already"), "{refused:?}");
-        assert_eq!(fs::read(&path).unwrap(), b"mine");
-        let written = done(Work::LastPicture(image));
+        assert!(fs::read(&path).unwrap().ends_with(b" of before"));
+        let written = done(Work::LastPicture(Arc::clone(&image)));
         assert!(!written.message.is_error && written.is_last, "{written:?}");
-        assert!(fs::read(&path).unwrap().starts_with(b"\x89PNG"));
+        assert!(!fs::read(&path).unwrap().ends_with(b" of before"));
+        fs::write(&path, "no picture").unwrap();
+        assert!(done(Work::LastPicture(image)).message.is_error);
+        assert_eq!(fs::read(&path).unwrap(), b"no picture");
     }
 
     #[test]

@@ -1,9 +1,8 @@
-//! Names of files that are not there yet, what links lead to, and pictures as PNG.
+//! Names of files that are not there yet, and pictures as PNG.
 
 use eframe::egui::ColorImage;
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::PathBuf;
 
 /// The first of `STEM-0001.ENDING`, `STEM-0002.ENDING` .. that is not there.
 ///
@@ -17,14 +16,14 @@ pub fn free_name(stem: &str, ending: &str) -> io::Result<PathBuf> {
     })
 }
 
-/// Writes a picture as PNG into a fresh file.
+/// Writes a picture as PNG.
 ///
 /// # Errors
 /// Where it cannot be written.
-pub fn write_png(file: File, image: &ColorImage) -> io::Result<()> {
+pub fn write_png(file: impl Write, image: &ColorImage) -> io::Result<()> {
     let too_large = || io::Error::new(io::ErrorKind::InvalidInput, "the picture is too large");
     let [wide, high] = image.size.map(|side| u32::try_from(side).map_err(|_| too_large()));
-    let mut encoder = png::Encoder::new(BufWriter::new(file), wide?, high?);
+    let mut encoder = png::Encoder::new(file, wide?, high?);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
@@ -33,25 +32,6 @@ pub fn write_png(file: File, image: &ColorImage) -> io::Result<()> {
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
     writer.write_image_data(&bytes).map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)
-}
-
-/// Links that are followed from one to the next.
-const LINKS: usize = 16;
-
-/// The file that a path leads to, over links, whether it is there or not.
-///
-/// # Errors
-/// Where links lead in a circle.
-pub fn led_to(path: &Path) -> io::Result<PathBuf> {
-    let mut path = path.to_owned();
-    for _ in 0..LINKS {
-        match fs::read_link(&path) {
-            Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),
-            // It is no link, or not there yet.
-            Err(_) => return Ok(path),
-        }
-    }
-    Err(io::Error::new(io::ErrorKind::InvalidInput, "links lead in a circle"))
 }
 
 #[cfg(test)]

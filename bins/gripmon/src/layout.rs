@@ -1,8 +1,8 @@
 //! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
 
-use crate::files;
 use crate::form::TriggerForm;
 use crate::strip::StripId;
+use grip_record::outputs::replace;
 use serde::{Deserialize, Serialize};
 use std::{
     env, fs, io,
@@ -198,13 +198,10 @@ impl Layout {
     pub fn write(&self, path: &Path) -> Result<(), LayoutError> {
         let text = toml::to_string(self)?;
         let failed = |source| LayoutError::File { path: path.to_owned(), source };
-        let path = files::led_to(path).map_err(failed)?;
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(failed)?;
         }
-        let beside = path.with_extension("toml.new");
-        fs::write(&beside, text).map_err(failed)?;
-        fs::rename(&beside, &path).map_err(failed)
+        replace(path, text).map_err(failed)
     }
 }
 

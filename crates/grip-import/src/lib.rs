@@ -27,11 +27,13 @@ mod topic;
 mod tsf85;
 mod wav;
 mod words;
+mod zstd;
 
 pub use assign::{Imported, Use};
 pub use error::ImportError;
 pub use stream::{MOST_VALUES, Stream, Times};
 pub use time::TimeUnit;
+pub use zstd::unpack;
 
 use slip_core::PipelineConfig;
 use std::path::{Path, PathBuf};

@@ -5,11 +5,10 @@ use crate::{
     error::ImportError,
     stream::{Room, Stream},
     topic::Topic,
+    zstd::unpack,
 };
-use grip_record::mcap::{
-    Foreign, ForeignChannel, ForeignReader, McapError, Topic as Own, no_unpack,
-};
-use std::{collections::BTreeMap, io, io::Read as _, path::Path};
+use grip_record::mcap::{Foreign, ForeignChannel, ForeignReader, McapError, Topic as Own};
+use std::{collections::BTreeMap, path::Path};
 
 pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, ImportError> {
     let mut reader = ForeignReader::open(file, unpack)?;
@@ -73,16 +72,4 @@ fn topic_of(channel: &ForeignChannel) -> Result<Topic, String> {
             "is encoded as {encoding:?} with {schema:?}; JSON and ROS 2 (cdr with ros2msg) are read"
         )),
     }
-}
-
-/// Chunks that are compressed with zstd.
-fn unpack(name: &str, packed: &[u8], size: u64) -> io::Result<Vec<u8>> {
-    if name != "zstd" {
-        return no_unpack(name, packed, size);
-    }
-    let decoder = ruzstd::decoding::StreamingDecoder::new(packed)
-        .map_err(|error| io::Error::other(format!("the chunk is no zstd: {error}")))?;
-    let mut unpacked = Vec::new();
-    decoder.take(size + 1).read_to_end(&mut unpacked)?;
-    Ok(unpacked)
 }

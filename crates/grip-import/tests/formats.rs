@@ -3,7 +3,10 @@
 #![expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "small numbers")]
 
 use grip_import::{ImportOptions, Imported, TimeUnit, import};
-use grip_record::{Channel, StylusKind, mcap::CdrWriter};
+use grip_record::{
+    Channel, StylusKind,
+    mcap::{CdrWriter, recover},
+};
 use std::{
     borrow::Cow,
     collections::BTreeMap,
@@ -386,6 +389,28 @@ fn mcap_chunks_of_zstd_are_read() {
     let plain = bag(None, 100);
     fs::write(&file, zstd_chunks(&plain)).unwrap();
     check_bag(&taken(&file));
+}
+
+/// Every whole message of a file in zstd is recovered, wherever it is cut off.
+#[test]
+fn mcap_chunks_of_zstd_are_recovered() {
+    let recovered = |bytes: &[u8]| {
+        let mut out = Vec::new();
+        let saved = recover(Path::new("x.mcap"), bytes, &mut out, "test 1", grip_import::unpack);
+        (saved.unwrap(), out)
+    };
+    let whole = zstd_chunks(&bag(None, 3000));
+    let (saved, _) = recovered(&whole);
+    // Only the index is not there.
+    assert!(saved.holes.is_empty() && saved.cut_at == Some(whole.len() as u64), "{saved:?}");
+    let (all, mut least) = (saved.messages, 0);
+    for len in (8..whole.len()).step_by(997) {
+        let (saved, out) = recovered(&whole[..len]);
+        assert!(saved.messages >= least && saved.holes.is_empty(), "{len}: {saved:?}");
+        least = saved.messages;
+        assert_eq!(recovered(&out).0.messages, least);
+    }
+    assert!(least > all / 2, "{least} of {all}");
 }
 
 /// The same file with each chunk packed by zstd.

@@ -138,14 +138,6 @@ pub enum PlotError {
     /// The picture could not be made.
     #[error("drawing failed: {0}")]
     Draw(String),
-    /// The file could not be written.
-    #[error("{file}: {source}")]
-    Write {
-        /// The file.
-        file: String,
-        /// What the system said.
-        source: std::io::Error,
-    },
 }
 
 impl Chart {
@@ -179,19 +171,17 @@ impl Chart {
         draw::png(self).map_err(PlotError::Draw)
     }
 
-    /// Writes `file`, as its ending states: .svg or .png.
+    /// The bytes of `file`, as its ending states: .svg or .png.
     ///
     /// # Errors
-    /// As [`Chart::png`], and where the file has another ending or cannot be written.
-    pub fn write(&self, file: &Path) -> Result<(), PlotError> {
+    /// As [`Chart::png`], and where the file has another ending.
+    pub fn bytes(&self, file: &Path) -> Result<Vec<u8>, PlotError> {
         let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or("");
-        let bytes = match ending.to_ascii_lowercase().as_str() {
-            "svg" => self.svg()?.into_bytes(),
-            "png" => self.png()?,
-            _ => return Err(PlotError::UnknownFormat(file.display().to_string())),
-        };
-        std::fs::write(file, bytes)
-            .map_err(|source| PlotError::Write { file: file.display().to_string(), source })
+        match ending.to_ascii_lowercase().as_str() {
+            "svg" => Ok(self.svg()?.into_bytes()),
+            "png" => self.png(),
+            _ => Err(PlotError::UnknownFormat(file.display().to_string())),
+        }
     }
 
     /// Whether all layers are bars of the same names on evenly divided axes.
@@ -227,6 +217,7 @@ impl Chart {
 #[cfg(test)]
 mod tests {
     use super::{Axis, Chart, Layer, Mark, PlotError};
+    use std::path::Path;
 
     fn chart() -> Chart {
         Chart::new("Error against time", Axis::log("ns"), Axis::log("relative error"))
@@ -268,15 +259,11 @@ mod tests {
     }
 
     #[test]
-    fn files_are_written_by_their_ending() {
-        let folder = tempfile::tempdir().unwrap();
-        let svg = folder.path().join("a.svg");
-        chart().write(&svg).unwrap();
-        assert!(std::fs::read_to_string(&svg).unwrap().contains("</svg>"));
-        let png = folder.path().join("a.PNG");
-        chart().write(&png).unwrap();
-        assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
-        let error = chart().write(&folder.path().join("a.gif")).unwrap_err();
+    fn a_file_is_what_its_ending_states() {
+        let bytes = |name: &str| chart().bytes(Path::new(name));
+        assert!(String::from_utf8(bytes("a.svg").unwrap()).unwrap().contains("</svg>"));
+        assert!(bytes("a.PNG").unwrap().starts_with(b"\x89PNG"));
+        let error = bytes("a.gif").unwrap_err();
         assert!(matches!(error, PlotError::UnknownFormat(_)), "{error}");
     }
 

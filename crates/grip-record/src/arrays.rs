@@ -3,16 +3,17 @@
 //! Columns have the names, units and meanings of a CSV recording. A NaN is an empty cell, as NumPy has no other, but for the
 //! stylus, where it is a bad reading.
 
+use std::io::{Seek, Write};
 use std::path::Path;
 
 use ndarray::{Array1, Array2};
-use ndarray_npy::WriteNpzError;
+use ndarray_npy::{NpzWriter, WriteNpzError};
 use slip_core::units::Micros;
 
 use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
-use crate::npz::{Npz, create};
+use crate::npz::Npz;
 use crate::recording::{Cells, Gathering, Recording};
 use crate::taxels::PREFIX;
 
@@ -148,13 +149,13 @@ impl Recording {
         readings
     }
 
-    /// Writes `file` as an `.npz` that [`read_recording`](crate::read_recording) reads back: `t_s` and the arrivals as float64, readings as float32.
+    /// Writes to `out` an `.npz` that [`read_recording`](crate::read_recording) reads back: `t_s` and the arrivals as float64, readings as float32.
     /// A NaN reading of another channel than the stylus comes back as none.
     ///
     /// # Errors
-    /// Where the file cannot be written.
-    pub fn write_npz(&self, file: &Path) -> Result<(), WriteNpzError> {
-        let mut npz = create(file)?;
+    /// Where it cannot be written.
+    pub fn write_npz(&self, out: impl Write + Seek) -> Result<(), WriteNpzError> {
+        let mut npz = NpzWriter::new(out);
         npz.add_array("t_s", &self.times_s())?;
         let readings = self.readings();
         for (name, column) in self.columns().iter().zip(readings.columns()) {

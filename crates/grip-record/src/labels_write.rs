@@ -1,6 +1,5 @@
 //! A label in, the row of `labels.csv` that describes it out; everything else in the file stays.
 
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -9,9 +8,13 @@ use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
 use crate::labels::{Label, LabelError, LabelKind, read_labels};
+use crate::outputs::replace;
 
 /// Columns of a new file.
 const COLUMNS: [&str; 4] = ["recording", "kind", "material", "onset_s"];
+
+/// Place of the material in [`COLUMNS`].
+const MATERIAL: usize = 2;
 
 /// What stood there, and what is to be done with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +27,8 @@ pub enum Relabel {
     Remove,
 }
 
-/// Writes `label` into `file`, which is made where it is missing; gives the label that the recording had. The file is replaced in one go.
+/// Writes `label` into `file`, which is made where it is missing; gives the label that the recording had. Without a material the one that
+/// stands there is kept. The file is replaced in one go.
 ///
 /// # Errors
 /// Where the file is no list of labels, or cannot be written.
@@ -52,8 +56,7 @@ pub fn write_label(
     let mut rows = rows(&bytes).map_err(unwritable)?;
     put(&mut rows, label, relabel);
     let text = joined(&rows).map_err(unwritable)?;
-    let beside = file.with_extension("csv.new");
-    fs::write(&beside, text).and_then(|()| fs::rename(&beside, file)).map_err(unwritable)?;
+    replace(file, text).map_err(unwritable)?;
     Ok(old)
 }
 
@@ -98,7 +101,11 @@ fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
         rows.push(vec![Vec::new(); width]);
         rows.len() - 1
     });
-    for (place, cell) in places.into_iter().zip(cells) {
+    for (at_cell, (place, cell)) in places.into_iter().zip(cells).enumerate() {
+        // A new label without a material does not take the known one away.
+        if at_cell == MATERIAL && cell.is_empty() {
+            continue;
+        }
         if let Some(place) = rows.get_mut(at).and_then(|row| row.get_mut(place)) {
             *place = cell.as_bytes().to_vec();
         }
@@ -131,6 +138,7 @@ fn joined(rows: &[Vec<Vec<u8>>]) -> io::Result<Vec<u8>> {
 mod tests {
     use super::*;
     use slip_core::units::Micros;
+    use std::fs;
 
     fn label(name: &str, kind: LabelKind) -> Label {
         Label { recording: name.to_owned(), kind, material: "cork, rough".to_owned() }
@@ -154,6 +162,9 @@ mod tests {
         let expected = "note,recording,kind,material,onset_s\nmine,b,rest,\"cork, rough\",\n\
             \"x,y\",c,rest,,\n,a,onset,\"cork, rough\",1.250000\n";
         assert_eq!(text, expected);
+        let silent = Label { material: String::new(), ..rest.clone() };
+        write_label(&file, &silent, Relabel::Replace).unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), expected, "without one the material stays");
         write_label(&file, &rest, Relabel::Remove).unwrap();
         write_label(&file, &rest, Relabel::Remove).unwrap();
         assert_eq!(read_labels(&file).unwrap().len(), 2);

@@ -53,6 +53,7 @@ mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
 mod number;
+pub mod outputs;
 mod phases;
 mod profile;
 mod recording;

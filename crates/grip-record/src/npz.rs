@@ -3,8 +3,7 @@
 //! Each array of one dimension is a column under its name, as `numpy.savez(FILE, t_s=..., stylus=...)` or `savez_compressed`
 //! writes them. Of an array that nobody asks for only the name is read.
 
-use std::fs::File;
-use std::io::{BufWriter, Cursor, Read as _};
+use std::io::{Cursor, Read as _, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, ArrayRef2};
@@ -207,31 +206,24 @@ fn too_large() -> String {
     format!("is too large: the columns of a file may take {MOST_UNPACKED} bytes unpacked")
 }
 
-/// Writes the columns of `values` (rows x names) to `file` as an `.npz` of 1-dimensional arrays, not compressed.
+/// Writes the columns of `values` (rows x names) to `out` as an `.npz` of 1-dimensional arrays, not compressed.
 ///
 /// # Errors
-/// Where the file cannot be written.
+/// Where it cannot be written.
 pub fn write_columns<T: WritableElement + Clone>(
-    file: &Path,
+    out: impl Write + Seek,
     names: &[&str],
     values: &ArrayRef2<T>,
 ) -> Result<(), WriteNpzError> {
-    let mut npz = create(file)?;
+    let mut npz = NpzWriter::new(out);
     for (name, column) in names.iter().zip(values.columns()) {
         npz.add_array(*name, &column)?;
     }
     npz.finish().map(drop)
 }
 
-pub(crate) fn create(file: &Path) -> Result<NpzWriter<BufWriter<File>>, WriteNpzError> {
-    let file = File::create(file).map_err(zip::result::ZipError::Io)?;
-    Ok(NpzWriter::new(BufWriter::new(file)))
-}
-
 #[cfg(test)]
 mod tests {
-    use std::io::Write as _;
-
     use zip::write::{SimpleFileOptions, ZipWriter};
 
     use super::*;

@@ -3,7 +3,7 @@
 
 use grip_record::mcap::{
     Attached, CommandRecord, Entry, EventRecord, LinkRecord, McapError, McapIndex, McapReader,
-    McapWriter, PipelineRecord, Record, SampleRecord, WireRecord, recover,
+    McapWriter, PipelineRecord, Record, SampleRecord, WireRecord, no_unpack, recover,
 };
 use proptest::prelude::{Just, Strategy, any, prop_assert, prop_assert_eq, prop_oneof, proptest};
 use slip_core::ClientCommand;
@@ -99,7 +99,8 @@ fn course(bytes: &[u8], ahead: bool) -> Vec<String> {
 
 fn recovered(bytes: &[u8]) -> Option<(grip_record::mcap::Recovered, Vec<u8>)> {
     let out = Shared::default();
-    let saved = recover(Path::new("x.mcap"), Cursor::new(bytes), out.clone(), "test 1").ok()?;
+    let (file, input) = (Path::new("x.mcap"), Cursor::new(bytes));
+    let saved = recover(file, input, out.clone(), "test 1", no_unpack).ok()?;
     Some((saved, out.0.take()))
 }
 
@@ -250,12 +251,55 @@ fn a_file_cut_off_anywhere_keeps_what_was_flushed() {
         flushed_before = found.len();
         if len % 7 == 0 {
             let (saved, out) = recovered(cut).unwrap();
-            assert_eq!(saved.messages, found.len() as u64);
-            assert_eq!(indices(&out).0, found, "{len}");
+            // What a reader of live recordings leaves for later is saved too: the whole messages of the last chunk.
+            assert_eq!(saved.messages, found.len() as u64 + saved.of_cut_chunk);
+            assert!(indices(&out).0.iter().copied().eq(0..saved.messages as u32), "{len}");
             assert!(indices(&out).1.is_none() && recovered(&out).unwrap().0.was_whole());
         }
     }
     assert_eq!(flushed_before as u32, count);
+}
+
+/// Where the file ends in a chunk, its whole messages are saved, compressed or not; zeros behind the end are no data.
+#[test]
+fn a_chunk_that_is_cut_off_gives_its_whole_messages() {
+    for compression in [None, Some(mcap::Compression::Lz4)] {
+        let mut out = Cursor::new(Vec::new());
+        let options = mcap::WriteOptions::new().compression(compression).chunk_size(None);
+        let mut writer = options.library("other 1").profile("p").create(&mut out).unwrap();
+        let id = writer.add_channel(0, "/x", "json", &BTreeMap::new()).unwrap();
+        let mut random = 1_u32;
+        for sequence in 0..4000 {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let header = mcap::records::MessageHeader {
+                channel_id: id,
+                sequence,
+                log_time: u64::from(sequence),
+                publish_time: 0,
+            };
+            let text = format!("{{\"a\":{random},\"b\":\"{random:x}\"}}");
+            writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
+        }
+        writer.finish().unwrap();
+        drop(writer);
+        let whole = out.into_inner();
+        let (saved, copy) = recovered(&whole).unwrap();
+        assert!(saved.was_whole() && !saved.was_ours() && saved.messages == 4000, "{saved:?}");
+        assert_eq!(&copy[17..22], b"\x01\0\0\0p", "the profile stays");
+        let mut least = 0;
+        let end = whole.windows(9).rposition(|w| w == [0x0f, 4, 0, 0, 0, 0, 0, 0, 0]).unwrap();
+        for len in (8..end).step_by(1999) {
+            let (saved, copy) = recovered(&whole[..len]).unwrap();
+            assert!(saved.messages >= least && saved.cut_at.is_some(), "{len}: {saved:?}");
+            least = saved.messages;
+            assert_eq!(recovered(&copy).unwrap().0.messages, least, "{len}");
+            let mut zeros = whole[..len].to_vec();
+            zeros.resize(whole.len(), 0);
+            let (padded, _) = recovered(&zeros).unwrap();
+            assert!(padded.messages <= least && padded.messages + 1 >= least, "{len}: {padded:?}");
+        }
+        assert!(least > 2000, "{least} of {compression:?}");
+    }
 }
 
 /// Without its index a file can be replayed, but no viewer takes it.

@@ -59,6 +59,8 @@ pub(crate) struct GraspArgs {
     /// Draw the result (.svg or .png): every grasp of a single row, or the share of objects that were lost.
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

@@ -8,6 +8,8 @@ pub(crate) struct GenerateArgs {
     /// Where to write the rows: .csv, or .npz with an array for each column.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// Number of rows.
     #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) rows: u32,
@@ -35,6 +37,8 @@ pub(crate) struct CollectArgs {
     /// Where to write the rows (.csv).
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// What was held in all of them, whatever they report.
     #[arg(long, value_name = "NAME")]
     pub(crate) object: Option<String>,
@@ -152,6 +156,8 @@ pub(crate) struct TrainArgs {
     /// Where to write the model card: MODEL.card.json beside the model otherwise.
     #[arg(long, value_name = "FILE")]
     pub(crate) card: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -276,6 +282,8 @@ pub(crate) struct SearchArgs {
     /// Where to write the model.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -333,6 +341,8 @@ pub(crate) struct ExportArgs {
     /// Where to write the model card: PATH.card.json beside the export otherwise.
     #[arg(long, value_name = "FILE")]
     pub(crate) card: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -369,6 +379,8 @@ pub(crate) struct StudyArgs {
     /// figures were trained and tested on).
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: super::ForceArgs,
     /// A look in seconds instead of the whole: seven conditions, three starts, one draw of rows, 300 epochs.
     #[arg(long)]
     pub(crate) quick: bool,

@@ -130,6 +130,8 @@ pub(crate) struct DemoArgs {
     /// Also write the recording (.csv), for `gripctl replay` and gripmon.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
 }
 
 #[derive(Debug, Args)]
@@ -217,6 +219,14 @@ pub(crate) struct SimArgs {
     pub(crate) duration: Option<f64>,
 }
 
+/// Whether files are replaced that the command did not make.
+#[derive(Debug, Args)]
+pub(crate) struct ForceArgs {
+    /// Replace a file that is there already and that this command did not make. What the command reads is never replaced.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
 /// How the columns of a CSV file are read.
 #[derive(Debug, Args)]
 pub(crate) struct CsvArgs {
@@ -259,6 +269,8 @@ pub(crate) struct ReplayArgs {
     /// Write the statistic over its threshold, and where slips were found, as .svg or .png.
     #[arg(long, value_name = "FILE", conflicts_with = "check")]
     pub(crate) plot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Run every stage in every scene; the events are the same.
     #[arg(long)]
     pub(crate) no_skip: bool,
@@ -271,10 +283,12 @@ pub(crate) struct ReplayArgs {
 pub(crate) struct RecoverArgs {
     /// The recording (.mcap). A whole one is left as it is.
     pub(crate) file: PathBuf,
-    /// Where to write what is saved. Otherwise it takes the place of a file that only lacks its end; of a file with damage in the
-    /// middle it is written beside it, as NAME.recovered.mcap.
+    /// Where to write what is saved. Otherwise it takes the place of a file of gripd that only lacks its end; of a file with damage in
+    /// the middle, or of another program, it is written beside it, as NAME.recovered.mcap.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
@@ -288,6 +302,8 @@ pub(crate) struct CsvExportArgs {
     /// Where to write the samples: .csv, or .npz with an array for each column, where an empty cell is NaN.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Which pipeline, counted from 1, where the recording has several: times start again with each.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub(crate) pipeline: Option<u64>,
@@ -322,6 +338,8 @@ pub(crate) struct CalibrateArgs {
     /// Where to write the calibration (.toml).
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
@@ -376,6 +394,8 @@ pub(crate) struct ScoreArgs {
     /// may be repeated.
     #[arg(long, value_name = "FILE")]
     pub(crate) curve: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,

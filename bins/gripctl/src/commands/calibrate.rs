@@ -10,6 +10,7 @@ use grip_eval::{
     calibrate::{Calibrated, calibrate, check_interval},
     certify::NotCertified,
 };
+use grip_record::outputs::OutputKind;
 use grip_session::{
     calibration::{Calibration, LawEvidence, StylusCalibration, TaxelRest},
     exit::{Exit, WrongArgument},
@@ -25,7 +26,19 @@ struct Line<'a> {
     calibration: &'a Calibration,
 }
 
+const CALIBRATION: OutputKind = OutputKind {
+    endings: &["toml"],
+    strict: false,
+    is_ours: |head| {
+        head.starts_with(b"sample_rate_hz = ")
+            && ["\n[evidence]", "\n[taxels]"].iter().any(|table| output::has(head, table))
+    },
+};
+
 pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
+    let scene = args.port.as_deref().and_then(|port| port.strip_prefix("sim:")).map(Path::new);
+    let inputs = [args.file.as_deref(), args.config.as_deref(), scene];
+    let out = output::path(&args.output, CALIBRATION, &args.force, &inputs)?;
     let config = host_config(args.config.as_deref())?;
     check_interval(args.interval).map_err(|error| WrongArgument(error.to_string()))?;
     let (Measured { recording, lost }, place) = match (&args.port, &args.file) {
@@ -38,9 +51,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     };
     let Calibrated { calibration, certified } =
         calibrate(&recording, &config, args.interval).context(place)?;
-    let text = toml::to_string(&calibration)?;
-    std::fs::write(&args.output, text)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    out.write(toml::to_string(&calibration)?)?;
     if args.json {
         output::json(&Line { calibration: &calibration })?;
     } else {

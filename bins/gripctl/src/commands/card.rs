@@ -1,8 +1,10 @@
 //! Model cards on disk: where they lie, how they are read and written.
 
-use anyhow::Context as _;
-use grip_record::files;
-use grip_session::exit::WrongArgument;
+use crate::{cli::ForceArgs, output};
+use grip_record::{
+    files,
+    outputs::{OutputError, OutputPath},
+};
 use mlp::export::card::Card;
 use mlp::train::{DataSet, Fit, FitConfig};
 use std::path::{Path, PathBuf};
@@ -12,31 +14,23 @@ pub(super) fn path_beside(path: &Path) -> PathBuf {
     path.with_extension("card.json")
 }
 
-/// `--card`, or the place beside `path`; never that of a file in `taken`.
-pub(super) fn path(
+/// `--card`, or the place beside `path`; never that of a file in `inputs` or `outputs`.
+pub(super) fn output(
     given: Option<&Path>,
     path: &Path,
-    taken: &[&Path],
-) -> Result<PathBuf, WrongArgument> {
+    force: &ForceArgs,
+    inputs: &[Option<&Path>],
+    outputs: &[&Path],
+) -> Result<OutputPath, OutputError> {
     let card = given.map_or_else(|| path_beside(path), Path::to_owned);
-    if taken.contains(&card.as_path()) {
-        return Err(WrongArgument(format!(
-            "--card {}: that file is written or read already",
-            card.display()
-        )));
-    }
-    Ok(card)
+    let card = output::path(&card, output::CARD, force, inputs)?;
+    outputs.iter().try_fold(card, |card, other| card.apart_from(other))
 }
 
 /// The first of `paths` that holds the card of the model with the contents `text`.
 pub(super) fn known(paths: &[&Path], text: &str) -> Option<Card> {
     let read = |path: &&Path| Card::from_json(&files::read_text(path, files::MOST_MODEL).ok()?);
     paths.iter().filter_map(read).find(|card| card.is_of(text))
-}
-
-pub(super) fn write(path: &Path, card: &Card) -> anyhow::Result<()> {
-    std::fs::write(path, card.to_json()?)
-        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The card of a model that has just been trained: `name` and `text` are its file.

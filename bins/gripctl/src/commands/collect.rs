@@ -1,26 +1,23 @@
 //! `gripctl collect`: recordings of many grippers in, rows for `gripctl train` out.
 
-use super::{checked, csv_options, host_config, unreadable};
+use super::{checked, csv_options, host_config};
 use crate::{
     cli::learn::{CollectArgs, CollectSplit},
     output,
 };
-use anyhow::{Context as _, bail, ensure};
+use anyhow::bail;
 use grip_eval::{
     collect::{
-        COLUMNS, Collected, Divided, Fate, Keep, Request, Row, UNKNOWN, WatchConfig, collect,
-        divide,
+        COLUMNS, Collected, Fate, Keep, Request, Row, UNKNOWN, WatchConfig, collect, divide,
     },
     score::Quantiles,
 };
-use grip_record::files;
+use grip_record::outputs::{OutputKind, OutputPath};
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use slip_core::estimate::Feature;
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs,
-    io::Read as _,
     path::{Path, PathBuf},
 };
 
@@ -65,10 +62,11 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
     let (require, watch) = (required(&args.require)?, watch(args)?);
     let test_file = beside(&args.output)?;
     let share = args.test_share.map(share).transpose()?;
-    let test_output = share.map(|_| test_file.as_path());
-    for output in [Some(args.output.as_path()), test_output].into_iter().flatten() {
-        spare(output)?;
-    }
+    let places = args.places.iter().chain(&args.config);
+    let inputs: Vec<_> = places.map(|place| Some(place.as_path())).collect();
+    let out = |file: &Path| output::path(file, ROWS, &args.force, &inputs);
+    let train_out = out(&args.output)?;
+    let test_out = share.map(|_| out(&test_file)).transpose()?;
     let bar = output::progress(0, "recordings");
     let done = |now: usize, of: usize| {
         bar.set_length(of as u64);
@@ -94,12 +92,16 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
     let summary = match share {
         None => {
             let all: Vec<usize> = (0..collected.rows.len()).collect();
-            summary(&collected, write(&args.output, &collected.rows, &all)?)
+            summary(&collected, write(&train_out, &collected.rows, &all)?)
         }
         Some(share) => {
             let divided = divide(&collected.rows, keep(args.split), share, args.seed)
                 .map_err(|error| WrongArgument(format!("--split {}: {error}", by(args.split))))?;
-            split(args, &collected, &divided, &test_file, share)?
+            let train = write(&train_out, &collected.rows, &divided.train)?;
+            let test = test_out.as_ref().map(|out| write(out, &collected.rows, &divided.test));
+            let (by, seed, on_neither_side) = (by(args.split), args.seed, divided.left_out);
+            let split = Some(SplitReported { by, share, seed, on_neither_side });
+            Summary { test: test.transpose()?, split, ..summary(&collected, train) }
         }
     };
     report(args.json, &collected, &summary)?;
@@ -134,21 +136,9 @@ fn required(names: &[String]) -> Result<Vec<Feature>, WrongArgument> {
     found.collect()
 }
 
-/// Nothing but earlier rows is ever written over: what is named could be a recording.
-fn spare(output: &Path) -> anyhow::Result<()> {
-    if !output.exists() {
-        return Ok(());
-    }
-    let file = files::open(output).map_err(unreadable(output))?;
-    let mut start = vec![0; COLUMNS.join(",").len()];
-    let is_ours = file.take(start.len() as u64).read_exact(&mut start).is_ok()
-        && start == COLUMNS.join(",").as_bytes();
-    ensure!(
-        is_ours,
-        WrongArgument(format!("{} is there already and holds something else", output.display()))
-    );
-    Ok(())
-}
+/// No other command writes these columns.
+const ROWS: OutputKind =
+    OutputKind { is_ours: |head| head.starts_with(COLUMNS.join(",").as_bytes()), ..output::TABLE };
 
 /// `TRAIN-test.csv` beside `TRAIN.csv`.
 fn beside(output: &Path) -> Result<PathBuf, WrongArgument> {
@@ -175,7 +165,7 @@ const fn by(split: CollectSplit) -> &'static str {
     }
 }
 
-fn write(file: &Path, rows: &[Row], which: &[usize]) -> anyhow::Result<Side> {
+fn write(out: &OutputPath, rows: &[Row], which: &[usize]) -> anyhow::Result<Side> {
     let mut text = COLUMNS.join(",") + "\n";
     let (mut objects, mut grippers) = (BTreeSet::new(), BTreeSet::new());
     for row in which.iter().filter_map(|at| rows.get(*at)) {
@@ -184,22 +174,8 @@ fn write(file: &Path, rows: &[Row], which: &[usize]) -> anyhow::Result<Side> {
         objects.insert(row.object.clone());
         grippers.insert(format!("{}/{}", row.site, row.gripper));
     }
-    fs::write(file, text).with_context(|| format!("cannot write {}", file.display()))?;
-    Ok(Side { file: file.to_owned(), rows: which.len(), objects, grippers })
-}
-
-fn split(
-    args: &CollectArgs,
-    collected: &Collected,
-    divided: &Divided,
-    test_file: &Path,
-    share: f64,
-) -> anyhow::Result<Summary> {
-    let train = write(&args.output, &collected.rows, &divided.train)?;
-    let test = Some(write(test_file, &collected.rows, &divided.test)?);
-    let (by, seed, on_neither_side) = (by(args.split), args.seed, divided.left_out);
-    let split = Some(SplitReported { by, share, seed, on_neither_side });
-    Ok(Summary { test, split, ..summary(collected, train) })
+    out.write(text)?;
+    Ok(Side { file: out.file().to_owned(), rows: which.len(), objects, grippers })
 }
 
 fn summary(collected: &Collected, train: Side) -> Summary {

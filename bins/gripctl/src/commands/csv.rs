@@ -5,21 +5,18 @@ use anyhow::Context as _;
 use grip_record::{
     ChannelSet, CsvWriter, Notes, Recording, StylusKind, Taxels, is_npz,
     mcap::{Entry, McapError, McapReader, PipelineRecord, Record, SampleRecord},
+    outputs::{OutputFile, OutputPath},
 };
 use grip_session::{
     exit::{Exit, WrongArgument},
     recording,
 };
 use slip_core::Signal;
-use std::{
-    fs::File,
-    io::{BufWriter, Write as _},
-    path::Path,
-};
+use std::path::Path;
 
 /// Where samples go.
 enum Writer {
-    Csv(CsvWriter<BufWriter<File>>),
+    Csv(CsvWriter<OutputFile>),
     /// Columns are written one after the other, so all samples are kept until then.
     Npz(Box<Recording>),
 }
@@ -27,6 +24,7 @@ enum Writer {
 /// The pipeline that is wanted, on its way to the file.
 struct Export<'a> {
     args: &'a CsvExportArgs,
+    out: OutputPath,
     writer: Option<Writer>,
     /// Pipelines that began so far.
     pipelines: u64,
@@ -34,7 +32,9 @@ struct Export<'a> {
 }
 
 pub(crate) fn run(args: &CsvExportArgs) -> anyhow::Result<Exit> {
-    let mut export = Export { args, writer: None, pipelines: 0, rows: 0 };
+    let inputs: Vec<_> = args.files.iter().map(|file| Some(file.as_path())).collect();
+    let out = output::path(&args.output, output::COLUMNS, &args.force, &inputs)?;
+    let mut export = Export { args, out, writer: None, pipelines: 0, rows: 0 };
     let mut cut = false;
     for file in &args.files {
         match export.read(file) {
@@ -55,10 +55,12 @@ pub(crate) fn run(args: &CsvExportArgs) -> anyhow::Result<Exit> {
     };
     let name = || format!("cannot write {}", args.output.display());
     match writer {
-        Writer::Csv(writer) => {
-            writer.finish().with_context(name)?.flush().with_context(name)?;
+        Writer::Csv(writer) => writer.finish().with_context(name)?.finish()?,
+        Writer::Npz(recording) => {
+            let mut out = export.out.create()?;
+            recording.write_npz(&mut out).with_context(name)?;
+            out.finish()?;
         }
-        Writer::Npz(recording) => recording.write_npz(&args.output).with_context(name)?,
     }
     output::line(&format!("{}: {rows} samples", args.output.display()))?;
     Ok(if cut { Exit::DataLost } else { Exit::Done })
@@ -114,8 +116,7 @@ impl Export<'_> {
             let (name, samples) = (String::new(), Vec::new());
             Writer::Npz(Box::new(Recording { name, channels, samples, taxels, rate_hz, notes }))
         } else {
-            let out = File::create(&self.args.output).with_context(name)?;
-            Writer::Csv(CsvWriter::new(BufWriter::new(out), &channels).with_context(name)?)
+            Writer::Csv(CsvWriter::new(self.out.create()?, &channels).with_context(name)?)
         });
         Ok(())
     }

@@ -2,18 +2,13 @@
 
 use super::{estimator, host_config};
 use crate::{cli::DemoArgs, output, terminal};
-use anyhow::Context as _;
 use core::ops::Range;
 use grip_eval::trial::{self, Outcome};
-use grip_record::{ChannelSet, CsvWriter, StylusKind};
+use grip_record::{ChannelSet, CsvWriter, StylusKind, outputs::OutputPath};
 use grip_session::{exit::Exit, report::Event, session::Update};
 use grip_sim::scene;
 use slip_core::{Phase, Sample, SlipReport, Step, units::Micros};
-use std::{
-    fs::File,
-    io::{BufWriter, Write as _},
-    path::Path,
-};
+use std::path::Path;
 
 /// Length of the grasp.
 const LENGTH: Micros = Micros(2_000_000);
@@ -57,6 +52,10 @@ impl Seen {
 }
 
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Exit> {
+    let inputs = [Some(Path::new(&args.scene))];
+    let out = args.output.as_deref();
+    let out =
+        out.map(|file| output::path(file, output::TABLE, &args.force, &inputs)).transpose()?;
     let scene = scene::open(&args.scene)?;
     let scene = match args.seed {
         Some(seed) => scene.reseeded(seed)?,
@@ -81,8 +80,8 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Exit> {
         output::line(&sentence(slip))?;
     }
     output::line(&end(&outcome))?;
-    if let Some(file) = &args.output {
-        write(file, &seen.samples).with_context(|| format!("cannot write {}", file.display()))?;
+    if let Some(out) = &out {
+        write(out, &seen.samples)?;
     }
     next(args)?;
     Ok(Exit::Done)
@@ -163,12 +162,11 @@ fn end(outcome: &Outcome) -> String {
 }
 
 /// The recording that gripd would have made.
-fn write(file: &Path, samples: &[Sample]) -> anyhow::Result<()> {
+fn write(out: &OutputPath, samples: &[Sample]) -> anyhow::Result<()> {
     let channels = ChannelSet::all(StylusKind::Displacement);
-    let mut writer = CsvWriter::new(BufWriter::new(File::create(file)?), &channels)?;
+    let mut writer = CsvWriter::new(out.create()?, &channels)?;
     samples.iter().try_for_each(|sample| writer.write(sample))?;
-    writer.finish()?.flush()?;
-    Ok(())
+    Ok(writer.finish()?.finish()?)
 }
 
 /// What to type now.

@@ -3,7 +3,7 @@
 use super::{card, export_verify, model_file};
 use crate::cli::learn::{ExportArgs, ExportFormat};
 use crate::output;
-use anyhow::Context as _;
+use grip_record::outputs::OutputKind;
 use grip_session::exit::{Exit, WrongArgument};
 use mlp::export::card::{CardExport, CardFile, CardVerified};
 use mlp::export::{c, onnx};
@@ -20,6 +20,17 @@ struct Result<'a> {
     verified: Option<CardVerified>,
 }
 
+/// C source and header, or a graph, of this command.
+const EXPORT: OutputKind = OutputKind {
+    endings: &["c", "h", "onnx"],
+    strict: false,
+    is_ours: |head| {
+        output::has(head, ": a network of ")
+            || output::has(head, "Made by gripctl export")
+            || head.get(2..).is_some_and(|head| head.starts_with(b"\x12\x07gripctl"))
+    },
+};
+
 /// A file to be written.
 struct Output {
     path: PathBuf,
@@ -35,21 +46,23 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<Exit> {
     };
     let beside = outputs.first().map_or(args.model.as_path(), |output| &output.path);
     let taken: Vec<&Path> = outputs.iter().map(|output| output.path.as_path()).collect();
-    let taken = [&taken[..], &[&args.model]].concat();
-    let card_path = card::path(args.card.as_deref(), beside, &taken)?;
-    for output in &outputs {
-        std::fs::write(&output.path, &output.bytes)
-            .with_context(|| format!("cannot write {}", output.path.display()))?;
-    }
+    let inputs = [Some(args.model.as_path())];
+    let card_out = card::output(args.card.as_deref(), beside, &args.force, &inputs, &taken)?;
+    let made = |output: &Output| output::path(&output.path, EXPORT, &args.force, &inputs);
+    let made = outputs.iter().map(made).collect::<core::result::Result<Vec<_>, _>>()?;
+    made.iter().zip(&outputs).try_for_each(|(out, output)| out.write(&output.bytes))?;
     let kind = args.format.kind();
     let files = outputs.iter().map(|output| CardFile::new(&file_name(&output.path), &output.bytes));
     let export =
         CardExport { kind: kind.to_owned(), files: files.collect(), verified: verified.clone() };
-    let known = card::known(&[&card_path, &card::path_beside(&args.model)], &text);
+    let known = card::known(&[card_out.file(), &card::path_beside(&args.model)], &text);
     let card = known.unwrap_or_else(|| mlp::export::card::Card::new(&file, &origin, &text));
-    card::write(&card_path, &card.with_export(export))?;
+    card_out.write(card.with_export(export).to_json()?)?;
     let files = outputs.iter().map(|output| output.path.display().to_string()).collect();
-    report(args, &Result { format: kind, files, card: card_path.display().to_string(), verified })
+    report(
+        args,
+        &Result { format: kind, files, card: card_out.file().display().to_string(), verified },
+    )
 }
 
 fn report(args: &ExportArgs, result: &Result<'_>) -> anyhow::Result<Exit> {

@@ -6,12 +6,10 @@ use grip_record::{is_npz, write_columns};
 use grip_session::exit::{Exit, WrongArgument};
 use grip_sim::generator::{CSV_HEADER, GeneratorConfig, Source, rows};
 use ndarray::Array2;
-use std::{
-    fs::File,
-    io::{BufWriter, Write as _},
-};
+use std::io::Write as _;
 
 pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
+    let out = output::path(&args.output, output::COLUMNS, &args.force, &[])?;
     let source = match args.source.as_str() {
         "stretch" => Source::Stretch,
         "trial" => Source::ClosedForm,
@@ -35,17 +33,18 @@ pub(crate) fn run(args: &GenerateArgs) -> anyhow::Result<Exit> {
         let columns: Vec<&str> = CSV_HEADER.split(',').collect();
         let values: Vec<f64> = rows.flat_map(|row| row.values()).collect();
         let values = Array2::from_shape_vec((values.len() / columns.len(), columns.len()), values)?;
-        write_columns(&args.output, &columns, &values)
+        let mut file = out.create()?;
+        write_columns(&mut file, &columns, &values)
             .with_context(|| format!("cannot write {name}"))?;
+        file.finish()?;
         return reported(args);
     }
-    let file = File::create(&args.output).with_context(|| format!("cannot write {name}"))?;
-    let mut out = BufWriter::new(file);
-    writeln!(out, "{CSV_HEADER}")?;
+    let mut file = out.create()?;
+    writeln!(file, "{CSV_HEADER}")?;
     for row in rows {
-        writeln!(out, "{}", row.csv())?;
+        writeln!(file, "{}", row.csv())?;
     }
-    out.flush().with_context(|| format!("cannot write {name}"))?;
+    file.finish()?;
     reported(args)
 }
 

@@ -10,6 +10,7 @@ use grip_import::{ImportOptions, Imported, TimeUnit, Use};
 use grip_record::{
     ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
     mcap::{McapWriter, Record, SampleRecord},
+    outputs::{OutputFile, OutputKind, OutputPath},
 };
 use grip_session::{
     HostConfig,
@@ -21,12 +22,7 @@ use grip_session::{
     session::Beginning,
 };
 use serde::Serialize;
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::{BufWriter, Write as _},
-    path::Path,
-};
+use std::{collections::BTreeMap, path::Path};
 
 /// Names that are shown of what is not used.
 const MOST_UNUSED: usize = 20;
@@ -54,9 +50,11 @@ struct Summary<'a> {
 }
 
 pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
-    if let Some(output) = &args.output {
-        check_output(&args.file, output, args.force)?;
-    }
+    let out = args
+        .output
+        .as_ref()
+        .map(|output| OutputPath::new(output, RECORDING, [args.file.as_path()], Some(args.force)));
+    let out = out.transpose()?;
     let options = ImportOptions {
         time_unit: args.time_unit.map(|unit| match unit {
             cli::import::TimeUnit::S => TimeUnit::Seconds,
@@ -69,10 +67,12 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         ..import_options(&csv_options(&args.csv)?)
     };
     let imported = import(&args.file, &options)?;
-    if let Some(output) = &args.output {
-        refuse_axes(&imported.recording, output)?;
-        write(&imported.recording, output)
-            .with_context(|| format!("cannot write {}", output.display()))?;
+    if let Some(out) = &out {
+        refuse_axes(&imported.recording, out.file())?;
+        let mut file = out.create()?;
+        write(&imported.recording, out.file(), &mut file)
+            .with_context(|| format!("cannot write {}", out.file().display()))?;
+        file.finish()?;
     }
     show(&imported, args)?;
     Ok(Exit::Done)
@@ -96,24 +96,9 @@ fn import_options(csv: &CsvOptions) -> ImportOptions {
     ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
 }
 
-fn check_output(file: &Path, output: &Path, force: bool) -> Result<(), WrongArgument> {
-    let csv = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-    if !(csv || is_npz(output) || is_mcap(output)) {
-        let text =
-            format!("-o {}: a recording is written as .csv, .npz or .mcap", output.display());
-        return Err(WrongArgument(text));
-    }
-    let same = file.canonicalize().ok().zip(output.canonicalize().ok());
-    if same.is_some_and(|(file, output)| file == output) {
-        let text = format!("-o {}: would overwrite what is read", output.display());
-        return Err(WrongArgument(text));
-    }
-    if output.exists() && !force {
-        let text = format!("-o {}: is there already; --force replaces it", output.display());
-        return Err(WrongArgument(text));
-    }
-    Ok(())
-}
+/// A recording as it is written.
+const RECORDING: OutputKind =
+    OutputKind { endings: &["csv", "npz", "mcap"], strict: true, is_ours: |_| false };
 
 /// Messages of a recording have one axis a sensor.
 fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument> {
@@ -128,11 +113,11 @@ fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument
 }
 
 /// The recording as gripd would have made it, with the events of the shipped settings: what `replay` of the CSV shows.
-fn write_mcap(recording: &Recording, file: &Path) -> anyhow::Result<()> {
+fn write_mcap(recording: &Recording, out: &mut OutputFile) -> anyhow::Result<()> {
     let config = replay::pipeline_config(recording, &HostConfig::default(), false);
     let mut events = Replay::new(recording, config, Some(model::default_estimator()?))?;
     let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
-    let mut writer = McapWriter::new(BufWriter::new(File::create(file)?), program, 0)?;
+    let mut writer = McapWriter::new(out, program, 0)?;
     let facts = [("program", program), (RUN, &recording.name), (PART, "0")];
     let facts = facts.map(|(name, value)| (name.to_owned(), value.to_owned()));
     writer.metadata(ABOUT, &BTreeMap::from(facts))?;
@@ -160,21 +145,20 @@ fn write_mcap(recording: &Recording, file: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn write(recording: &Recording, file: &Path) -> anyhow::Result<()> {
+fn write(recording: &Recording, file: &Path, out: &mut OutputFile) -> anyhow::Result<()> {
     if is_mcap(file) {
-        return write_mcap(recording, file);
+        return write_mcap(recording, out);
     }
     if is_npz(file) {
-        return Ok(recording.write_npz(file)?);
+        return Ok(recording.write_npz(out)?);
     }
-    let out = BufWriter::new(File::create(file)?);
     let mut writer = CsvWriter::new(out, &recording.channels)?;
     let bar = output::progress(recording.samples.len(), "samples");
     for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
         let frame = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
         writer.write_with(sample, frame)?;
     }
-    writer.finish()?.flush()?;
+    writer.finish()?;
     Ok(())
 }
 

@@ -10,20 +10,27 @@ use grip_eval::{
     profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate},
     roughness::FilterKind,
 };
-use grip_record::HeightProfile;
-use grip_session::exit::{Exit, WrongArgument};
-use std::{
-    fs::File,
-    io::{BufWriter, Write},
-    path::Path,
+use grip_record::{
+    HeightProfile,
+    outputs::{OutputKind, OutputPath},
 };
+use grip_session::exit::{Exit, WrongArgument};
+use std::{io::Write as _, path::Path};
+
+/// Columns of the parts: no other command writes them.
+const PARTS_HEADER: &str = "x_mm,height_um,form_um,waviness_um,roughness_um";
+const PARTS: OutputKind =
+    OutputKind { is_ours: |head| head.starts_with(PARTS_HEADER.as_bytes()), ..output::TABLE };
 
 pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     let trial = esc::trial(args.force, args.speed, args.noise)?;
     let options = options(args)?;
     let step_m = args.step_um.map(|um| checked("--step-um", um, false)).transpose()?;
     let step_m = step_m.map(|um| um * 1e-6);
-    args.plot.as_deref().map(profile_plot::check_file).transpose()?;
+    let inputs = || [Some(args.file.as_path()), args.reference.as_deref()].into_iter().flatten();
+    let out = |file: &Path, kind| OutputPath::new(file, kind, inputs(), None);
+    let plot = args.plot.as_deref().map(|file| out(file, output::PICTURE)).transpose()?;
+    let parts = args.parts.as_deref().map(|file| out(file, PARTS)).transpose()?;
     let profile = HeightProfile::read(&args.file, step_m)?;
     let evaluation =
         evaluate(&profile, &options).with_context(|| args.file.display().to_string())?;
@@ -31,13 +38,12 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     if let Some(reference) = &args.reference {
         line.reference = Some(compare(&evaluation, reference)?);
     }
-    if let Some(plot) = &args.plot {
+    if let Some(plot) = &plot {
         let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
-        profile_plot::chart(&name, &profile, &evaluation, args.level).write(plot)?;
+        output::draw(&profile_plot::chart(&name, &profile, &evaluation, args.level), plot)?;
     }
-    if let Some(parts) = &args.parts {
-        write_parts(parts, &profile, &evaluation)
-            .with_context(|| format!("cannot write {}", parts.display()))?;
+    if let Some(parts) = &parts {
+        write_parts(parts, &profile, &evaluation)?;
     }
     notes(args, &evaluation, &line);
     if args.json {
@@ -73,12 +79,12 @@ fn options(args: &ProfileArgs) -> Result<ProfileOptions, WrongArgument> {
 
 /// One row for each height; waviness and form are counted from their own mean lines.
 fn write_parts(
-    file: &Path,
+    out: &OutputPath,
     profile: &HeightProfile,
     evaluation: &Evaluation,
-) -> std::io::Result<()> {
-    let mut out = BufWriter::new(File::create(file)?);
-    writeln!(out, "x_mm,height_um,form_um,waviness_um,roughness_um")?;
+) -> anyhow::Result<()> {
+    let mut out = out.create()?;
+    writeln!(out, "{PARTS_HEADER}")?;
     let Evaluation { form_m, waviness_m, roughness_m, .. } = evaluation;
     let parts = form_m.iter().zip(waviness_m).zip(roughness_m);
     for (i, (height, ((form, waviness), roughness))) in
@@ -90,7 +96,7 @@ fn write_parts(
             [height, form, waviness, roughness].map(|z| 1e6 * z);
         writeln!(out, "{x_mm:.6},{height:.4},{form:.4},{waviness:.4},{roughness:.4}")?;
     }
-    out.flush()
+    Ok(out.finish()?)
 }
 
 fn compare(evaluation: &Evaluation, file: &Path) -> anyhow::Result<Agreement> {

@@ -3,27 +3,10 @@
 use grip_eval::profile::Evaluation;
 use grip_plot::{Axis, Chart, Layer, Mark};
 use grip_record::HeightProfile;
-use grip_session::exit::WrongArgument;
 use slip_core::irregularity::TurnKind;
-use std::path::Path;
 
 /// Points of the line in the picture, at most; two for each column of it.
 const POINTS: usize = 2400;
-
-/// Refuses a file that is neither SVG nor PNG, or whose folder does not exist, before any work is done.
-pub(super) fn check_file(file: &Path) -> Result<(), WrongArgument> {
-    let known =
-        |ending: &str| ["svg", "png"].iter().any(|known| ending.eq_ignore_ascii_case(known));
-    let refused = |why: &str| WrongArgument(format!("--plot {}: {why}", file.display()));
-    if !file.extension().and_then(|ending| ending.to_str()).is_some_and(known) {
-        return Err(refused("expected a name that ends in .svg or .png"));
-    }
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(refused("there is no such folder"));
-    }
-    Ok(())
-}
 
 /// The roughness profile of `name` with the peaks and valleys that were counted; above it the profile with its form and
 /// waviness, or the levelled profile with its waviness.
@@ -99,8 +82,7 @@ fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{check_file, outline};
-    use std::path::Path;
+    use super::outline;
 
     #[test]
     fn thinning_keeps_the_extremes() {
@@ -112,18 +94,5 @@ mod tests {
         assert!((highest - 1012.0).abs() < 1e-9);
         assert!(thin.windows(2).all(|p| p[0].0 < p[1].0));
         assert_eq!(outline(&heights[..3], 1e-6).len(), 3);
-    }
-
-    #[test]
-    fn only_svg_and_png_in_a_folder_that_is_there_are_written() {
-        for (file, taken) in [
-            ("a.SVG", true),
-            ("a.png", true),
-            ("a.pdf", false),
-            ("svg", false),
-            ("no/a.svg", false),
-        ] {
-            assert_eq!(check_file(Path::new(file)).is_ok(), taken, "{file}");
-        }
     }
 }

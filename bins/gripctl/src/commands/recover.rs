@@ -2,18 +2,21 @@
 
 use super::unreadable;
 use crate::{cli::RecoverArgs, output};
-use anyhow::{Context as _, anyhow};
+use grip_import::unpack;
 use grip_record::{
     files,
     mcap::{Recovered, recover},
+    outputs::{OutputError, OutputKind, OutputPath},
 };
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
 use std::{
-    fs::{self, File, TryLockError},
-    io::{BufReader, BufWriter, Write as _},
-    path::{Path, PathBuf},
+    fs::{File, TryLockError},
+    io::BufReader,
+    path::Path,
 };
+
+const PROGRAM: &str = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "recovered")]
@@ -24,8 +27,9 @@ struct Report<'a> {
     attachments: u64,
     /// Host time between the first and the last message (s).
     duration_s: f64,
-    /// Bytes at the end that are no whole record.
+    /// Bytes at the end that are no whole record, and messages that were saved of them.
     lost_bytes: u64,
+    of_cut_chunk: u64,
     holes: Vec<Hole<'a>>,
     output: Option<String>,
 }
@@ -39,57 +43,38 @@ struct Hole<'a> {
 pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<Exit> {
     let input = files::open(&args.file).map_err(unreadable(&args.file))?;
     let len = input.metadata()?.len();
-    if args.output.is_none() {
+    let named = args.output.as_deref().map(|output| new_file(args, output)).transpose()?;
+    if named.is_none() {
         refuse_live(&args.file, &input)?;
     }
-    if let Some(output) = &args.output {
-        refuse_same(&args.file, output)?;
-    }
-    let beside = with_ending(args.output.as_deref().unwrap_or(&args.file), "part");
-    let saved = write(args, &input, &beside);
-    let saved = match saved {
-        Ok(saved) => saved,
-        Err(error) => {
-            // What was written is of no use; that it cannot be removed either is nothing new.
-            let _ = fs::remove_file(&beside);
-            return Err(error);
-        }
-    };
-    let place = place(args, &saved);
-    let meant = args.output.as_ref().or(Some(&args.file));
-    if let Some(place) = place.as_ref().filter(|place| Some(*place) != meant && place.exists()) {
-        let _ = fs::remove_file(&beside);
-        return Err(anyhow!("{} is there already; name another file with -o", place.display()));
-    }
-    match &place {
-        Some(place) => fs::rename(&beside, place),
-        None => fs::remove_file(&beside),
-    }
-    .with_context(|| format!("cannot write {}", place.as_deref().unwrap_or(&beside).display()))?;
+    let replacing = |file: &Path| OutputPath::new(file, OutputKind::ANY, [], Some(true));
+    // What is saved is counted before it is known where it belongs.
+    let part = args.file.with_extension("part");
+    let mut out = named.clone().map_or_else(|| replacing(&part), Ok)?.create()?;
+    let saved = recover(&args.file, BufReader::new(&input), &mut out, PROGRAM, unpack)?;
     let lost_bytes = saved.cut_at.map_or(0, |at| len.saturating_sub(at));
-    report(args, &saved, lost_bytes, place.as_deref())?;
+    if saved.messages + saved.attachments == 0 && !saved.was_whole() {
+        report(args, &saved, lost_bytes, None)?;
+        return Ok(Exit::Failed);
+    }
+    let place = match named {
+        Some(named) => Some(named),
+        None if saved.was_whole() => None,
+        // Nothing of the original may be missing in what takes its place.
+        None if saved.was_ours() && saved.holes.is_empty() => Some(replacing(&args.file)?),
+        None => Some(new_file(args, &args.file.with_extension("recovered.mcap"))?),
+    };
+    if let Some(place) = &place {
+        out.finish_as(place)?;
+    }
+    report(args, &saved, lost_bytes, place.as_ref().map(OutputPath::file))?;
     let lossy = lost_bytes > 0 || !saved.holes.is_empty();
     Ok(if lossy { Exit::DataLost } else { Exit::Done })
 }
 
-fn write(args: &RecoverArgs, input: &File, beside: &Path) -> anyhow::Result<Recovered> {
-    let name = || format!("cannot write {}", beside.display());
-    let mut out = BufWriter::new(File::create_new(beside).with_context(name)?);
-    let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
-    let saved = recover(&args.file, BufReader::new(input), &mut out, program)?;
-    out.flush().with_context(name)?;
-    out.get_ref().sync_all().with_context(name)?;
-    Ok(saved)
-}
-
-/// Where the result goes; `None` where a whole file needs none.
-fn place(args: &RecoverArgs, saved: &Recovered) -> Option<PathBuf> {
-    match &args.output {
-        Some(output) => Some(output.clone()),
-        None if saved.was_whole() => None,
-        None if saved.holes.is_empty() => Some(args.file.clone()),
-        None => Some(with_ending(&args.file, "recovered.mcap")),
-    }
+/// A file beside the recording.
+fn new_file(args: &RecoverArgs, file: &Path) -> Result<OutputPath, OutputError> {
+    output::path(file, OutputKind::data(&["mcap"]), &args.force, &[Some(&args.file)])
 }
 
 /// A file that gripd writes to must not be replaced under it.
@@ -103,22 +88,6 @@ fn refuse_live(file: &Path, input: &File) -> anyhow::Result<()> {
         // A file system without locks has no lock of gripd either.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
-}
-
-fn refuse_same(file: &Path, output: &Path) -> anyhow::Result<()> {
-    let same = fs::canonicalize(output).ok() == fs::canonicalize(file).ok();
-    if same {
-        return Err(WrongArgument(
-            "-o names the recording itself; leave it out to recover in place".to_owned(),
-        )
-        .into());
-    }
-    Ok(())
-}
-
-/// `NAME.mcap` as `NAME.ending`.
-fn with_ending(file: &Path, ending: &str) -> PathBuf {
-    file.with_extension(ending)
 }
 
 fn report(
@@ -139,6 +108,7 @@ fn report(
             attachments,
             duration_s,
             lost_bytes,
+            of_cut_chunk: saved.of_cut_chunk,
             holes: holes.collect(),
             output: place.map(|place| place.display().to_string()),
         });
@@ -149,6 +119,10 @@ fn report(
     if let Some(at) = saved.cut_at {
         let rest = match lost_bytes {
             0 => "every record of it is whole, only its index was missing or damaged".to_owned(),
+            lost if saved.of_cut_chunk > 0 => format!(
+                "the {lost} bytes at its end are a chunk that is cut off; {} messages of it are saved",
+                saved.of_cut_chunk
+            ),
             lost => format!("{lost} bytes at its end are no whole record and are lost"),
         };
         output::line(&format!("ends at byte {at}: {rest}"))?;
@@ -156,7 +130,10 @@ fn report(
     let file = args.file.display();
     let what = format!("{messages} messages in {duration_s:.3} s and {attachments} attachments");
     let text = match place {
-        None => format!("{file} is whole: {what}; nothing was changed"),
+        None if saved.was_whole() => format!("{file} is whole: {what}; nothing was changed"),
+        None => format!(
+            "{file}: no message can be saved (a compressed block is of no use without its end); the file stays as it is"
+        ),
         Some(place) => format!("{}: saved {what}", place.display()),
     };
     Ok(output::line(&text)?)

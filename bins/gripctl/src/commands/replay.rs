@@ -1,13 +1,11 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{
-    calibrated_config, csv_options, estimator, import, profile_plot::check_file,
-    replay_plot::Picture, replay_tape,
-};
+use super::{calibrated_config, csv_options, estimator, import, replay_plot::Picture, replay_tape};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_record::{
-    ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, read_recording,
+    ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, outputs::OutputPath,
+    read_recording,
 };
 use grip_session::{
     exit::{Exit, WrongArgument},
@@ -34,18 +32,20 @@ struct Summary {
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
-    if let Some(plot) = &args.plot {
-        check_file(plot)?;
-    }
+    let more = [&args.calibration, &args.config, &args.model].map(Option::as_deref);
+    let inputs: Vec<_> = args.files.iter().map(|file| Some(file.as_path())).chain(more).collect();
+    let plot = args.plot.as_deref();
+    let plot =
+        plot.map(|file| output::path(file, output::PICTURE, &args.force, &inputs)).transpose()?;
     let tapes = args.files.iter().filter(|file| is_mcap(file)).count();
     match args.files.as_slice() {
-        files if tapes == files.len() => replay_tape::run(args),
+        files if tapes == files.len() => replay_tape::run(args, plot.as_ref()),
         [file] if args.check => Err(WrongArgument(format!(
             "--check: {} has no events to compare with; only .mcap has",
             file.display()
         ))
         .into()),
-        [file] => table(args, file),
+        [file] => table(args, file, plot.as_ref()),
         _ => Err(WrongArgument(
             "several files: only .mcap files of one recording can be replayed together".to_owned(),
         )
@@ -131,7 +131,7 @@ impl Source {
 }
 
 /// A recording that is no MCAP.
-fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
+fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
@@ -178,8 +178,8 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
         Ok(())
     })?;
     bar.finish_and_clear();
-    if let Some((picture, plot)) = picture.zip(args.plot.as_ref()) {
-        picture.write(&recording.name, plot)?;
+    if let Some((picture, plot)) = picture.zip(plot) {
+        output::draw(&picture.chart(&recording.name), plot)?;
     }
     let health = replay.health_counters();
     let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());

@@ -1,8 +1,7 @@
 //! The steps of a replay in; a picture of the statistic with its slips out.
 
-use grip_plot::{Axis, Chart, Layer, Mark, PlotError};
+use grip_plot::{Axis, Chart, Layer, Mark};
 use slip_core::{SlipReport, Step};
-use std::path::Path;
 
 /// Points of the line, at most; some for each column of the picture.
 const POINTS: usize = 4096;
@@ -58,8 +57,8 @@ impl Picture {
         self.stretch *= 2;
     }
 
-    /// Writes the picture of the recording `name` to `file`, .svg or .png.
-    pub(super) fn write(self, name: &str, file: &Path) -> Result<(), PlotError> {
+    /// The picture of the recording `name`.
+    pub(super) fn chart(self, name: &str) -> Chart {
         let ends = [self.points.first(), self.points.last()].into_iter().flatten();
         let threshold = ends.map(|(t_s, _)| (*t_s, 1.0)).collect();
         let slips = self.slips.len();
@@ -71,7 +70,7 @@ impl Picture {
         if slips > 0 {
             chart = chart.with(Layer::markers("slip", self.slips).drawn_as(Mark::TrianglesDown));
         }
-        chart.write(file)
+        chart
     }
 }
 

@@ -3,6 +3,7 @@
 use super::replay_plot::Picture;
 use crate::{cli::ReplayArgs, output};
 use grip_record::mcap::McapError;
+use grip_record::outputs::OutputPath;
 use grip_session::{
     exit::{Exit, WrongArgument},
     model,
@@ -40,7 +41,7 @@ enum Differs {
     New { number: u64, line: String },
 }
 
-pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
+pub(super) fn run(args: &ReplayArgs, plot: Option<&OutputPath>) -> anyhow::Result<Exit> {
     refuse_csv_options(args)?;
     let estimator = args.model.as_deref().map(model::read_estimator).transpose()?;
     let (no_skip, observe, esc) = (args.no_skip, args.observe, args.esc);
@@ -68,9 +69,9 @@ pub(super) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         }
     }
     let summary = tape.summary();
-    if let Some((picture, plot)) = listener.picture.take().zip(args.plot.as_ref()) {
+    if let Some((picture, plot)) = listener.picture.take().zip(plot) {
         let name = args.files.first().and_then(|file| file.file_stem()).unwrap_or_default();
-        picture.write(&name.to_string_lossy(), plot)?;
+        output::draw(&picture.chart(&name.to_string_lossy()), plot)?;
     }
     let checked = listener.check.map(|check| check.finish(cut)).transpose()?;
     print(args.json, summary, checked)?;

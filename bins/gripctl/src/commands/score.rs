@@ -15,6 +15,7 @@ use grip_eval::{
 };
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
 const SHORT_REST_S: f64 = 0.05;
@@ -24,6 +25,10 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         let message = format!("--guard-ms {}: expected 0 or more", args.guard_ms);
         return Err(WrongArgument(message).into());
     }
+    let inputs = [Some(&args.directory), args.calibration.as_ref(), args.config.as_ref()];
+    let inputs = inputs.map(|input| input.map(|path| path.as_path()));
+    let curve = |file: &PathBuf| output::path(file, score_curve::CURVE, &args.force, &inputs);
+    let curves = args.curve.iter().map(curve).collect::<Result<Vec<_>, _>>()?;
     let config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     let detectors = detectors(&args.detectors)?;
     let options = csv_options(&args.csv)?;
@@ -61,9 +66,9 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
             Err(why) => refused(detector.name, why, args.json)?,
         }
     }
-    for file in &args.curve {
+    for out in &curves {
         let with_levels = scored().filter(|score| score.detector.decides != Decides::Own);
-        score_curve::write(file, with_levels, args.guard_ms)?;
+        score_curve::write(out, with_levels, args.guard_ms)?;
     }
     Ok(Exit::Done)
 }

@@ -1,10 +1,10 @@
 //! Scores in; a curve of latency and misses against false alarms out, as JSON or as a chart.
 
-use anyhow::Context as _;
+use crate::output;
 use grip_eval::score::{Point, Score};
 use grip_plot::{Axis, Chart, Layer};
+use grip_record::outputs::{OutputKind, OutputPath};
 use serde::Serialize;
-use std::path::Path;
 
 #[derive(Serialize)]
 struct Curves<'a> {
@@ -18,23 +18,27 @@ struct Curve<'a> {
     points: Vec<Point>,
 }
 
-/// Writes the curves of `scores` to `file`; its ending selects the form.
+pub(super) const CURVE: OutputKind = OutputKind {
+    endings: &["json", "svg", "png"],
+    strict: true,
+    is_ours: |head| output::is_picture(head) || head.starts_with(b"{\n  \"guard_ms\""),
+};
+
+/// Writes the curves of `scores`; the ending of the file selects the form.
 pub(super) fn write<'a>(
-    file: &Path,
+    out: &OutputPath,
     scores: impl Iterator<Item = &'a Score>,
     guard_ms: f64,
 ) -> anyhow::Result<()> {
     let curve = |score: &Score| (score.detector.name, score.curve());
     let curves: Vec<_> = scores.map(curve).collect();
-    if file.extension().is_some_and(|ending| ending == "json") {
+    if out.file().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
         let detectors = curves.into_iter().map(|(detector, points)| Curve { detector, points });
         let text =
             serde_json::to_string_pretty(&Curves { guard_ms, detectors: detectors.collect() })?;
-        return std::fs::write(file, text + "\n")
-            .with_context(|| format!("cannot write {}", file.display()));
+        return Ok(out.write(text + "\n")?);
     }
-    chart(&curves).write(file)?;
-    Ok(())
+    output::draw(&chart(&curves), out)
 }
 
 /// Median latency over the false alarms per hour of labelled rest. A logarithmic axis has no place for no alarm at all: such

@@ -63,6 +63,8 @@ struct Compared<'a> {
 }
 
 pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
+    let inputs = [Some(args.data.as_path()), args.test.as_deref()];
+    let out = output::path(&args.output, output::MODEL, &args.force, &inputs)?;
     let columns = Columns::new(&args.columns)?;
     let data = columns.load_grouped(&args.data, args.group.as_deref())?;
     if args.compare && args.columns.classify {
@@ -89,8 +91,7 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     bar.finish_and_clear();
     let fit = found.train_best(&train, &validation, test.as_ref(), &config)?;
     let cpu_s = clock::processor()?.saturating_sub(before).as_secs_f64();
-    std::fs::write(&args.output, fit.file.to_json()?)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    out.write(fit.file.to_json()?)?;
     report(args, &found, &fit, &train, &validation, cpu_s)?;
     if let (true, Some(test)) = (args.compare, &test) {
         let sets = Sets { train: &train, validation: &validation, test };

@@ -3,7 +3,10 @@
 use super::hyper;
 use crate::{cli::learn::StudyArgs, output};
 use anyhow::Context as _;
-use grip_record::write_columns;
+use grip_record::{
+    outputs::{OutputError, OutputKind, OutputPath},
+    write_columns,
+};
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::{
     Condition, Report, Section, Sets, StudyConfig,
@@ -17,7 +20,10 @@ use ndarray::{Axis, concatenate};
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use std::{fs, path::Path};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 /// What came out, in one line.
 #[derive(Serialize)]
@@ -41,18 +47,19 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     for folder in ["figures", "rows"].map(|name| args.out.join(name)) {
         fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     }
+    let out = Folder::new(args)?;
     let config = config(args)?;
     if args.claims {
-        return claims(args, &config);
+        return claims(args, &config, out);
     }
     let bar = output::progress(config.trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let mut report = study.report();
     report.push(beyond(args)?);
-    write(&args.out, &report)?;
+    write(out, &report)?;
     for condition in &config.conditions {
-        rows(&args.out.join("rows"), condition, args.seed)?;
+        rows(out, condition, args.seed)?;
     }
     print(args, &study, &report)?;
     Ok(Exit::Done)
@@ -86,12 +93,12 @@ struct Claim<'a> {
 }
 
 /// What the source study states, held against many draws of rows.
-fn claims(args: &StudyArgs, config: &StudyConfig) -> anyhow::Result<Exit> {
+fn claims(args: &StudyArgs, config: &StudyConfig, out: Folder<'_>) -> anyhow::Result<Exit> {
     let bar = output::progress(config.claim_trainings(), "trainings");
     let claims = judge(config, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let report = claims.report();
-    write(&args.out, &report)?;
+    write(out, &report)?;
     if args.json {
         claims.judged.iter().try_for_each(|judged| output::json(&Claim { judged }))?;
         return Ok(Exit::Done);
@@ -122,11 +129,51 @@ fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
     Ok(section)
 }
 
-fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
-    let file = |name: &str, bytes: &[u8]| {
-        let path = folder.join(name);
-        fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))
-    };
+/// The folder of the report.
+#[derive(Clone, Copy)]
+struct Folder<'a> {
+    path: &'a Path,
+    /// Whether what is there is replaced: by --force, or because it is the report of an earlier study.
+    force: bool,
+}
+
+impl<'a> Folder<'a> {
+    /// Looks whether all may be written, before the work.
+    fn new(args: &'a StudyArgs) -> anyhow::Result<Self> {
+        let folder = Self { path: &args.out, force: args.force.force };
+        let force = folder.force
+            || folder.file("report.html", is_study).is_ok_and(|page| page.file().is_file());
+        let mut files: Vec<PathBuf> =
+            ["report.html", "study.json"].map(|name| args.out.join(name)).into();
+        for name in ["figures", "rows"] {
+            for file in fs::read_dir(args.out.join(name))? {
+                files.push(file?.path());
+            }
+        }
+        if let Some(file) = files.into_iter().find(|file| file.is_file() && !force) {
+            return Err(OutputError::Exists { file, has_force: true }.into());
+        }
+        Ok(Self { force, ..folder })
+    }
+
+    fn file(self, name: &str, is_ours: fn(&[u8]) -> bool) -> Result<OutputPath, OutputError> {
+        let kind = OutputKind { is_ours, ..OutputKind::ANY };
+        OutputPath::new(&self.path.join(name), kind, [], Some(self.force))
+    }
+}
+
+/// Whether a page is the report of a study.
+fn is_study(head: &[u8]) -> bool {
+    [
+        "<title>The source study, claim by claim<",
+        "<title>The study of the four nets, repeated and explained<",
+    ]
+    .iter()
+    .any(|title| output::has(head, title))
+}
+
+fn write(folder: Folder<'_>, report: &Report) -> anyhow::Result<()> {
+    let file = |name: &str, bytes: &[u8]| folder.file(name, |_| false)?.write(bytes);
     file("report.html", report.html()?.as_bytes())?;
     file("study.json", format!("{}\n", report.json()).as_bytes())?;
     let figures = report.figures();
@@ -141,15 +188,16 @@ fn write(folder: &Path, report: &Report) -> anyhow::Result<()> {
 }
 
 /// The rows of the first draw, which the figures show, with an array for each column.
-fn rows(folder: &Path, condition: &Condition, seed: u64) -> anyhow::Result<()> {
+fn rows(folder: Folder<'_>, condition: &Condition, seed: u64) -> anyhow::Result<()> {
     let Sets { train, test, unseen } = condition.sets(seed, 0)?;
     for (part, rows) in [("train", train), ("test", test), ("unseen", unseen)] {
-        let path = folder.join(format!("{}-{part}.npz", condition.name));
         let names: Vec<&str> =
             rows.inputs.iter().chain(&rows.targets).map(|spec| spec.name.as_str()).collect();
         let values = concatenate(Axis(1), &[rows.input_values(), rows.target_values()])?;
-        write_columns(&path, &names, &values)
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        let mut out =
+            folder.file(&format!("rows/{}-{part}.npz", condition.name), |_| false)?.create()?;
+        write_columns(&mut out, &names, &values)?;
+        out.finish()?;
     }
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! `gripctl train`: a network from rows of data.
 
 mod folds;
-mod rows;
+pub(super) mod rows;
 
 use super::{card, clock, columns::Columns, hyper, train_beyond};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
+use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use mlp::{
@@ -75,18 +76,20 @@ struct Rows {
 }
 
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
+    let inputs = [Some(args.data.as_path()), args.test.as_deref()];
+    let out = output::path(&args.output, output::MODEL, &args.force, &inputs)?;
     let config = fit_config(args)?;
     refuse_options_of_other_models(args)?;
     let columns = Columns::new(&args.columns)?;
     match args.model.as_str() {
-        "mlp" => network(args, &config, columns),
+        "mlp" => network(args, &config, columns, &out),
         "ensemble" => {
             let parts = Parts::read(args, columns)?;
-            train_beyond::ensemble(args, config, &parts.train, parts.test.as_ref())
+            train_beyond::ensemble(args, config, &parts, &out)
         }
         "svr" => {
             let parts = Parts::read(args, columns)?;
-            train_beyond::svr(args, &parts.train, parts.test.as_ref())
+            train_beyond::svr(args, &parts, &out)
         }
         other => {
             let message = format!("--model {other}: expected mlp, ensemble or svr");
@@ -113,8 +116,15 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Result<Exit> {
-    let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
+fn network(
+    args: &TrainArgs,
+    config: &FitConfig,
+    columns: Columns,
+    out: &OutputPath,
+) -> anyhow::Result<Exit> {
+    let inputs = [Some(args.data.as_path()), args.test.as_deref()];
+    let card =
+        card::output(args.card.as_deref(), &args.output, &args.force, &inputs, &[&args.output])?;
     let parts = Parts::read(args, columns)?;
     if let Some(folds) = args.split.folds {
         folds::run(args, config, &parts.train, folds)?;
@@ -127,11 +137,10 @@ fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Re
         note.split = rows::note(&args.split);
     }
     let text = fit.file.to_json()?;
-    std::fs::write(&args.output, &text)
-        .with_context(|| format!("cannot write {}", args.output.display()))?;
+    out.write(&text)?;
     let name = args.output.display().to_string();
     let trained = card::trained(&name, &text, &fit, config, &train, parts.test.as_ref());
-    card::write(&card_path, &trained)?;
+    card.write(trained.to_json()?)?;
     let rows = Rows {
         train_rows: train.rows(),
         validation_rows: validation.map(|rows| rows.rows()),

@@ -1,9 +1,9 @@
 //! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
 
-use super::clock;
+use super::{clock, train::rows::Parts};
 use crate::{cli::learn::TrainArgs, output};
-use anyhow::Context as _;
 use core::time::Duration;
+use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
     Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
@@ -33,9 +33,10 @@ struct Result<'a> {
 pub(crate) fn ensemble(
     args: &TrainArgs,
     fit: FitConfig,
-    data: &DataSet,
-    test: Option<&DataSet>,
+    parts: &Parts,
+    out: &OutputPath,
 ) -> anyhow::Result<Exit> {
+    let (data, test) = (&parts.train, parts.test.as_ref());
     if args.time_limit.is_some() {
         return Err(WrongArgument("--time-limit goes with --model mlp only".to_owned()).into());
     }
@@ -44,7 +45,7 @@ pub(crate) fn ensemble(
     let config = EnsembleConfig { members: args.beyond.members, sampling, fit };
     let ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
-    write(args, &ensemble.to_json()?)?;
+    out.write(ensemble.to_json()?)?;
     let notes = ensemble.members().iter().filter_map(|file| file.training.as_ref());
     let result = Result {
         model: "ensemble",
@@ -56,17 +57,14 @@ pub(crate) fn ensemble(
     report(args, &result)
 }
 
-pub(crate) fn svr(
-    args: &TrainArgs,
-    data: &DataSet,
-    test: Option<&DataSet>,
-) -> anyhow::Result<Exit> {
+pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
+    let (data, test) = (&parts.train, parts.test.as_ref());
     let before = clock::processor()?;
     Svr::check_rows(data).map_err(explain)?;
     let config = svr_config(args, data)?;
     let svr = Svr::fit(data, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
-    write(args, &svr.to_json()?)?;
+    out.write(svr.to_json()?)?;
     let result = Result {
         model: "svr",
         support_vectors: Some(svr.support_vectors()),
@@ -130,11 +128,6 @@ fn scored<'a>(
         support_vectors: None,
         members: None,
     })
-}
-
-fn write(args: &TrainArgs, text: &str) -> anyhow::Result<()> {
-    std::fs::write(&args.output, text)
-        .with_context(|| format!("cannot write {}", args.output.display()))
 }
 
 fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {

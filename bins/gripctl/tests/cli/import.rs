@@ -77,6 +77,9 @@ fn a_wav_is_imported_labelled_and_scored() {
     for line in &scored[..2] {
         assert!(line["material"] != "" && number(line, "latency_ms") < 10.0, "{line}");
     }
+    label("b.csv", &["--onset", "1.6", "--force"]).done();
+    let labels = fs::read_to_string(folder.join("labels.csv")).unwrap();
+    assert!(labels.contains("b,onset,steel,1.600000"), "the material stays: {labels}");
     label("b.csv", &["--remove"]).done();
     label("b.csv", &["--remove"]).refused(2, &["no label"]);
     label("a.csv", &["--onset", "2.5", "--force"])
@@ -155,7 +158,8 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
     put("out.csv", b"of somebody");
     let import = ["import", "ok.csv", "-o", "out.csv"];
-    gripctl(folder, &import).refused(2, &["out.csv: is there already; --force replaces it"]);
+    gripctl(folder, &import)
+        .refused(2, &["out.csv: is there already", "add --force to replace it"]);
     assert_eq!(fs::read(folder.join("out.csv")).unwrap(), b"of somebody");
     gripctl(folder, &[&import[..], &["--force"]].concat()).done();
     let text = fs::read_to_string(folder.join("out.csv")).unwrap();

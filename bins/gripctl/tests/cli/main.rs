@@ -21,6 +21,7 @@ mod foxglove;
 mod grasp;
 mod import;
 mod learn;
+mod outputs;
 mod progress;
 mod refusals;
 mod replay;

@@ -79,7 +79,7 @@ fn slips_are_drawn_without_a_window() {
     gripctl(folder, &["replay", "run.mcap", "--plot", "run.svg"]).done();
     assert!(fs::read_to_string(folder.join("run.svg")).unwrap().contains("run: 1 slip"));
     gripctl(folder, &["replay", "found.csv", "--plot", "x.pdf"])
-        .refused(2, &["--plot x.pdf", ".svg"]);
+        .refused(2, &["x.pdf: expected a name", ".svg"]);
 }
 
 /// Bad readings and lost rows are no reason to stop: they are counted and reported.

@@ -288,7 +288,8 @@ fn recordings_of_numpy_are_judged_like_those_in_csv() {
     for name in ["found", "quiet", "rest"] {
         let csv = folder.path().join(format!("{name}.csv"));
         let recording = grip_record::read_csv(&csv, &grip_record::CsvOptions::default()).unwrap();
-        recording.write_npz(&csv.with_extension("npz")).unwrap();
+        let npz = fs::File::create(csv.with_extension("npz")).unwrap();
+        recording.write_npz(npz).unwrap();
         fs::remove_file(csv).unwrap();
     }
     assert_eq!(score(), reported);

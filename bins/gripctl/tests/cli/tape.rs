@@ -23,7 +23,7 @@ fn record(file: &Path) -> Vec<String> {
 fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
     let scene = scene::load("default").unwrap();
     let out = File::create(file).unwrap();
-    let mut writer = McapWriter::new(out, "test 1", 1_763_766_000_000_000_000).unwrap();
+    let mut writer = McapWriter::new(out, "gripd test", 1_763_766_000_000_000_000).unwrap();
     let data = model::default_text().as_bytes().to_vec();
     let media_type = "application/json".to_owned();
     writer.attach(0, &Attached { name: MODEL_NAME.to_owned(), media_type, data }).unwrap();
@@ -124,6 +124,36 @@ fn a_cut_recording_is_recovered_in_place() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
 }
 
+/// What another program wrote, or holds no message, is never replaced.
+#[test]
+fn a_foreign_recording_that_is_cut_off_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    let mut bytes = fs::read(&file).unwrap();
+    let library = bytes.windows(6).position(|text| text == b"gripd ").unwrap();
+    bytes[library..library + 5].copy_from_slice(b"other");
+    for (len, code) in [(bytes.len() / 2, 3), (library + 40, 1)] {
+        let cut = &bytes[..len];
+        fs::write(&file, cut).unwrap();
+        let ran = gripctl(folder.path(), &["recover", "run.mcap"]);
+        assert_eq!(ran.code, code, "{ran:?}");
+        assert_eq!(fs::read(&file).unwrap(), cut);
+        let beside = folder.path().join("run.recovered.mcap");
+        assert_eq!(beside.exists(), code == 3, "{ran:?}");
+        if code == 3 {
+            assert!(ran.out.contains("run.recovered.mcap: saved"), "{ran:?}");
+            gripctl(folder.path(), &["replay", "run.recovered.mcap", "--json"]).done();
+            let again = gripctl(folder.path(), &["recover", "run.mcap"]);
+            assert!(again.code == 2 && again.err.contains("add --force"), "{again:?}");
+            fs::remove_file(beside).unwrap();
+        } else {
+            assert!(ran.out.contains("no message can be saved"), "{ran:?}");
+        }
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+}
+
 /// Where the records of that kind begin, and how long they are with their heads.
 fn records(bytes: &[u8], kind: u8) -> Vec<(usize, usize)> {
     let (mut at, mut found) = (8, Vec::new());
@@ -199,13 +229,13 @@ fn what_cannot_be_replayed_states_why() {
         ),
         (&["replay", "run.mcap", "--check", "--observe"], 2, "--check with --observe"),
         (&["recover", "no.mcap"], 2, "no.mcap: is no MCAP file"),
-        (&["recover", "run.mcap", "-o", "run.mcap"], 2, "-o names the recording itself"),
+        (&["recover", "run.mcap", "-o", "run.mcap"], 2, "is the input itself, which is read"),
         (
             &["csv", "run.mcap", "-o", "x.csv", "--pipeline", "2"],
             1,
             "has 1 pipelines, and 2 was wanted",
         ),
-        (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv"),
+        (&["csv", "run.mcap", "-o", "nowhere/x.csv"], 1, "nowhere/x.csv: there is no such folder"),
     ] {
         let ran = gripctl(folder.path(), args);
         assert_eq!(ran.code, code, "{args:?}: {ran:?}");

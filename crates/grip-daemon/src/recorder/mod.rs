@@ -5,9 +5,8 @@
 //! ([`Recorder::updates`]), every item that is not recorded is counted, and a new file is tried after a while.
 //!
 //! **Names.** `run.mcap` is written to `run.mcap` where that is not there or empty, else to the first free one of
-//! `run-0001.mcap`, `run-0002.mcap`, ..: a finished recording is never overwritten. Rotation takes the next free number. A CSV
-//! file is replaced at the first sample, as a one-off export is; the samples of each further pipeline go to the next free
-//! number, because times start again with it.
+//! `run-0001.mcap`, `run-0002.mcap`, ..: a finished recording is never overwritten, of MCAP or CSV. Rotation takes the next free
+//! number, and so do the samples of each further pipeline in CSV, because times start again with it.
 //!
 //! **Rotation.** Every file stands for itself: attachments, metadata and the settings of the pipeline are written again. But a
 //! pipeline remembers its past, which no file repeats, so a file that starts in the middle of a run is marked so, and only a replay
@@ -222,7 +221,7 @@ impl Recorder {
         recorder.output = if is_mcap(file) {
             recorder.next_tape(0, now_us)?
         } else {
-            Output::Csv(Box::new(Table::open(file)?))
+            Output::Csv(Box::new(Table::open(file, 0)?))
         };
         if let Some(file) = recorder.file().map(Path::to_owned) {
             recorder.began(file);
@@ -352,7 +351,7 @@ impl Recorder {
         match item {
             Item::Began { beginning, .. } => {
                 if table.begun() {
-                    let next = Table::next(&self.wanted, table.number + 1)?;
+                    let next = Table::open(&self.wanted, table.number + 1)?;
                     let file = next.file.clone();
                     mem::replace(&mut **table, next).finish()?;
                     table.begin(beginning);
@@ -471,7 +470,7 @@ impl Recorder {
                 Ok(output)
             })
         } else {
-            Table::next(&self.wanted, next).map(|mut table| {
+            Table::open(&self.wanted, next).map(|mut table| {
                 if let Some(beginning) = &self.standing.beginning {
                     table.begin(beginning);
                 }

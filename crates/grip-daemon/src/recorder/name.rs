@@ -1,6 +1,6 @@
 //! A wanted file and a number in, a file that nobody has written yet out.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -29,10 +29,21 @@ pub(super) fn create(file: &Path, number: u32) -> io::Result<(File, PathBuf, u32
         };
         if !taken {
             let out = OpenOptions::new().write(true).create(true).truncate(false).open(&name)?;
+            lock(&out)?;
             return Ok((out, name, number));
         }
     }
     Err(io::Error::new(io::ErrorKind::AlreadyExists, "every name up to number 999999 is taken"))
+}
+
+/// Reports to others that the file is being written; a file system without locks, or a pipe, cannot.
+fn lock(out: &File) -> io::Result<()> {
+    match out.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
+        }
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
 }
 
 #[cfg(test)]

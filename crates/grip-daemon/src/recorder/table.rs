@@ -1,4 +1,4 @@
-//! Samples in, CSV files out, one for each pipeline: what came before the first sample in a file is left alone until then.
+//! Samples in, CSV files out, one for each pipeline.
 
 use super::{RecorderError, name};
 use grip_record::{ChannelSet, CsvWriter, StylusKind};
@@ -24,30 +24,21 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Opens `wanted`, whose content stays until the first sample.
-    pub(super) fn open(wanted: &Path) -> Result<Self, RecorderError> {
+    /// Opens the first free file from `number` on.
+    pub(super) fn open(wanted: &Path, number: u32) -> Result<Self, RecorderError> {
         let unwritable = |source| RecorderError::Create { file: wanted.to_owned(), source };
-        let mut options = File::options();
-        let out =
-            options.write(true).create(true).truncate(false).open(wanted).map_err(unwritable)?;
+        let (out, file, number) = name::create(wanted, number).map_err(unwritable)?;
         let regular = out.metadata().map_err(unwritable)?.is_file();
         let sync = regular.then(|| out.try_clone()).transpose().map_err(unwritable)?;
         Ok(Self {
-            file: wanted.to_owned(),
-            number: 0,
+            file,
+            number,
             out: Some(out),
             sync,
             writer: None,
             stylus: StylusKind::Displacement,
             taxels: 0,
         })
-    }
-
-    /// Opens the next free file from `number` on.
-    pub(super) fn next(wanted: &Path, number: u32) -> Result<Self, RecorderError> {
-        let unwritable = |source| RecorderError::Create { file: wanted.to_owned(), source };
-        let (_, file, number) = name::create(wanted, number).map_err(unwritable)?;
-        Ok(Self { number, ..Self::open(&file)? })
     }
 
     /// Whether a sample stands in it.
@@ -69,10 +60,6 @@ impl Table {
     pub(super) fn sample(&mut self, sample: &Sample, frame: &[f32]) -> Result<(), RecorderError> {
         let failed = |source| RecorderError::Row { file: self.file.clone(), source };
         if let Some(out) = self.out.take() {
-            let unwritable = |source| RecorderError::Create { file: self.file.clone(), source };
-            if self.sync.is_some() {
-                out.set_len(0).map_err(unwritable)?;
-            }
             let channels = ChannelSet::all(self.stylus).with_taxels(self.taxels).with_arrivals();
             let writer = CsvWriter::new(BufWriter::with_capacity(1 << 16, out), &channels);
             self.writer = Some(writer.map_err(failed)?);

@@ -15,7 +15,7 @@ use slip_core::{PipelineState, units::Micros};
 
 use std::{
     collections::BTreeMap,
-    fs::{File, TryLockError},
+    fs::File,
     io::{self, BufWriter},
     path::{Path, PathBuf},
 };
@@ -66,7 +66,6 @@ impl Tape {
         let (out, file, number) = name::create(wanted, number).map_err(unwritable)?;
         let regular = out.metadata().map_err(unwritable)?.is_file();
         let sync = regular.then(|| out.try_clone()).transpose().map_err(unwritable)?;
-        lock(&out).map_err(unwritable)?;
         let written = |source| RecorderError::Write { file: file.clone(), source };
         let out = BufWriter::with_capacity(BUFFER, out);
         let writer =
@@ -254,16 +253,6 @@ impl Tape {
         }
         self.last_state = Some(*state);
         self.writer.write(state.host.0, &Record::State(*state))
-    }
-}
-
-/// Reports to others that the file is being written; a file system without locks, or a pipe, cannot.
-fn lock(out: &File) -> io::Result<()> {
-    match out.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
-        }
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     message::Message,
 };
 use grip_record::mcap::{
-    JsonTimes, JsonWriter, McapWriteError, RecoverError, Recovered, recover_json,
+    JsonTimes, JsonWriter, McapWriteError, RecoverError, Recovered, no_unpack, recover,
 };
 use grip_session::utc;
 use serde::{Deserialize, Serialize};
@@ -306,7 +306,7 @@ impl Archive {
                 let out = File::create(&whole).map_err(in_file(&whole))?;
                 let input = io::BufReader::new(input).take(self.state.bytes);
                 let mut buffered = BufWriter::new(&out);
-                let saved = recover_json(&left, input, &mut buffered, &self.program)
+                let saved = recover(&left, input, &mut buffered, &self.program, no_unpack)
                     .map_err(|source| ArchiveError::Recover { path: left.clone(), source })?;
                 buffered.flush().map_err(in_file(&whole))?;
                 drop(buffered);

@@ -157,7 +157,8 @@ mod tests {
         ];
         assert_eq!(read(&file(true)), wanted);
         let mut whole = Vec::new();
-        let recovered = recover(Path::new("x"), &*file(false), &mut whole, "test").unwrap();
+        let recovered =
+            recover(Path::new("x"), &*file(false), &mut whole, "test", no_unpack).unwrap();
         assert_eq!((recovered.messages, recovered.holes.len()), (3, 0));
         assert_eq!(read(&whole), wanted);
     }

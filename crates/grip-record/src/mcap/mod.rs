@@ -5,6 +5,7 @@
 //! the wall clock does. Configuration, model and calibration are attachments, versions and identities metadata.
 
 mod cdr;
+mod chunk;
 mod codes;
 mod error;
 mod foreign;
@@ -29,7 +30,7 @@ pub use read::{Entry, McapReader};
 pub use record::{
     CommandRecord, EventRecord, LinkRecord, PipelineRecord, Record, SampleRecord, WireRecord,
 };
-pub use recover::{RecoverError, Recovered, recover, recover_json};
+pub use recover::{RecoverError, Recovered, recover};
 pub use schema::{MESSAGE_ENCODING, SCHEMA_ENCODING, Topic};
 pub use slip_core::PipelineState;
 pub use write::{Attached, McapWriter, Written};

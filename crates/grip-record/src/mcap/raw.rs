@@ -4,8 +4,9 @@
 //! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk
 //! is a record that holds records, compressed. What a record holds is read by the crate `mcap`.
 
+use super::chunk::{ZEROS, cut_chunk, inner_record, unpack};
 use mcap::MAGIC;
-use mcap::records::{ChunkIndex, Record as RawRecord, op};
+use mcap::records::{ChunkIndex, Header, Record as RawRecord, op};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
@@ -13,7 +14,8 @@ use std::thread::{self, JoinHandle};
 /// The longest record, and the longest chunk after decompression, that is believed (bytes); far above what any recorder writes.
 pub(super) const LONGEST: u64 = 64 << 20;
 
-/// Decompresses a chunk: the name of the compression, its bytes and the size that they must unpack to in, those bytes out.
+/// Decompresses a chunk: the name of the compression, its bytes and the size that they must unpack to in, those bytes out. Where the chunk
+/// is cut off or damaged, as many of them as can be made out.
 pub type Unpack = fn(&str, &[u8], u64) -> io::Result<Vec<u8>>;
 
 /// Where reading stopped.
@@ -68,6 +70,8 @@ struct Piece {
     finished: bool,
     /// Whether the data have the checksum that their end states.
     sound: bool,
+    /// Whether `chunk` has the beginning only: the file ends within it, or what follows in it is zeros.
+    cut: bool,
 }
 
 /// Reads a file piece by piece, from its start to the end of its data.
@@ -111,6 +115,8 @@ pub(super) struct RawReader<R> {
     /// The present record of the file, and how far its chunk has been read.
     piece: Piece,
     at: usize,
+    /// What the file states of its writer.
+    header: Header,
 }
 
 impl<R: Read + Seek> RawReader<R> {
@@ -189,10 +195,11 @@ impl<R: Read> RawReader<R> {
         let mut sum = crc32fast::Hasher::new();
         sum.update(&magic);
         let source = Source::Here(Pieces { input, next, ended: false, sum, unpack: None });
-        Ok(Self { source, piece: Piece { next, ..Piece::default() }, at: 0 })
+        let header = Header { profile: String::new(), library: String::new() };
+        Ok(Self { source, piece: Piece { next, ..Piece::default() }, at: 0, header })
     }
 
-    /// The same with one more way to decompress a chunk.
+    /// The same with one more way to decompress a chunk. A chunk in which the file ends is read too, as far as it goes.
     pub(super) fn with_unpack(mut self, unpack: Unpack) -> Self {
         if let Source::Here(pieces) = &mut self.source {
             pieces.unpack = Some(unpack);
@@ -203,6 +210,16 @@ impl<R: Read> RawReader<R> {
     /// Where in the file the present record, or the chunk that holds it, begins.
     pub(super) fn offset(&self) -> u64 {
         self.piece.offset
+    }
+
+    /// What the file states of its writer, from the first record on.
+    pub(super) fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Whether the present chunk has its beginning only.
+    pub(super) fn is_cut(&self) -> bool {
+        self.piece.cut
     }
 
     /// Whether the present chunk holds more records.
@@ -217,6 +234,9 @@ impl<R: Read> RawReader<R> {
             if self.chunk_goes_on() {
                 let Some((opcode, body)) = inner_record(&self.piece.chunk, self.at) else {
                     self.at = self.piece.chunk.len();
+                    if self.piece.cut {
+                        continue;
+                    }
                     return Err(damaged(
                         self.piece.offset,
                         "a record of the chunk is longer than the chunk",
@@ -228,8 +248,21 @@ impl<R: Read> RawReader<R> {
                 }
                 continue;
             }
+            if core::mem::take(&mut self.piece.cut) {
+                let offset = self.piece.offset;
+                if self.piece.next > offset {
+                    return Err(damaged(offset, "the chunk ends in zeros"));
+                }
+                self.piece.ended = true;
+                return Err(RawError::Truncated { offset });
+            }
             match self.next_piece()? {
                 None => return Ok(None),
+                Some(op::HEADER) => {
+                    if let Some(RawRecord::Header(header)) = parse(op::HEADER, &self.piece.body) {
+                        self.header = header;
+                    }
+                }
                 Some(
                     opcode @ (op::SCHEMA
                     | op::CHANNEL
@@ -303,13 +336,18 @@ impl<R: Read> Pieces<R> {
     fn read(&mut self, piece: &mut Piece) -> Result<Option<u8>, RawError> {
         piece.body.clear();
         piece.chunk.clear();
-        (piece.finished, piece.sound) = (false, false);
+        (piece.finished, piece.sound, piece.cut) = (false, false, false);
         piece.offset = self.next;
         let read = match self.record(piece) {
-            Ok(Some(op::CHUNK)) => self.open_chunk(piece).map(|()| Some(op::CHUNK)),
+            Ok(Some(op::CHUNK)) if !piece.cut => match self.open_chunk(piece) {
+                // Blocks that never reached the disk read as zeros.
+                Err(_) if self.cut_zeros(piece) => Ok(Some(op::CHUNK)),
+                opened => opened.map(|()| Some(op::CHUNK)),
+            },
             other => other,
         };
-        (piece.next, piece.ended) = (self.next, self.ended);
+        // The end of a cut chunk comes behind its records.
+        (piece.next, piece.ended) = (self.next, self.ended && !piece.cut);
         read
     }
 
@@ -340,7 +378,8 @@ impl<R: Read> Pieces<R> {
         let read = (&mut self.input).take(len).read_to_end(body).map_err(RawError::Io)?;
         if (read as u64) < len {
             self.ended = true;
-            return Err(RawError::Truncated { offset });
+            piece.cut = opcode == op::CHUNK && self.open_cut(piece);
+            return if piece.cut { Ok(Some(opcode)) } else { Err(RawError::Truncated { offset }) };
         }
         self.sum.update(&head);
         self.sum.update(body);
@@ -373,10 +412,8 @@ impl<R: Read> Pieces<R> {
             return Err(damage("the chunk states that it is longer than any chunk"));
         }
         match header.compression.as_str() {
-            "" => chunk.extend_from_slice(&data),
-            "lz4" => {
-                let decoder = lz4::Decoder::new(&*data).map_err(RawError::Io)?;
-                if decoder.take(size + 1).read_to_end(chunk).is_err() {
+            "" | "lz4" => {
+                if !unpack(&header.compression, &data, size, chunk).map_err(RawError::Io)? {
                     chunk.clear();
                     return Err(damage("the chunk cannot be decompressed"));
                 }
@@ -399,6 +436,29 @@ impl<R: Read> Pieces<R> {
             return Err(damage("the chunk has not the checksum that it states"));
         }
         Ok(())
+    }
+
+    /// Decompresses what is there of a chunk, up to where its bytes are zeros to its end; whether that could be done.
+    fn cut_zeros(&self, piece: &mut Piece) -> bool {
+        let used = piece.body.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+        if piece.body.len() - used < ZEROS {
+            return false;
+        }
+        piece.body.truncate(used);
+        piece.cut = self.open_cut(piece);
+        piece.cut
+    }
+
+    /// Decompresses the beginning of a chunk, as far as the body of `piece` goes; whether that could be done.
+    fn open_cut(&self, piece: &mut Piece) -> bool {
+        let (Some(other), Some((name, size, data))) = (self.unpack, cut_chunk(&piece.body)) else {
+            return false;
+        };
+        let size = size.min(LONGEST);
+        match name {
+            "" | "lz4" => unpack(name, data, size, &mut piece.chunk).is_ok(),
+            name => other(name, data, size).map(|chunk| piece.chunk = chunk).is_ok(),
+        }
     }
 }
 
@@ -464,15 +524,6 @@ fn is_end(bytes: &[u8]) -> bool {
         Some(good && footer.first() == Some(&op::FOOTER))
     };
     whole().unwrap_or(false)
-}
-
-/// Opcode and place of the body of the record that begins at `from`.
-fn inner_record(chunk: &[u8], from: usize) -> Option<(u8, core::ops::Range<usize>)> {
-    let head: [u8; 9] = *chunk.get(from..)?.first_chunk()?;
-    let [opcode, len @ ..] = head;
-    let start = from + head.len();
-    let end = start.checked_add(usize::try_from(u64::from_le_bytes(len)).ok()?)?;
-    (end <= chunk.len()).then_some((opcode, start..end))
 }
 
 /// The record in `body`; `None` where it has not the form of its kind.

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use mcap::records::{MessageHeader, Record as RawRecord};
 use mcap::write::NoSeek;
-use mcap::{Attachment, WriteOptions, Writer};
+use mcap::{Attachment, Writer};
 
 use super::error::{McapError, McapWriteError};
-use super::raw::{RawError, RawReader};
+use super::raw::{RawError, RawReader, Unpack};
 use super::read::reported;
 use super::write::options;
 
@@ -24,6 +24,10 @@ pub struct Recovered {
     pub span_ns: Option<(u64, u64)>,
     /// Places in the middle that were damaged and left out: the offset and what does not fit.
     pub holes: Vec<(u64, String)>,
+    /// Messages among those saved of chunks that have their beginning only.
+    pub of_cut_chunk: u64,
+    /// Program that wrote the input, as the file states it.
+    pub library: String,
     /// Where the file ends too early, or where nothing more can be made out; its length where only the index is missing or damaged.
     pub cut_at: Option<u64>,
 }
@@ -33,6 +37,12 @@ impl Recovered {
     #[must_use]
     pub fn was_whole(&self) -> bool {
         self.holes.is_empty() && self.cut_at.is_none()
+    }
+
+    /// Whether a program of this workspace states that it wrote the input.
+    #[must_use]
+    pub fn was_ours(&self) -> bool {
+        ["gripd ", "gripctl ", "grip-scope "].iter().any(|name| self.library.starts_with(name))
     }
 }
 
@@ -47,10 +57,11 @@ pub enum RecoverError {
     Write(#[from] McapWriteError),
 }
 
-/// Copies every whole record from `input` to `out` and finishes it. `file` names the input in errors, `program` who writes.
+/// Copies every whole record from `input` to `out` and finishes it. `file` names the input in errors, `program` who writes, `unpack`
+/// decompresses what gripd does not use ([`ForeignReader::open`](super::ForeignReader::open)).
 ///
-/// Topics and schemas may be anybody's. A damaged chunk in the middle is left out and reported; messages whose topic was announced
-/// only there are lost with it.
+/// Profile, topics and schemas may be anybody's. Of a chunk in which the file ends the whole messages are saved, as far as it can be
+/// decompressed. A damaged chunk in the middle is left out and reported; messages whose topic was announced only there are lost with it.
 ///
 /// # Errors
 /// Where the input is no MCAP file or cannot be read, or the output cannot be written.
@@ -59,45 +70,33 @@ pub fn recover(
     input: impl Read,
     out: impl Write,
     program: &str,
+    unpack: Unpack,
 ) -> Result<Recovered, RecoverError> {
-    copy(file, input, out, options("ros2", program))
-}
-
-/// [`recover`] of a file of [`JsonWriter`](super::JsonWriter).
-///
-/// # Errors
-/// As there.
-pub fn recover_json(
-    file: &Path,
-    input: impl Read,
-    out: impl Write,
-    program: &str,
-) -> Result<Recovered, RecoverError> {
-    copy(file, input, out, options("", program))
-}
-
-fn copy(
-    file: &Path,
-    input: impl Read,
-    out: impl Write,
-    options: WriteOptions,
-) -> Result<Recovered, RecoverError> {
-    let mut raw = RawReader::new(input).map_err(|error| reported(file, error))?;
+    let raw = RawReader::new(input).map_err(|error| reported(file, error))?;
+    let mut raw = raw.with_unpack(unpack);
+    let mut next = raw.advance();
+    let options = options(&raw.header().profile, program);
     let mut copy = Copy {
         out: Writer::with_options(NoSeek::new(out), options).map_err(McapWriteError)?,
         channels: BTreeMap::new(),
         schemas: BTreeMap::new(),
-        saved: Recovered::default(),
+        saved: Recovered { library: raw.header().library.clone(), ..Recovered::default() },
     };
     loop {
-        match raw.advance().and_then(|place| place.map(|place| raw.record(&place)).transpose()) {
+        match next.and_then(|place| place.map(|place| raw.record(&place)).transpose()) {
             Ok(None) => {
                 // Of a damaged file the holes are known already.
                 let whole = raw.finished() && (raw.sound() || !copy.saved.holes.is_empty());
                 copy.saved.cut_at = (!whole).then(|| raw.position());
                 break;
             }
-            Ok(Some(record)) => copy.take(record, raw.offset()).map_err(McapWriteError)?,
+            Ok(Some(record)) => {
+                let before = copy.saved.messages;
+                copy.take(record, raw.offset()).map_err(McapWriteError)?;
+                if raw.is_cut() {
+                    copy.saved.of_cut_chunk += copy.saved.messages - before;
+                }
+            }
             Err(RawError::Damaged { offset, what, skippable: true }) => {
                 copy.saved.holes.push((offset, what));
             }
@@ -107,6 +106,7 @@ fn copy(
             }
             Err(error) => return Err(reported(file, error).into()),
         }
+        next = raw.advance();
     }
     copy.out.finish().map_err(McapWriteError)?;
     Ok(copy.saved)

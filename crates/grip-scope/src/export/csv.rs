@@ -8,8 +8,8 @@ use super::{ExportError, fill};
 use crate::model::{Bucket, Series};
 use crate::{channel::Channel, model::Model, span::Span};
 use core::ops::Deref;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use grip_record::outputs::OutputFile;
+use std::io::Write as _;
 use std::path::Path;
 
 /// A channel with more samples than this in the span is reported by its extremes: a file of some hundred MB helps nobody.
@@ -36,7 +36,7 @@ pub fn csv<G: Deref<Target = Model>>(
     if curves.is_empty() {
         return Err(ExportError::Empty);
     }
-    fill(path, |file| {
+    fill(path, None, |file| {
         let mut rest = Rest::new(span);
         let mut out = Rows::begin(&curves, file, path)?;
         while copy(&look(), &mut rest, &mut curves)? {
@@ -158,14 +158,18 @@ impl Grid {
 
 /// The file while it is written.
 struct Rows<'a> {
-    out: BufWriter<File>,
+    out: &'a mut OutputFile,
     path: &'a Path,
     rows: u64,
 }
 
 impl<'a> Rows<'a> {
-    fn begin(curves: &[Curve], file: File, path: &'a Path) -> Result<Self, ExportError> {
-        let mut rows = Self { out: BufWriter::new(file), path, rows: 0 };
+    fn begin(
+        curves: &[Curve],
+        out: &'a mut OutputFile,
+        path: &'a Path,
+    ) -> Result<Self, ExportError> {
+        let rows = Self { out, path, rows: 0 };
         let columns = curves.iter().flat_map(|curve| &curve.columns);
         let names: Vec<&str> = columns.map(|column| column.name.as_str()).collect();
         let header = writeln!(rows.out, "t_s,{}", names.join(","));
@@ -189,7 +193,7 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<u64, ExportError> {
+    fn finish(self) -> Result<u64, ExportError> {
         let flushed = self.out.flush();
         self.reported(flushed)?;
         Ok(self.rows)

@@ -6,10 +6,9 @@ use crate::model::{Series, TaxelFrame};
 use crate::{channel::Channel, model::Model, span::Span};
 use core::ops::Deref;
 use grip_record::mcap::{McapWriteError, McapWriter, Record, SampleRecord};
+use grip_record::outputs::OutputFile;
 use slip_core::{Sample, units::Micros};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 
 /// Steps from which on a piece shows the usual one.
@@ -30,8 +29,8 @@ pub fn mcap<G: Deref<Target = Model>>(
         return Err(ExportError::Empty);
     }
     let failed = |source| ExportError::Record { file: path.to_owned(), source };
-    fill(path, |file| {
-        let mut out = McapWriter::new(BufWriter::new(file), PROGRAM, 0).map_err(failed)?;
+    fill(path, None, |file| {
+        let mut out = McapWriter::new(file, PROGRAM, 0).map_err(failed)?;
         let (mut rest, mut piece, mut numbers) =
             (Rest::new(span), Piece::default(), Numbers::default());
         let mut samples = 0;
@@ -77,7 +76,7 @@ impl Piece {
     fn write(
         &self,
         numbers: &mut Numbers,
-        out: &mut McapWriter<BufWriter<File>>,
+        out: &mut McapWriter<&mut OutputFile>,
     ) -> Result<u64, McapWriteError> {
         let stylus = self.columns.get(&Channel::Stylus).map_or(&[] as &[_], Vec::as_slice);
         let mut others: Vec<(grip_record::Channel, Column<'_>)> = Vec::new();

@@ -15,7 +15,7 @@ use crate::{model::Model, report, span::Span};
 use core::ops::Deref;
 use grip_plot::report::ReportError;
 use grip_record::mcap::{McapError, McapWriteError};
-use std::fs::{self, File};
+use grip_record::outputs::{OutputError, OutputFile, OutputKind, OutputPath};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -36,19 +36,16 @@ pub struct Sliced {
 /// Why nothing, or not all, was written.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The file cannot be written.
+    /// The file cannot, or must not, be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A row or a picture cannot be written.
     #[error("{}: cannot be written ({source})", file.display())]
     Write {
         /// The file.
         file: PathBuf,
         /// What the system said.
         source: io::Error,
-    },
-    /// There is a file of this name.
-    #[error("{}: is there already and is not replaced; choose another name", file.display())]
-    Exists {
-        /// The file.
-        file: PathBuf,
     },
     /// A recording cannot be written.
     #[error("{}: {source}", file.display())]
@@ -61,12 +58,6 @@ pub enum ExportError {
     /// The recording that the slice comes from cannot be read.
     #[error(transparent)]
     Read(#[from] McapError),
-    /// The slice would replace the recording it comes from.
-    #[error("{}: is the recording itself; choose another name", file.display())]
-    Same {
-        /// The file.
-        file: PathBuf,
-    },
     /// The page cannot be made.
     #[error("{}: {source}", file.display())]
     Page {
@@ -104,28 +95,24 @@ pub fn html<G: Deref<Target = Model>>(
     let report = report::grasp(&look(), span, source).ok_or(ExportError::Empty)?;
     let page = report.html();
     let page = page.map_err(|source| ExportError::Page { file: path.to_owned(), source })?;
-    fill(path, |mut file| {
+    fill(path, None, |file| {
         let failed = |source| ExportError::Write { file: path.to_owned(), source };
         file.write_all(page.as_bytes()).map_err(failed).map(|()| page.len())
     })
 }
 
-/// Makes the file and lets `write` fill it: nothing is replaced, and nothing is left behind where writing fails.
+/// Makes the file and lets `write` fill it: nothing is replaced, least of all the recording `from`, and nothing is left behind where
+/// writing fails.
 ///
 /// # Errors
 /// Where there is a file of this name, it cannot be made, or `write` fails.
 pub fn fill<T>(
     path: &Path,
-    write: impl FnOnce(File) -> Result<T, ExportError>,
+    from: Option<&Path>,
+    write: impl FnOnce(&mut OutputFile) -> Result<T, ExportError>,
 ) -> Result<T, ExportError> {
-    let file = File::create_new(path).map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => ExportError::Exists { file: path.to_owned() },
-        _ => ExportError::Write { file: path.to_owned(), source },
-    })?;
-    let written = write(file);
-    if written.is_err() {
-        // A file without its end would look like one that was cut off.
-        let _gone = fs::remove_file(path);
-    }
-    written
+    let mut file = OutputPath::new(path, OutputKind::ANY, from, None)?.create()?;
+    let written = write(&mut file)?;
+    file.finish()?;
+    Ok(written)
 }

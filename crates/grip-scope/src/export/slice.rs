@@ -5,9 +5,9 @@ use crate::damage::Damage;
 use crate::model::{Axis, Placed};
 use crate::span::Span;
 use grip_record::mcap::{Attached, Entry, McapIndex, McapReader, McapWriter, Record};
+use grip_record::outputs::OutputFile;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::BufWriter;
+use std::fs::File;
 use std::path::Path;
 
 /// Title of the metadata of a slice.
@@ -21,10 +21,7 @@ const SLICE: &str = "slice";
 /// # Errors
 /// Where the recording cannot be opened, or not be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
 pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
-    if fs::canonicalize(from).ok().is_some_and(|a| fs::canonicalize(path).ok() == Some(a)) {
-        return Err(ExportError::Same { file: path.to_owned() });
-    }
-    fill(path, |file| {
+    fill(path, Some(from), |file| {
         let mut slice = Slice::new(path, file, span)?;
         let mut reader = McapReader::open(from)?;
         // Without an index damage is passed over as far as the file itself reports where it ends.
@@ -53,7 +50,7 @@ struct Slice<'a> {
     span: Span,
     /// Where the model puts the rows.
     axis: Axis,
-    out: McapWriter<BufWriter<File>>,
+    out: McapWriter<&'a mut OutputFile>,
     /// The first sample of the span was seen.
     inside: bool,
     /// The settings of the last pipeline, and its log time: they stand before the first sample.
@@ -69,9 +66,9 @@ struct Held {
 }
 
 impl<'a> Slice<'a> {
-    fn new(path: &'a Path, file: File, span: Span) -> Result<Self, ExportError> {
+    fn new(path: &'a Path, file: &'a mut OutputFile, span: Span) -> Result<Self, ExportError> {
         // Log times of the slice are those of the recording: host time 0 is 1970.
-        let out = McapWriter::new(BufWriter::new(file), PROGRAM, 0)
+        let out = McapWriter::new(file, PROGRAM, 0)
             .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
         let sliced = Sliced::default();
         let axis = Axis::default();

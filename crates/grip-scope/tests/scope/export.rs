@@ -3,6 +3,7 @@
 use crate::rig::{Watch, recording};
 use core::cell::{Cell, RefCell};
 use grip_record::mcap::{Entry, McapIndex, McapReader, McapWriter, Record, SampleRecord};
+use grip_record::outputs::OutputError;
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError};
 use grip_scope::feed::{RowBlock, TaxelBlock};
@@ -65,13 +66,13 @@ fn a_slice_of_a_recording_is_that_part_of_it() {
     assert_eq!((sliced.samples, sliced.messages), (1000, 1000));
     assert_eq!(samples(&out), samples(&path)[1000..2000]);
     let again = export::mcap_slice(&path, Span::new(1.0, 1.5), &out);
-    assert!(matches!(again, Err(ExportError::Exists { .. })));
+    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
     assert_eq!(samples(&out).len(), 1000);
     let (span, none) = (Span::new(70.0, 71.0), folder.path().join("none.mcap"));
     assert!(matches!(export::mcap_slice(&path, span, &none), Err(ExportError::Empty)));
     assert!(!none.exists());
     let same = export::mcap_slice(&path, Span::new(0.0, 1.0), &path);
-    assert!(matches!(same, Err(ExportError::Same { .. })));
+    assert!(matches!(same, Err(ExportError::Output(OutputError::Input { .. }))));
     assert_eq!(samples(&path).len(), 5000);
 }
 
@@ -94,7 +95,7 @@ fn what_is_kept_of_a_live_source_becomes_a_recording() {
         assert!(!none.exists());
     }
     let again = export::mcap(|| &watch.model, Span::new(1.0, 1.5), &out);
-    assert!(matches!(again, Err(ExportError::Exists { .. })));
+    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
 }
 
 /// A second of an array of two at 1 kHz, of which the rows 300 to 339 were lost.
@@ -329,10 +330,10 @@ fn a_page_replaces_nothing_and_leaves_nothing_where_it_cannot_be_written() {
     // A plain recording holds samples only, which the page states.
     assert!(text.contains("The source has samples only"), "{text}");
     let again = page(Span::new(0.0, 1.0), &out);
-    assert!(matches!(again, Err(ExportError::Exists { .. })));
+    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
     assert_eq!(fs::read_to_string(&out).unwrap(), text);
     let nowhere = page(Span::new(0.0, 1.0), &folder.path().join("no").join("run.html"));
-    assert!(matches!(nowhere, Err(ExportError::Write { .. })));
+    assert!(matches!(nowhere, Err(ExportError::Output(OutputError::Write { .. }))));
     let none = folder.path().join("none.html");
     assert!(matches!(page(Span::new(70.0, 71.0), &none), Err(ExportError::Empty)));
     assert!(!none.exists());

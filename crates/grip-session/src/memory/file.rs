@@ -4,7 +4,7 @@ use super::{LONGEST_NAME, MOST_OBJECTS, Memory, Object};
 use std::{
     collections::BTreeMap,
     fs,
-    io::{self, Read as _, Write as _},
+    io::{self, Read as _},
     path::Path,
 };
 
@@ -94,27 +94,8 @@ impl Memory {
         let failed = |source| MemoryError::File { file: file.display().to_string(), source };
         let text =
             toml::to_string(&self.objects).map_err(|error| failed(io::Error::other(error)))?;
-        replace(file, &text).map_err(failed)
+        grip_record::outputs::replace(file, text).map_err(failed)
     }
-}
-
-/// Writes `text` beside the file that `file` leads to, and puts it in its place, with its permissions.
-fn replace(file: &Path, text: &str) -> io::Result<()> {
-    let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
-    let mut beside = file.clone().into_os_string();
-    beside.push(".new");
-    // What a crash has left, or another kind of file, which could block.
-    match fs::remove_file(&beside) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
-    let mut new = fs::File::options().write(true).create_new(true).open(&beside)?;
-    if let Ok(old) = fs::metadata(&file) {
-        new.set_permissions(old.permissions())?;
-    }
-    new.write_all(text.as_bytes())?;
-    new.sync_all()?;
-    fs::rename(&beside, &file)
 }
 
 /// Whether a file could be made there.

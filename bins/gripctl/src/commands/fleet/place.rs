@@ -3,6 +3,7 @@
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_fleet::{EventId, Member, net::Watch};
+use grip_record::outputs::replace;
 use grip_session::exit::WrongArgument;
 use std::{
     collections::BTreeMap,
@@ -54,10 +55,7 @@ impl Place {
             return Ok(());
         }
         self.known = all;
-        let new = self.file.with_extension("new");
-        let written = fs::write(&new, serde_json::to_vec(&self.known)?);
-        written
-            .and_then(|()| fs::rename(&new, &self.file))
+        replace(&self.file, serde_json::to_vec(&self.known)?)
             .with_context(|| format!("{}: cannot be written", self.file.display()))
     }
 }

@@ -8,7 +8,7 @@ mod rows;
 mod stalls;
 mod text;
 
-use super::{estimator, host_config, profile_plot};
+use super::{estimator, host_config};
 use crate::{
     cli::grasp::{GraspArgs, flat},
     output,
@@ -20,6 +20,7 @@ use grip_sim::{Scene, scene::BUILT_IN};
 use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use slip_core::units::Micros;
+use std::path::Path;
 
 /// Longest grasp (s).
 const LONGEST_S: f64 = 600.0;
@@ -43,9 +44,10 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.tables.rows {
         return rows::run(args, file);
     }
-    if let Some(file) = &args.plot {
-        profile_plot::check_file(file)?;
-    }
+    let plot = args.plot.as_deref();
+    let plot = plot
+        .map(|file| output::path(file, output::PICTURE, &args.force, &inputs(args)))
+        .transpose()?;
     let bench = bench(args)?;
     let ways = ways(args);
     let scenes = scenes(args)?;
@@ -64,10 +66,17 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
         all.extend(grasps);
     }
     print_totals(args, &totals_of("all", &ways, &all))?;
-    if let Some(file) = &args.plot {
-        plot::chart(&totals, &all, &ways).write(file)?;
+    if let Some(out) = &plot {
+        output::draw(&plot::chart(&totals, &all, &ways), out)?;
     }
     Ok(Exit::Done)
+}
+
+/// Files that are read.
+fn inputs(args: &GraspArgs) -> Vec<Option<&Path>> {
+    let named = [&args.scene, &args.equip.gripper, &args.equip.sensing];
+    let files = [&args.scenes, &args.config, &args.model].map(Option::as_deref);
+    named.into_iter().flatten().map(|name| Some(Path::new(name))).chain(files).collect()
 }
 
 fn bench(args: &GraspArgs) -> anyhow::Result<Bench> {

@@ -1,23 +1,29 @@
 //! `gripctl grasp --rows`: what gripd measured in the slips of many objects, as rows for `gripctl train`.
 
-use super::{TRIALS, bench, print_totals, progress, scenes, totals_of};
-use crate::cli::grasp::GraspArgs;
+use super::{TRIALS, bench, inputs, print_totals, progress, scenes, totals_of};
+use crate::{cli::grasp::GraspArgs, output};
 use anyhow::Context as _;
 use grip_eval::grasp::{Reading, Way};
+use grip_record::outputs::OutputKind;
 use grip_session::exit::Exit;
 use indicatif::ParallelProgressIterator as _;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
-use std::{
-    fs::File,
-    io::{BufWriter, Write as _},
-    path::Path,
+use std::{io::Write as _, path::Path};
+
+/// No other command writes these columns.
+const ROWS: OutputKind = OutputKind {
+    is_ours: |head| {
+        head.starts_with(format!("scene,seed,{}", Reading::columns().join(",")).as_bytes())
+    },
+    ..output::TABLE
 };
 
 pub(super) fn run(args: &GraspArgs, file: &Path) -> anyhow::Result<Exit> {
+    let out = output::path(file, ROWS, &args.force, &inputs(args))?;
     let bench = bench(args)?;
     let scenes = scenes(args)?;
     let unwritable = || format!("--rows {}", file.display());
-    let mut rows = BufWriter::new(File::create(file).with_context(unwritable)?);
+    let mut rows = out.create()?;
     writeln!(rows, "scene,seed,{}", Reading::columns().join(",")).with_context(unwritable)?;
     for scene in &scenes {
         let name = &scene.config().name;
@@ -37,6 +43,6 @@ pub(super) fn run(args: &GraspArgs, file: &Path) -> anyhow::Result<Exit> {
         let grasps: Vec<_> = read.into_iter().map(|(grasp, _)| grasp).collect();
         print_totals(args, &totals_of(name, &[Way::default()], &grasps))?;
     }
-    rows.flush().with_context(unwritable)?;
+    rows.finish()?;
     Ok(Exit::Done)
 }

@@ -8,9 +8,9 @@ use grip_session::exit::WrongArgument;
 use mlp::train::{DataSet, Split, SplitError, file::SplitNote};
 
 /// The rows of the training file without those held out, and the test rows from wherever they come.
-pub(super) struct Parts {
-    pub(super) train: DataSet,
-    pub(super) test: Option<DataSet>,
+pub(in crate::commands) struct Parts {
+    pub(in crate::commands) train: DataSet,
+    pub(in crate::commands) test: Option<DataSet>,
 }
 
 impl Parts {
