@@ -152,11 +152,11 @@ fn cutoff(options: &ProfileOptions, evaluation: &Evaluation, length_m: f64) -> O
     let needs_m = f64::from(SAMPLING_LENGTHS + 1) * wanted.cutoff_m;
     let other = pair(options.cutoff_m).cutoff_m.total_cmp(&wanted.cutoff_m) != Ordering::Equal;
     let advice = other.then(|| {
-        let mut text = format!("Ra of {} um", short(1e6 * ra_m));
-        if let Some(rsm_m) = rsm_m {
-            text += &format!(" and RSm of {} um", short(1e6 * rsm_m));
-        }
-        text += &format!(" ask for --cutoff-mm {}", short(1e3 * wanted.cutoff_m));
+        let with_rsm = rsm_m.map_or(" asks".to_owned(), |rsm_m| {
+            format!(" and RSm of {} um ask", short(1e6 * rsm_m))
+        });
+        let (ra_um, cutoff_mm) = (short(1e6 * ra_m), short(1e3 * wanted.cutoff_m));
+        let mut text = format!("Ra of {ra_um} um{with_rsm} for --cutoff-mm {cutoff_mm}");
         if length_m < needs_m {
             text += &format!(", which needs {} mm of profile", short(1e3 * needs_m));
         }
@@ -180,15 +180,14 @@ fn step(options: &ProfileOptions, step_m: f64) -> Option<String> {
     let wanted_m = STEPS * step_m;
     let suits = |pair: &&Pair| pair.lambda_s_m > 0.95 * wanted_m;
     let with = PAIRS.iter().find(suits).map_or(String::new(), |pair| {
-        format!(" (the pair of --cutoff-mm {})", short(1e3 * pair.cutoff_m))
+        format!("; steps this wide belong to --cutoff-mm {}", short(1e3 * pair.cutoff_m))
     });
-    let wanted_um = PAIRS.iter().find(suits).map_or(1e6 * wanted_m, |pair| 1e6 * pair.lambda_s_m);
     Some(format!(
-        "steps of {} um are too wide for lambda_s of {} um, which takes {} um or less: the steps decide what is noise; --lambda-s-um {}{with} says so",
+        "steps of {} um are too wide for lambda_s of {} um, which takes {} um or less: the steps decide what is noise, as --lambda-s-um {} says{with}",
         short(1e6 * step_m),
         short(1e6 * lambda_s_m),
         short(1e6 * lambda_s_m / STEPS),
-        short(wanted_um),
+        short(1e6 * wanted_m),
     ))
 }
 
@@ -204,9 +203,15 @@ fn tilt(options: &ProfileOptions, evaluation: &Evaluation) -> Option<String> {
     })
 }
 
-/// Four digits at most.
+/// Four to five digits.
 fn short(value: f64) -> String {
-    let decimals = if value < 1.0 { 4 } else { 3 };
+    let decimals = if value < 1.0 {
+        4
+    } else if value < 100.0 {
+        3
+    } else {
+        1
+    };
     let text = format!("{value:.decimals$}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
