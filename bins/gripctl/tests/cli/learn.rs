@@ -88,7 +88,7 @@ fn training_keeps_digits_and_states_what_speaks_against_it() {
             assert!(ran.err.contains(words), "{}", ran.err);
         }
         let eval = gripctl(folder.path(), &["eval", "m.json", "far.csv"]).done();
-        assert!(eval.out.contains("R2 0.99") && eval.err.is_empty(), "{eval:?}");
+        assert!(eval.out.contains("R2 1.0") && eval.err.is_empty(), "{eval:?}");
     }
     write("other.csv", 200, &|x| 1e9 - x.sin());
     let eval = gripctl(folder.path(), &["eval", "m.json", "other.csv"]).done();
