@@ -239,7 +239,7 @@ fn fine_surfaces_keep_their_ra_at_any_long_cutoff() {
 /// At the ends the mean line of a profile that is held there is not that of the waves.
 #[test]
 fn the_ends_are_not_in_the_parameters() {
-    let square = |i: u32| if i / 200 % 2 == 0 { 1e-6 } else { -1e-6 };
+    let square = |i: u32| if (i / 200).is_multiple_of(2) { 1e-6 } else { -1e-6 };
     let heights_m: Vec<f64> = (0..11_200).map(|i| square(i) + 1e-9 * f64::from(i)).collect();
     let options = ProfileOptions { short_cutoff_m: 0.0, ..ProfileOptions::new(0.8e-3) };
     let profile = HeightProfile::new(heights_m, 0.5e-6);
@@ -277,7 +277,7 @@ fn spikes_are_named_and_structure_is_not() {
 #[test]
 fn gaps_are_bridged_up_to_a_twentieth_of_the_cutoff() {
     let gap = |width: usize| HeightProfile {
-        filled: vec![5000..5000 + width],
+        filled: core::iter::once(5000..5000 + width).collect(),
         ..HeightProfile::new(eroded(), 0.25e-6)
     };
     let options = ProfileOptions::new(0.8e-3);
