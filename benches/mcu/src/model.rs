@@ -15,7 +15,7 @@ pub fn network() -> Option<Network<Weights>> {
 /// Network and scaling.
 pub fn model() -> Option<Model<Weights>> {
     let column = |place: usize, transform| {
-        let [min, max] = RANGES[place];
+        let [min, max] = RANGES[place].map(f64::from);
         Column { transform, min, max }
     };
     let inputs = Scaler::new(&[column(0, Transform::Identity), column(1, Transform::Ln)]).ok()?;

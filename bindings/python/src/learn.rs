@@ -52,12 +52,12 @@ impl Model {
         })
     }
 
-    /// Targets for features of shape (rows, inputs): float32 of shape (rows, targets), in the units of the training.
+    /// Targets for features of shape (rows, inputs): float64 of shape (rows, targets), in the units of the training.
     fn predict<'py>(
         &self,
         py: Python<'py>,
         x: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = matrix::<f64>("x", x, Some(self.file.inputs.len()))?;
         let model = self.file.model().map_err(refused)?;
         let predicted = py.detach(|| mlp::train::predict(&model, &rows)).map_err(refused)?;
@@ -76,7 +76,7 @@ impl Model {
         self.file.targets.iter().map(|column| column.name.clone()).collect()
     }
 
-    /// How the training went: epochs, stop, train_mse, train_within_10pct, history; empty after `load`.
+    /// How the training went: epochs, stop, train_mse, train_within_10pct, train_r2, history, warnings; empty after `load`.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         dictionary(py, &self.report)
@@ -174,6 +174,8 @@ pub(crate) fn train(
         "stop": run.stop.to_string(),
         "train_mse": fit.train.mse,
         "train_within_10pct": fit.train.within_fraction(0.1),
+        "train_r2": fit.train.r2,
+        "warnings": fit.warnings,
         "history": run.history,
         "validation": run.validation,
     });

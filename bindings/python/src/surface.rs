@@ -133,7 +133,7 @@ pub(crate) fn profile(
     }
     let (evaluation, line) = py
         .detach(|| {
-            let evaluation = evaluate(&HeightProfile { heights_m, step_m }, &options)?;
+            let evaluation = evaluate(&HeightProfile::new(heights_m, step_m), &options)?;
             let line = ProfileLine::new(&evaluation, &options, &trial);
             Ok::<_, grip_eval::profile::ProfileError>((evaluation, line))
         })

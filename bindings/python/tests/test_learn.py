@@ -16,7 +16,7 @@ def test_a_product_is_learned_and_survives_its_file(tmp_path: Path) -> None:
     y = x[:, 0] * x[:, 1]
     model = train(x, y, inputs=["a:ln", "b:ln"], targets="f:ln", algorithm="lm", hidden=[5], epochs=100, seed=1)
     predicted = model.predict(x[:10])
-    assert predicted.shape == (10, 1) and predicted.dtype == np.float32
+    assert predicted.shape == (10, 1) and predicted.dtype == np.float64
     assert np.allclose(predicted[:, 0], y[:10], rtol=0.01)
     assert model.report["train_within_10pct"] == 1.0 and model.inputs == ["a", "b"] and model.targets == ["f"]
     model.save(tmp_path / "m.json")

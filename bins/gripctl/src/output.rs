@@ -108,7 +108,7 @@ pub(crate) fn or_dash(value: Option<f64>, digits: usize) -> String {
 /// The errors of a network on some rows, after what `of` states of them.
 pub(crate) fn evaluation(of: &str, found: &Evaluation) -> io::Result<()> {
     match found.classes {
-        None => errors(of, found.mse, found.scaled_mse, found.within_fraction(0.1)),
+        None => errors(of, [found.mse, found.scaled_mse], found.within_fraction(0.1), found.r2),
         Some(Classified { accuracy, cross_entropy }) => line(&format!(
             "{of} {:.1} % of the classes right, cross-entropy {cross_entropy:.4}, mse of the probabilities {:.6}",
             100.0 * accuracy,
@@ -118,9 +118,21 @@ pub(crate) fn evaluation(of: &str, found: &Evaluation) -> io::Result<()> {
 }
 
 /// The errors of a learner on some rows, after what `of` states of them.
-pub(crate) fn errors(of: &str, mse: f64, scaled: f64, within_10pct: f64) -> io::Result<()> {
+pub(crate) fn errors(
+    of: &str,
+    [mse, scaled]: [f64; 2],
+    within_10pct: f64,
+    r2: Option<f64>,
+) -> io::Result<()> {
     line(&format!(
-        "{of} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), within 10 %: {:.1} %",
-        100.0 * within_10pct
+        "{of} mse {mse:.6} (target unit squared), {scaled:.6} (scaled), {}",
+        share(within_10pct, r2)
     ))
+}
+
+/// How many answers are near, and how much better than the mean they are; nothing of a target that is always the same.
+pub(crate) fn share(within_10pct: f64, r2: Option<f64>) -> String {
+    r2.map_or("the target does not vary".to_owned(), |r2| {
+        format!("within 10 %: {:.1} %, R2 {r2:.4}", 100.0 * within_10pct)
+    })
 }

@@ -245,20 +245,22 @@ pub enum CsvError {
         text: String,
     },
     /// A profile has fewer heights than its evaluation needs.
-    #[error("{}: only {rows} rows; a profile needs at least {needed}", file.display())]
+    #[error("{}: only {rows} heights; a profile needs at least {needed}", file.display())]
     FewRows {
         /// The file.
         file: PathBuf,
-        /// Rows read.
+        /// Heights that were measured.
         rows: usize,
-        /// Rows needed.
+        /// Heights needed.
         needed: usize,
     },
-    /// The places of a profile do not rise by equal steps.
+    /// The places of a profile do not go on by equal steps.
     #[error(
-        "{}: line {line}, column x_mm: a step of {step_mm} mm where {usual_mm} mm is usual; a profile must rise by \
-         equal steps: resample it, or give the step where x_mm is wrong",
-        file.display()
+        "{}: line {line}, column x_mm: {} where {} mm is the usual step; a profile needs equal steps: resample it, or \
+         give the step where x_mm is wrong",
+        file.display(),
+        step(*step_mm),
+        digits(usual_mm.abs())
     )]
     UnequalStep {
         /// The file.
@@ -304,6 +306,21 @@ pub enum CsvError {
         /// Time of this row.
         time: Micros,
     },
+}
+
+/// A step as a person says it; `step_mm` counts in the direction of the profile.
+fn step(step_mm: f64) -> String {
+    match step_mm {
+        0.0 => "the same place as in the row before".to_owned(),
+        back if back < 0.0 => format!("{} mm back", digits(-back)),
+        on => format!("a step of {} mm", digits(on)),
+    }
+}
+
+/// Four digits, without those of binary fractions.
+fn digits(value: f64) -> String {
+    let scale = 10_f64.powf(3.0 - value.abs().max(1e-300).log10().floor());
+    format!("{}", (value * scale).round() / scale)
 }
 
 fn list(names: &[String]) -> String {

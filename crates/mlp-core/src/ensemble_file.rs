@@ -137,9 +137,9 @@ fn map(wanted: &FileColumn, given: &FileColumn) -> [f64; 2] {
 
 /// Middle and half of the span of a column, transformed.
 fn middle_and_half(column: &FileColumn) -> [f64; 2] {
-    let limit = |raw: f32| match column.transform {
-        Transform::Identity => f64::from(raw),
-        Transform::Ln => f64::from(raw).ln(),
+    let limit = |raw: f64| match column.transform {
+        Transform::Identity => raw,
+        Transform::Ln => raw.ln(),
     };
     let (low, high) = (limit(column.min), limit(column.max));
     [0.5 * (low + high), 0.5 * (high - low)]

@@ -12,8 +12,8 @@
 //!   "training": null
 //! }
 //! ```
-//! `min` and `max` are raw values; `weights` has one row per neuron. Unknown fields are ignored. Numbers are
-//! written with as many digits as bring back the same `f32`.
+//! `min` and `max` are raw values; `weights` has one row per neuron. Unknown fields are ignored. Limits are
+//! written with as many digits as bring back the same `f64`, weights the same `f32`.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -30,6 +30,8 @@ pub const FORMAT: &str = "mlp-model";
 
 /// Value of the field `version` that this crate reads and writes.
 pub const VERSION: u64 = 1;
+
+pub use crate::model::rounded;
 
 /// Why a text is no model, or a model can not be saved.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -129,9 +131,9 @@ pub struct FileColumn {
     #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
     pub transform: Transform,
     /// Smallest raw training value.
-    pub min: f32,
+    pub min: f64,
     /// Largest raw training value.
-    pub max: f32,
+    pub max: f64,
 }
 
 /// One layer of the file.
@@ -187,16 +189,6 @@ pub struct SplitNote {
     pub holdout: Option<f64>,
     /// Share of the remaining rows that was asked for as validation rows.
     pub validation: Option<f64>,
-}
-
-/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
-#[must_use]
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to the precision of the model is meant"
-)]
-pub fn rounded(value: f64) -> f32 {
-    value as f32
 }
 
 /// Contents of a model file.
@@ -368,7 +360,7 @@ impl ModelFile {
         let (note, target) = (self.training.as_ref()?, self.targets.first()?);
         let scaled = note.test_scaled_mse.unwrap_or(note.train_scaled_mse).max(0.0).sqrt();
         let half = |low: f64, high: f64| 0.5 * (high - low) * scaled;
-        let (min, max) = (f64::from(target.min), f64::from(target.max));
+        let (min, max) = (target.min, target.max);
         Some(match target.transform {
             Transform::Identity => Deviation::Absolute(rounded(half(min, max))),
             Transform::Ln => Deviation::Relative(rounded(half(min.ln(), max.ln()))),

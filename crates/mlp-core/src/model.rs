@@ -120,19 +120,10 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         raw: &[f32],
         out: &mut [f32],
     ) -> Result<Coverage, PredictError> {
-        let inputs = self.inputs.len();
-        if raw.len() != inputs {
-            return Err(ShapeError::Inputs { needed: inputs, given: raw.len() }.into());
-        }
-        let targets = self.targets.len();
-        if out.len() != targets {
-            return Err(ShapeError::Outputs { needed: targets, given: out.len() }.into());
-        }
+        self.check_lengths(raw.len(), out.len())?;
         let mut scaled = [0.0_f32; IO];
         let coverage = self.scale(raw, &mut scaled)?;
-        let mut outputs = [0.0_f32; WIDTH];
-        let scaled = scaled.get(..inputs).unwrap_or(&[]);
-        network.forward(scaled, outputs.get_mut(..targets).unwrap_or(&mut []))?;
+        let outputs = self.answers(network, &scaled)?;
         for (target, (place, output)) in out.iter_mut().zip(outputs).enumerate() {
             *place = match self.targets.raw(target, output) {
                 Some(value) if value.is_finite() => value,
@@ -140,6 +131,61 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
             };
         }
         Ok(coverage)
+    }
+
+    /// [`Model::predict`] for rows in double precision: features are scaled before they are rounded to `f32`, answers after, so
+    /// that a column may be large against its range (a pressure in Pa, ticks, an epoch).
+    ///
+    /// # Errors
+    /// As [`Model::predict`].
+    pub fn predict_double(&self, raw: &[f64], out: &mut [f64]) -> Result<Coverage, PredictError> {
+        self.check_lengths(raw.len(), out.len())?;
+        let mut scaled = [0.0_f32; IO];
+        let mut coverage = Coverage::Inside;
+        for (column, ((place, &value), axis)) in
+            scaled.iter_mut().zip(raw).zip(self.inputs.axes()).enumerate()
+        {
+            if !rounded(value).is_finite() {
+                return Err(PredictError::NotFinite { column });
+            }
+            let out_of_domain = PredictError::OutOfDomain { column, value: rounded(value) };
+            *place = axis.column.scaled(value).ok_or(out_of_domain)?;
+            if coverage == Coverage::Inside && !axis.column.covers(value) {
+                coverage = Coverage::Outside { column };
+            }
+        }
+        let outputs = self.answers(&self.network, &scaled)?;
+        for (target, ((place, output), axis)) in
+            out.iter_mut().zip(outputs).zip(self.targets.axes()).enumerate()
+        {
+            *place = axis.column.raw(output);
+            if !rounded(*place).is_finite() {
+                return Err(PredictError::Overflow { target });
+            }
+        }
+        Ok(coverage)
+    }
+
+    fn check_lengths(&self, raw: usize, out: usize) -> Result<(), ShapeError> {
+        let (inputs, targets) = (self.inputs.len(), self.targets.len());
+        if raw != inputs {
+            return Err(ShapeError::Inputs { needed: inputs, given: raw });
+        }
+        if out != targets {
+            return Err(ShapeError::Outputs { needed: targets, given: out });
+        }
+        Ok(())
+    }
+
+    fn answers(
+        &self,
+        network: &Network<W, WIDTH>,
+        scaled: &[f32; IO],
+    ) -> Result<[f32; WIDTH], ShapeError> {
+        let mut outputs = [0.0_f32; WIDTH];
+        let scaled = scaled.get(..self.inputs.len()).unwrap_or(&[]);
+        network.forward(scaled, outputs.get_mut(..self.targets.len()).unwrap_or(&mut []))?;
+        Ok(outputs)
     }
 
     /// The estimate of a model with one target, for the features `raw`.
@@ -187,6 +233,16 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
 /// Largest number of columns of a [`Scaler`] where no other is asked for.
 pub const MAX_IO: usize = 16;
 
+/// Nearest `f32`; what is too large becomes infinite and is caught where finite values are required.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the precision of the model is meant"
+)]
+pub fn rounded(value: f64) -> f32 {
+    value as f32
+}
+
 /// What is done to a raw value before it is scaled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Transform {
@@ -211,6 +267,13 @@ impl Transform {
         match self {
             Self::Identity => raw,
             Self::Ln => libm::logf(raw),
+        }
+    }
+
+    fn forward_double(self, raw: f64) -> f64 {
+        match self {
+            Self::Identity => raw,
+            Self::Ln => libm::log(raw),
         }
     }
 
@@ -257,9 +320,49 @@ pub struct Column {
     /// Applied before scaling; `min` and `max` are values before it.
     pub transform: Transform,
     /// Smallest raw value: becomes -1.
-    pub min: f32,
+    pub min: f64,
     /// Largest raw value: becomes 1. A column with `max == min` is constant and becomes 0.
-    pub max: f32,
+    pub max: f64,
+}
+
+impl Column {
+    /// Whether the limits differ, but not as `f32`: rows in `f64` are scaled, samples in `f32` and exports see a constant.
+    #[must_use]
+    pub fn is_constant_in_single(&self) -> bool {
+        self.min < self.max && rounded(self.min) == rounded(self.max)
+    }
+
+    fn low_and_half_span(&self) -> (f64, f64) {
+        let low = self.transform.forward_double(self.min);
+        (low, 0.5 * self.transform.forward_double(self.max) - 0.5 * low)
+    }
+
+    /// `raw` scaled in double precision, then rounded.
+    fn scaled(&self, raw: f64) -> Option<f32> {
+        let (low, half_span) = self.low_and_half_span();
+        match self.transform {
+            Transform::Ln if raw <= 0.0 => None,
+            _ if half_span == 0.0 => Some(0.0),
+            _ => Some(rounded((self.transform.forward_double(raw) - low) / half_span - 1.0)),
+        }
+    }
+
+    fn raw(&self, scaled: f32) -> f64 {
+        let (low, half_span) = self.low_and_half_span();
+        let transformed = low + (f64::from(scaled) + 1.0) * half_span;
+        match self.transform {
+            _ if half_span == 0.0 => self.min,
+            Transform::Identity => transformed,
+            Transform::Ln => libm::exp(transformed),
+        }
+    }
+
+    /// Limits of files before this precision are rounded to `f32`: a millionth of the range is no excess.
+    fn covers(&self, raw: f64) -> bool {
+        let slack = 1e-6 * (self.max - self.min);
+        (rounded(self.min)..=rounded(self.max)).contains(&rounded(raw))
+            && (self.min - slack..=self.max + slack).contains(&raw)
+    }
 }
 
 /// Why a column can not be scaled.
@@ -279,9 +382,9 @@ pub enum ScaleError {
         /// Its place.
         column: usize,
         /// Lower limit.
-        min: f32,
+        min: f64,
         /// Upper limit.
-        max: f32,
+        max: f64,
     },
     /// A logarithmic column that reaches down to zero or below.
     #[error("column {column}: the logarithm needs values above 0, the smallest is {min}")]
@@ -289,7 +392,7 @@ pub enum ScaleError {
         /// Its place.
         column: usize,
         /// Lower limit.
-        min: f32,
+        min: f64,
     },
 }
 
@@ -313,14 +416,15 @@ impl Axis {
     fn new(place: usize, column: Column) -> Result<Self, ScaleError> {
         let Column { transform, min, max } = column;
         let limits = ScaleError::Limits { column: place, min, max };
-        if !(min.is_finite() && max.is_finite() && min <= max) {
+        let (low, high) = (rounded(min), rounded(max));
+        if !(low.is_finite() && high.is_finite() && min <= max) {
             return Err(limits);
         }
-        if !transform.accepts(min) {
+        if !transform.accepts(low) {
             return Err(ScaleError::LogOfNonPositive { column: place, min });
         }
-        let low = transform.forward(min);
-        let half_span = 0.5 * transform.forward(max) - 0.5 * low;
+        let low = transform.forward(low);
+        let half_span = 0.5 * transform.forward(high) - 0.5 * low;
         if half_span == 0.0 {
             return Ok(Self { column, low, half_span, gain: 0.0 });
         }
@@ -343,7 +447,7 @@ impl Axis {
 
     fn raw(&self, scaled: f32) -> f32 {
         if self.gain == 0.0 {
-            return self.column.min;
+            return self.minimum();
         }
         self.column.transform.inverse(self.low + (scaled + 1.0) * self.half_span)
     }
@@ -366,7 +470,7 @@ impl Axis {
     /// Smallest raw value.
     #[must_use]
     pub fn minimum(&self) -> f32 {
-        self.column.min
+        rounded(self.column.min)
     }
 
     /// The transformed minimum.
@@ -451,7 +555,7 @@ impl<const IO: usize> Scaler<IO> {
     pub fn covers(&self, column: usize, raw: f32) -> bool {
         self.axes()
             .get(column)
-            .is_some_and(|axis| (axis.column.min..=axis.column.max).contains(&raw))
+            .is_some_and(|axis| (axis.minimum()..=rounded(axis.column.max)).contains(&raw))
     }
 
     /// Scales one raw value; the training range becomes `[-1, 1]`, values beyond it land outside.
@@ -470,169 +574,4 @@ impl<const IO: usize> Scaler<IO> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::activation::Activation;
-    use crate::model::{Column, Transform};
-    use proptest::prelude::*;
-
-    /// Linear in ln(x0) and x1: scaled target = (scaled x0 + scaled x1) / 2.
-    fn mean_model() -> Model<[f32; 3]> {
-        let network = Network::new(&[2, 1], &[Activation::Linear], [0.5, 0.5, 0.0]).unwrap();
-        let inputs = Scaler::new(&[
-            Column { transform: Transform::Ln, min: 0.01, max: 1.0 },
-            Column { transform: Transform::Identity, min: -2.0, max: 2.0 },
-        ])
-        .unwrap();
-        let targets =
-            Scaler::new(&[Column { transform: Transform::Identity, min: 0.0, max: 10.0 }]).unwrap();
-        Model::new(network, inputs, targets).unwrap()
-    }
-
-    #[test]
-    fn raw_features_give_a_raw_estimate() {
-        let estimate = mean_model().estimate(&[0.1, 1.0]).unwrap();
-        assert!((estimate.value - 6.25).abs() < 1e-5, "{estimate:?}");
-        assert!(!estimate.extrapolated);
-    }
-
-    #[test]
-    fn extrapolation_is_reported_and_not_clamped() {
-        let model = mean_model();
-        let mut out = [0.0];
-        let coverage = model.predict(&[0.1, 4.0], &mut out).unwrap();
-        assert_eq!(coverage, Coverage::Outside { column: 1 });
-        assert!((out[0] - 10.0).abs() < 1e-5, "{out:?}");
-        assert!(model.estimate(&[2.0, 0.0]).unwrap().extrapolated);
-    }
-
-    #[test]
-    fn what_can_not_be_predicted_is_an_error() {
-        let model = mean_model();
-        let estimate = |raw: &[f32]| model.estimate(raw).unwrap_err();
-        assert_eq!(estimate(&[f32::NAN, 0.0]), PredictError::NotFinite { column: 0 });
-        assert_eq!(estimate(&[0.1, f32::INFINITY]), PredictError::NotFinite { column: 1 });
-        assert_eq!(estimate(&[-1.0, 0.0]), PredictError::OutOfDomain { column: 0, value: -1.0 });
-        assert_eq!(estimate(&[0.1]), ShapeError::Inputs { needed: 2, given: 1 }.into());
-        assert_eq!(estimate(&[0.1, f32::MAX]), PredictError::Overflow { target: 0 });
-    }
-
-    #[test]
-    fn estimate_wants_a_single_target() {
-        let network = Network::new(&[1, 2], &[Activation::Linear], [1.0; 4]).unwrap();
-        let column = Column { transform: Transform::Identity, min: 0.0, max: 1.0 };
-        let (one, two) = (Scaler::new(&[column]).unwrap(), Scaler::new(&[column; 2]).unwrap());
-        let model = Model::new(network.clone(), one.clone(), two).unwrap();
-        assert_eq!(model.estimate(&[0.5]), Err(ShapeError::Outputs { needed: 2, given: 1 }.into()));
-        assert_eq!(
-            Model::new(network, one.clone(), one),
-            Err(ShapeError::Outputs { needed: 2, given: 1 })
-        );
-    }
-
-    proptest! {
-        #[test]
-        fn finite_weights_and_any_features_give_a_finite_estimate_or_an_error(
-            weights in prop::collection::vec(prop::num::f32::NORMAL | prop::num::f32::ZERO, 9),
-            raw in prop::collection::vec(prop::num::f32::ANY, 2),
-        ) {
-            let activations = [Activation::Tanh, Activation::Linear];
-            let network = Network::new(&[2, 2, 1], &activations, weights).unwrap();
-            let Model { inputs, targets, .. } = mean_model();
-            let model = Model::new(network, inputs, targets).unwrap();
-            if let Ok(estimate) = model.estimate(&raw) {
-                prop_assert!(estimate.value.is_finite());
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod scaler_tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn one(transform: Transform, min: f32, max: f32) -> Result<Scaler, ScaleError> {
-        Scaler::new(&[Column { transform, min, max }])
-    }
-
-    #[test]
-    fn limits_become_minus_one_and_one() {
-        for (transform, min, max) in
-            [(Transform::Identity, -3.0, 5.0), (Transform::Ln, 0.01_f32, 100.0)]
-        {
-            let scaler = one(transform, min, max).unwrap();
-            assert_eq!(scaler.scaled(0, min), Some(-1.0));
-            assert!((scaler.scaled(0, max).unwrap() - 1.0).abs() < 1e-6);
-            assert!((scaler.raw(0, -1.0).unwrap() / min - 1.0).abs() < 1e-6);
-            assert!((scaler.raw(0, 1.0).unwrap() / max - 1.0).abs() < 1e-6);
-        }
-        let decades = one(Transform::Ln, 0.01, 100.0).unwrap();
-        assert!(decades.scaled(0, 1.0).unwrap().abs() < 1e-6, "the middle of four decades");
-    }
-
-    #[test]
-    fn a_constant_column_becomes_zero_and_comes_back() {
-        for transform in [Transform::Identity, Transform::Ln] {
-            let scaler = one(transform, 0.3, 0.3).unwrap();
-            assert_eq!(scaler.scaled(0, 17.0), Some(0.0));
-            assert_eq!(scaler.raw(0, 0.7), Some(0.3));
-            assert!(scaler.covers(0, 0.3) && !scaler.covers(0, 0.31));
-        }
-    }
-
-    #[test]
-    fn the_logarithm_of_what_is_not_positive_is_refused() {
-        let scaler = one(Transform::Ln, 0.1, 1.0).unwrap();
-        for raw in [0.0, -0.0, -1.0, f32::NAN, f32::INFINITY] {
-            assert_eq!(scaler.scaled(0, raw), None, "{raw}");
-        }
-        assert!(matches!(
-            one(Transform::Ln, 0.0, 1.0),
-            Err(ScaleError::LogOfNonPositive { column: 0, .. })
-        ));
-    }
-
-    #[test]
-    fn ranges_a_float_can_not_scale_are_refused() {
-        for (min, max) in [(1.0, 0.0), (f32::NAN, 1.0), (0.0, f32::INFINITY), (0.0, 1e-44)] {
-            let error = one(Transform::Identity, min, max).unwrap_err();
-            assert!(matches!(error, ScaleError::Limits { column: 0, .. }), "{min}..{max}: {error}");
-        }
-        assert!(one(Transform::Identity, f32::MIN, f32::MAX).is_err());
-        assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0, limit: 16 }));
-        let column = Column { transform: Transform::Identity, min: 0.0, max: 1.0 };
-        assert_eq!(Scaler::new(&[column; 17]), Err(ScaleError::Columns { given: 17, limit: 16 }));
-    }
-
-    proptest! {
-        #[test]
-        fn scaling_and_back_returns_the_value(
-            min in -1e6_f32..1e6,
-            span in 1e-3_f32..1e6,
-            place in 0.0_f32..1.0,
-        ) {
-            let max = min + span;
-            prop_assume!(max > min);
-            let scaler = one(Transform::Identity, min, max).unwrap();
-            let raw = min + place * (max - min);
-            let back = scaler.raw(0, scaler.scaled(0, raw).unwrap()).unwrap();
-            // Two roundings at the size of the span, one at the size of the limits.
-            let bound = 4.0 * f32::EPSILON * (min.abs().max(max.abs()) + (max - min));
-            prop_assert!((back - raw).abs() <= bound, "{} -> {}", raw, back);
-        }
-
-        #[test]
-        fn any_value_scales_to_a_number_or_none(
-            min in prop::num::f32::ANY,
-            max in prop::num::f32::ANY,
-            raw in prop::num::f32::ANY,
-        ) {
-            for transform in [Transform::Identity, Transform::Ln] {
-                if let Ok(scaler) = one(transform, min, max) {
-                    prop_assert!(scaler.scaled(0, raw).is_none_or(|scaled| !scaled.is_nan()));
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -7,10 +7,10 @@ mod tests {
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
         Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile,
-        NetworkObjective, RunConfig, Stop, Topology, Training, fit, run,
+        NetworkObjective, Precision, RunConfig, Stop, Topology, Training, evaluate, fit, run,
     };
     use mlp::{Activation, Coverage};
-    use ndarray::{ArrayView2, arr2};
+    use ndarray::{Array2, ArrayView2, arr2};
     use proptest::prelude::*;
 
     fn read(csv: &str) -> DataSet {
@@ -68,6 +68,54 @@ mod tests {
         assert!(fit.train.scaled_mse < 1e-4 && fit.test.unwrap().scaled_mse < 1e-3);
         let text = fit.file.to_json().unwrap();
         assert_eq!(ModelFile::from_json(&text).unwrap().inputs[0].min, 0.01);
+    }
+
+    /// Offsets that `f32` holds no range at: Pa, ticks, an epoch.
+    #[test]
+    fn columns_far_from_zero_are_learned_in_either_precision() {
+        let specs = [["x".parse().unwrap()], ["y".parse().unwrap()]];
+        let at = |x_offset: f64, y_offset: f64| {
+            let x = |row: i32| f64::from(row) / 100.0 - 1.0;
+            let rows =
+                (0..200).map(|row| (x_offset + 1e-3 * x(row), y_offset + 1.5 * x(row).sin()));
+            let (x, y): (Vec<f64>, Vec<f64>) = rows.unzip();
+            let column = |values| Array2::from_shape_vec((200, 1), values).unwrap();
+            DataSet::from_values("far", &specs[0], &specs[1], column(x), column(y)).unwrap()
+        };
+        for precision in [Precision::Single, Precision::Double] {
+            let config = FitConfig { precision, ..config("lm", 60) };
+            let [near, far] =
+                [at(0.0, 0.0), at(1e6, 1e9)].map(|rows| fit(&rows, None, None, &config).unwrap());
+            assert!(near.warnings.is_empty(), "{:?}", near.warnings);
+            assert!(far.train.mse < 1e-6 && far.train.r2.unwrap() > 0.999_99, "{:?}", far.train);
+            let again = ModelFile::from_json(&far.file.to_json().unwrap()).unwrap();
+            assert_eq!(evaluate(&again.large_model().unwrap(), &at(1e6, 1e9)).unwrap(), far.train);
+            assert_eq!(far.warnings.len(), 2, "{:?}", far.warnings);
+            assert!(far.warnings.iter().all(|text| text.contains("will see a constant")));
+        }
+    }
+
+    #[test]
+    fn what_speaks_against_rows_and_models_is_stated() {
+        let warnings = |csv: &str, algorithm: &str| {
+            let rows = read(&format!("v_m_s,m_kg,f_n\n{csv}"));
+            fit(&rows, None, None, &config(algorithm, 20)).unwrap().warnings.join("; ")
+        };
+        let few = warnings("0.1,1,2\n0.2,2,5\n0.3,4,1\n", "rprop");
+        assert!(few.contains("3 rows for 25 weights"), "{few}");
+        let constant = warnings(&"0.1,1,2\n0.1,2,2\n".repeat(20), "rprop");
+        for words in ["input \"v_m_s\" is 0.1 in every row", "target \"f_n\" is 2 in every row"] {
+            assert!(constant.contains(words) && !constant.contains("weights"), "{constant}");
+        }
+        let same = "0.1,1,2\n0.2,2,5\n".repeat(20);
+        let (rows, other) = (read(&format!("v_m_s,m_kg,f_n\n{same}")), "0.1,1,5\n0.2,2,2\n");
+        let other = read(&format!("v_m_s,m_kg,f_n\n{other}"));
+        let fit = fit(&rows, None, Some(&other), &config("lm", 20)).unwrap();
+        assert!(
+            fit.warnings.join(";").contains("on the test rows: no better"),
+            "{:?}",
+            fit.warnings
+        );
     }
 
     fn train(algorithm: &str, epochs: usize) -> Fit {
@@ -167,12 +215,15 @@ mod tests {
     fn a_rate_that_is_far_too_large_is_reported_as_divergence() {
         let mut wild = config("gd", 200);
         wild.algorithm = Algorithm::Gd(GradientDescentConfig { rate: 50.0 });
-        let fit = fit(&grasps(0.0), None, None, &wild).unwrap();
-        for run in &fit.runs {
+        let rows = grasps(0.0);
+        for run in (0..3).map(|repeat| Fitting::new(&rows, None, &wild).unwrap().run(repeat)) {
             assert!(matches!(run.stop, Stop::Diverged { .. }), "{}", run.stop);
             assert_eq!(run.best_epoch, 0);
             assert!(run.weights.iter().all(|weight| weight.is_finite()));
         }
+        let error = fit(&rows, None, None, &wild).unwrap_err();
+        assert_eq!(error, FitError::Diverged { runs: 3 });
+        assert!(error.to_string().starts_with("diverged at once"), "{error}");
     }
 
     #[test]

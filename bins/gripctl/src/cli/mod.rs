@@ -403,7 +403,7 @@ pub(crate) struct ScoreArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ProfileArgs {
-    /// The profile (.csv): `x_mm`, rising by equal steps, and `height_um`.
+    /// The profile (.csv): `x_mm` at equal steps and `height_um`; absent heights are bridged up to a twentieth of lambda_c.
     pub(crate) file: PathBuf,
     /// Slip speed (m/s).
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
@@ -420,7 +420,7 @@ pub(crate) struct ProfileArgs {
     /// Degree of the least-squares polynomial that is the form: 1 for a line, 2 for an arc.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=9))]
     pub(crate) form_degree: u8,
-    /// Cutoff wavelength lambda_s (um): shorter waves are noise; 0 for none. A hundredth of lambda_c otherwise.
+    /// Cutoff wavelength lambda_s (um): shorter waves are noise; 0 for none. The pair of lambda_c in ISO 3274 otherwise: 2.5 up to 0.8 mm, 8 for 2.5 mm, 25 for 8 mm.
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     pub(crate) lambda_s_um: Option<f64>,
     /// Low-pass before peaks and valleys are looked for (um); 0 for none. A thirtieth of lambda_c otherwise.

@@ -7,6 +7,9 @@ use grip_record::read_irregularities;
 use grip_session::exit::{Exit, WrongArgument};
 use slip_core::esc::{Reading, Trial};
 
+/// Longer ones (m) are heights and spacings in another unit.
+const LONGEST_M: f64 = 0.1;
+
 pub(crate) fn run(args: &EscArgs) -> anyhow::Result<Exit> {
     let trial = trial(args.force, args.speed, args.noise)?;
     let list = read_irregularities(&args.file)?;
@@ -17,6 +20,13 @@ pub(crate) fn run(args: &EscArgs) -> anyhow::Result<Exit> {
             "{}: {left_out} of {} irregularities left out: height and spacing must be positive and finite",
             args.file.display(),
             list.len()
+        );
+    }
+    let longest_m = list.iter().flat_map(|i| [i.delta_m, i.spacing_m]).fold(0.0, f64::max);
+    if longest_m > LONGEST_M {
+        eprintln!(
+            "{}: {longest_m} m is no irregularity of a surface: delta_m and s_m are in metres (20 um is 2e-5)",
+            args.file.display()
         );
     }
     if args.json {

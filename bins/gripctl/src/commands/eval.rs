@@ -7,7 +7,10 @@ use grip_session::{ModelError, exit::Exit, model};
 use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
 use mlp::{
     Column,
-    train::{DataSet, LargeModel, ModelFile, Scaling, evaluate, file::FileColumn},
+    train::{
+        DataSet, LargeModel, ModelFile, Scaling, evaluate, file::FileColumn,
+        fit::no_better_than_the_mean,
+    },
 };
 use serde::Serialize;
 
@@ -18,6 +21,7 @@ struct Result {
     mse: f64,
     scaled_mse: f64,
     within_10pct: f64,
+    r2: Option<f64>,
     /// Unknown for ensembles and support vector regressions.
     extrapolated: Option<usize>,
     /// Of classes: the share that is right, and the mean of -ln p of the right ones.
@@ -46,6 +50,9 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
             evaluated(&file.large_model().map_err(fault)?, &rows)?
         }
     };
+    if let Some(warning) = no_better_than_the_mean("given", result.r2) {
+        eprintln!("{}: {warning}", args.data.display());
+    }
     report(args, &result)?;
     Ok(Exit::Done)
 }
@@ -79,6 +86,7 @@ fn evaluated(model: &LargeModel, data: &DataSet) -> anyhow::Result<Result> {
         mse: evaluation.mse,
         scaled_mse: evaluation.scaled_mse,
         within_10pct: evaluation.within_fraction(0.1),
+        r2: evaluation.r2,
         extrapolated: Some(evaluation.extrapolated),
         accuracy: evaluation.classes.map(|classes| classes.accuracy),
         cross_entropy: evaluation.classes.map(|classes| classes.cross_entropy),
@@ -91,9 +99,9 @@ fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyh
         Scaling::from(Column { transform, min, max })
     };
     let limits: Vec<Scaling> = targets.iter().map(column).collect();
-    let Score { rows, mse, scaled_mse, within_10pct } = score(learner, data, &limits)?;
-    let (accuracy, cross_entropy) = (None, None);
-    Ok(Result { rows, mse, scaled_mse, within_10pct, extrapolated: None, accuracy, cross_entropy })
+    let Score { rows, mse, scaled_mse, within_10pct, r2 } = score(learner, data, &limits)?;
+    let (extrapolated, accuracy, cross_entropy) = (None, None, None);
+    Ok(Result { rows, mse, scaled_mse, within_10pct, r2, extrapolated, accuracy, cross_entropy })
 }
 
 fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
@@ -112,10 +120,10 @@ fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
         ))?);
     }
     Ok(output::line(&format!(
-        "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); within 10 % of the target: {:.1} %{outside}",
+        "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); {}{outside}",
         result.rows,
         result.mse,
         result.scaled_mse,
-        100.0 * result.within_10pct,
+        output::share(result.within_10pct, result.r2),
     ))?)
 }

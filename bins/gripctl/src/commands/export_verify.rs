@@ -5,7 +5,7 @@ use anyhow::{Context as _, bail};
 use mlp::export::agreement;
 use mlp::export::c::CSource;
 use mlp::export::card::CardVerified;
-use mlp::train::{LargeModel, ModelFile, metrics::softmax};
+use mlp::train::{LargeModel, ModelFile, file::rounded, metrics::softmax};
 use mlp::{Coverage, PredictError};
 use std::fs::File;
 use std::path::Path;
@@ -88,7 +88,8 @@ fn driver(prefix: &str, header_name: &str) -> String {
 
 /// Corners and middle of the training range, extremes in each place, random vectors within and beyond the range.
 fn features(model: &LargeModel) -> Vec<Vec<f32>> {
-    let columns: Vec<(f32, f32)> = model.inputs().columns().map(|c| (c.min, c.max)).collect();
+    let columns: Vec<(f32, f32)> =
+        model.inputs().columns().map(|c| (rounded(c.min), rounded(c.max))).collect();
     let at =
         |share: f32| columns.iter().map(|(low, high)| low * (1.0 - share) + high * share).collect();
     let mut all: Vec<Vec<f32>> = [0.0, 0.5, 1.0].map(at).to_vec();
@@ -185,7 +186,7 @@ fn check(
             bounds.fill(bound);
             let mut scores: Vec<f64> = out.iter().copied().map(f64::from).collect();
             softmax(&mut scores);
-            out.iter_mut().zip(scores).for_each(|(out, p)| *out = mlp::train::file::rounded(p));
+            out.iter_mut().zip(scores).for_each(|(out, p)| *out = rounded(p));
         }
         for (target, (word, bound)) in record[2..].iter().zip(bounds).enumerate() {
             let theirs = f32::from_ne_bytes(*word);

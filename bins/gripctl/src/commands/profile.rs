@@ -45,7 +45,9 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     if let Some(parts) = &parts {
         write_parts(parts, &profile, &evaluation)?;
     }
-    notes(args, &evaluation, &line);
+    for warning in &line.warnings {
+        eprintln!("{}: {warning}", args.file.display());
+    }
     if args.json {
         output::json(&line)?;
     } else {
@@ -112,42 +114,18 @@ fn compare(evaluation: &Evaluation, file: &Path) -> anyhow::Result<Agreement> {
     })
 }
 
-/// What a user should know before trusting the figures.
-fn notes(args: &ProfileArgs, evaluation: &Evaluation, line: &ProfileLine) {
-    let name = args.file.display();
-    if line.length_mm < line.cutoff_mm {
-        eprintln!(
-            "{name}: {:.3} mm long, less than one cutoff of {} mm: the mean line is not reliable; give a shorter --cutoff-mm",
-            line.length_mm, line.cutoff_mm
-        );
-    }
-    // The mean line of a tilted profile that is held at its ends is off by 0.075 tilt lambda_c there.
-    let at_the_ends_um = 75.0 * evaluation.tilt.abs() * line.cutoff_mm;
-    if !args.level && at_the_ends_um > 0.5 * line.ra_um {
-        eprintln!(
-            "{name}: tilted by {:.2} um/mm: the roughness profile is off by up to {at_the_ends_um:.1} um at its ends; --level takes the tilt away",
-            1e3 * evaluation.tilt
-        );
-    }
-    if line.n == 0 {
-        eprintln!(
-            "{name}: no irregularity higher than the hysteresis of {:.3} um; give a smaller --hysteresis-um",
-            line.hysteresis_um
-        );
-    }
-}
-
 fn print(line: &ProfileLine, level: bool) -> anyhow::Result<()> {
     output::line(&format!(
         "profile        {:.3} mm, {:.4} um a step, noise {:.4} um (rms)",
         line.length_mm, line.step_um, line.noise_um
     ))?;
     output::line(&format!(
-        "filters        {}, lambda_c {} mm, lambda_s {} um, {} sections",
+        "filters        {}, lambda_c {} mm, lambda_s {} um, {} sections, {} mm left out at either end",
         line.filter.replace('_', " "),
         line.cutoff_mm,
         short(line.lambda_s_um),
-        line.sections
+        line.sections,
+        short(line.ends_mm)
     ))?;
     output::line(&format!(
         "roughness      Ra {:.4}  Rq {:.4}  Rz {:.3}  RSm {}  strongest wave {} um",

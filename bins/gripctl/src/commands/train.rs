@@ -8,7 +8,10 @@ use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
 use grip_record::outputs::OutputPath;
-use grip_session::exit::{Exit, WrongArgument};
+use grip_session::{
+    exit::{Exit, WrongArgument},
+    model,
+};
 use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use mlp::{
     Activation,
@@ -31,6 +34,8 @@ struct Result {
     test_scaled_mse: Option<f64>,
     train_within_10pct: f64,
     test_within_10pct: Option<f64>,
+    train_r2: Option<f64>,
+    test_r2: Option<f64>,
     #[serde(flatten)]
     classes: Classes,
     seed: u64,
@@ -137,6 +142,7 @@ fn network(
         note.split = rows::note(&args.split);
     }
     let text = fit.file.to_json()?;
+    warn(args, fit.warnings.iter().cloned(), (!args.columns.classify).then_some(&text));
     out.write(&text)?;
     let name = args.output.display().to_string();
     let trained = card::trained(&name, &text, &fit, config, &train, parts.test.as_ref());
@@ -148,6 +154,21 @@ fn network(
     };
     report(args, &fit, rows, cpu)?;
     Ok(Exit::Done)
+}
+
+/// What speaks against the rows or the model, and against the model `text` of a number for gripd.
+pub(super) fn warn(
+    args: &TrainArgs,
+    warnings: impl IntoIterator<Item = String>,
+    text: Option<&String>,
+) {
+    for warning in warnings {
+        eprintln!("{}: {warning}", args.data.display());
+    }
+    let name = args.output.display().to_string();
+    if let Some(Err(error)) = text.map(|text| model::parse_estimator(&name, text)) {
+        eprintln!("no model for gripd: {error}");
+    }
 }
 
 fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
@@ -259,6 +280,8 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         test_scaled_mse: fit.test.as_ref().map(|test| test.scaled_mse),
         train_within_10pct: fit.train.within_fraction(0.1),
         test_within_10pct: fit.test.as_ref().map(|test| test.within_fraction(0.1)),
+        train_r2: fit.train.r2,
+        test_r2: fit.test.as_ref().and_then(|test| test.r2),
         classes: Classes::of(fit),
         seed: fit.file.training.as_ref().map_or(args.seed, |note| note.seed),
         repeats: args.repeats,

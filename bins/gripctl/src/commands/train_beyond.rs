@@ -1,6 +1,9 @@
 //! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
 
-use super::{clock, train::rows::Parts};
+use super::{
+    clock,
+    train::{rows::Parts, warn},
+};
 use crate::{cli::learn::TrainArgs, output};
 use core::time::Duration;
 use grip_record::outputs::OutputPath;
@@ -8,7 +11,11 @@ use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
     Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
 };
-use mlp::train::{DataSet, FitConfig, split::Split};
+use mlp::train::{
+    DataSet, FitConfig, ModelFile,
+    fit::{no_better_than_the_mean, warnings},
+    split::Split,
+};
 use serde::Serialize;
 
 /// Names shared with the result line of networks mean the same.
@@ -26,6 +33,8 @@ struct Result<'a> {
     test_scaled_mse: Option<f64>,
     train_within_10pct: f64,
     test_within_10pct: Option<f64>,
+    train_r2: Option<f64>,
+    test_r2: Option<f64>,
     support_vectors: Option<usize>,
     members: Option<usize>,
 }
@@ -45,7 +54,8 @@ pub(crate) fn ensemble(
     let config = EnsembleConfig { members: args.beyond.members, sampling, fit };
     let ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
-    out.write(ensemble.to_json()?)?;
+    let text = ensemble.to_json()?;
+    out.write(&text)?;
     let notes = ensemble.members().iter().filter_map(|file| file.training.as_ref());
     let result = Result {
         model: "ensemble",
@@ -54,7 +64,20 @@ pub(crate) fn ensemble(
         stop: format!("{} networks trained", config.members),
         ..scored(&ensemble, data, test, config.fit.algorithm.name(), cpu)?
     };
+    let weights = ensemble.members().first().map_or(0, weights);
+    warn(args, warnings(data, weights).into_iter().chain(poor(&result)), Some(&text));
     report(args, &result)
+}
+
+fn weights(network: &ModelFile) -> usize {
+    network.layers.iter().map(|layer| layer.biases.len() + layer.weights.concat().len()).sum()
+}
+
+fn poor(result: &Result<'_>) -> Option<String> {
+    match result.test_mse {
+        Some(_) => no_better_than_the_mean("test", result.test_r2),
+        None => no_better_than_the_mean("training", result.train_r2),
+    }
 }
 
 pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
@@ -71,6 +94,7 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
         stop: format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon),
         ..scored(&svr, data, test, "svr", cpu)?
     };
+    warn(args, warnings(data, 1).into_iter().chain(poor(&result)), None);
     report(args, &result)
 }
 
@@ -125,6 +149,8 @@ fn scored<'a>(
         test_scaled_mse: test.map(|test| test.scaled_mse),
         train_within_10pct: train.within_10pct,
         test_within_10pct: test.map(|test| test.within_10pct),
+        train_r2: train.r2,
+        test_r2: test.and_then(|test| test.r2),
         support_vectors: None,
         members: None,
     })
@@ -141,11 +167,12 @@ fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
         "{}: {}{vectors}; {:.2} s of processor time",
         result.model, result.stop, result.cpu_s
     ))?;
-    output::errors("train:", result.train_mse, result.train_scaled_mse, result.train_within_10pct)?;
+    let train = [result.train_mse, result.train_scaled_mse];
+    output::errors("train:", train, result.train_within_10pct, result.train_r2)?;
     if let (Some(mse), Some(scaled), Some(within)) =
         (result.test_mse, result.test_scaled_mse, result.test_within_10pct)
     {
-        output::errors("test: ", mse, scaled, within)?;
+        output::errors("test: ", [mse, scaled], within, result.test_r2)?;
     }
     output::line(&format!("model written to {}", args.output.display()))?;
     Ok(Exit::Done)

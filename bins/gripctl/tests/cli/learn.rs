@@ -61,6 +61,52 @@ fn every_algorithm_trains_a_model_that_evaluates_as_it_stated() {
     assert!(errors[4] < 1e-3 && errors[4] < errors[0], "{errors:?}");
 }
 
+/// Rows far from zero, rows that show nothing, and a training that learned nothing.
+#[test]
+fn training_keeps_digits_and_states_what_speaks_against_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, n: u32, y: &dyn Fn(f64) -> f64| {
+        let row = |i: u32| format!("{},4,{}\n", f64::from(i) / 100.0, y(f64::from(i) / 100.0));
+        let rows: String = (0..n).map(row).collect();
+        fs::write(folder.path().join(name), format!("a,b,y\n{rows}")).unwrap();
+    };
+    let run = |data: &str, more: &[&str]| {
+        let args = ["train", data, "--inputs", "a,b", "--target", "y", "-o", "m.json", "--json"];
+        gripctl(folder.path(), &[&args[..], more].concat())
+    };
+    write("far.csv", 200, &|x| 1e9 + x.sin());
+    for precision in ["f32", "f64"] {
+        let more = ["--algorithm", "scg", "--epochs", "200", "--precision", precision];
+        let ran = run("far.csv", &more).done();
+        let result = ran.json().pop().unwrap();
+        assert!(
+            number(&result, "train_mse") < 1e-3 && number(&result, "train_r2") > 0.99,
+            "{result}"
+        );
+        for words in ["input \"b\" is 4 in every row", "will see a constant", "no model for gripd"]
+        {
+            assert!(ran.err.contains(words), "{}", ran.err);
+        }
+        let eval = gripctl(folder.path(), &["eval", "m.json", "far.csv"]).done();
+        assert!(eval.out.contains("R2 1.0") && eval.err.is_empty(), "{eval:?}");
+    }
+    write("other.csv", 200, &|x| 1e9 - x.sin());
+    let eval = gripctl(folder.path(), &["eval", "m.json", "other.csv"]).done();
+    assert!(eval.err.contains("no better than answering their mean"), "{}", eval.err);
+    write("same.csv", 3, &|_| 5.0);
+    let args = ["train", "same.csv", "--inputs", "a", "--target", "y", "-o", "m.json"];
+    let same = gripctl(folder.path(), &args).done();
+    assert!(same.err.contains("target \"y\" is 5 in every row"), "{}", same.err);
+    assert!(same.err.contains("3 rows for 31 weights"), "{}", same.err);
+    assert!(
+        same.out.contains("the target does not vary") && !same.out.contains("100.0 %"),
+        "{same:?}"
+    );
+    fs::remove_file(folder.path().join("m.json")).unwrap();
+    run("far.csv", &["--algorithm", "gd", "--rate", "1e5"]).refused(1, &["diverged at once"]);
+    assert!(!folder.path().join("m.json").exists());
+}
+
 /// Ensembles and support vector regressions: the result line, the file, `eval` of it, and a place in the pipeline for the former alone.
 #[test]
 fn learners_beyond_one_network_evaluate_as_they_stated() {

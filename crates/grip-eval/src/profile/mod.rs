@@ -1,5 +1,8 @@
 //! A height profile in; its form, waviness and roughness, irregularities and every reading of E_sc out.
 //!
+//! The parameters of the roughness are those of the profile without half a lambda_c at either end, where the mean line knows one
+//! side only, as far as a sampling length is left; everything else is of the whole profile.
+//!
 //! Two filters split the profile: what is longer than lambda_c is form and waviness, what is shorter than lambda_s is
 //! noise; what is left is the roughness profile, on which Ra, Rq, Rz and RSm are measured. Form is the least-squares polynomial
 //! ([`form`]), and what lambda_c leaves of the heights above it, less what is longer than lambda_f where that is given, is the
@@ -14,6 +17,7 @@
 pub mod batch;
 pub mod form;
 mod report;
+mod warnings;
 
 pub use report::{Agreement, IrregularityLine, ProfileLine, Spread};
 
@@ -21,6 +25,7 @@ use crate::roughness::{
     BufferTooShort, FilterKind, ProfileFilter, Roughness, Waviness, dominant_wavelength,
     noise_deviation,
 };
+use core::ops::Range;
 use grip_record::HeightProfile;
 use slip_core::irregularity::{Irregularity, SpatialLowPass, Turn};
 
@@ -46,12 +51,13 @@ pub struct ProfileOptions {
 }
 
 impl ProfileOptions {
-    /// The usual evaluation at `cutoff_m` (m): lambda_s is a hundredth of it, the low-pass a thirtieth.
+    /// The usual evaluation at `cutoff_m` (m): lambda_s is that of the nearest pair of ISO 3274 (2.5 um to 0.8 mm, 8 um for 2.5 mm,
+    /// 25 um for 8 mm), the low-pass a thirtieth.
     #[must_use]
     pub fn new(cutoff_m: f64) -> Self {
         Self {
             cutoff_m,
-            short_cutoff_m: cutoff_m / 100.0,
+            short_cutoff_m: warnings::pair(cutoff_m).lambda_s_m,
             low_pass_m: cutoff_m / 30.0,
             filter: FilterKind::default(),
             long_cutoff_m: None,
@@ -81,6 +87,19 @@ pub enum ProfileError {
         /// lambda_c (m).
         cutoff_m: f64,
     },
+    /// Too long a stretch without heights.
+    #[error(
+        "no heights from {:.4} to {:.4} mm: up to {:.4} mm, a {MOST_GAPS}th of lambda_c, are bridged; split the file there",
+        from_m * 1e3, to_m * 1e3, most_m * 1e3
+    )]
+    Gap {
+        /// The first place without a height (m).
+        from_m: f64,
+        /// The next one with a height (m).
+        to_m: f64,
+        /// What is bridged (m).
+        most_m: f64,
+    },
     /// A buffer of the evaluation was too short.
     #[error(transparent)]
     Buffer(#[from] BufferTooShort),
@@ -99,6 +118,8 @@ pub struct Evaluation {
     pub waviness: Option<Waviness>,
     /// The roughness profile (m).
     pub roughness_m: Vec<f64>,
+    /// The heights that its parameters are of.
+    pub evaluated: Range<usize>,
     /// Its parameters.
     pub parameters: Roughness,
     /// Wavelength of the most power between the low-pass and lambda_c (m).
@@ -115,8 +136,12 @@ pub struct Evaluation {
     pub irregularities: Vec<Irregularity>,
     /// Irregularities of the primary profile in order: lambda_s alone, with waviness, and with form unless that was taken away.
     pub primary: Vec<Irregularity>,
+    /// What a user should know before trusting any of it.
+    pub warnings: Vec<String>,
 }
 
+/// A stretch without heights is bridged up to this part of lambda_c.
+const MOST_GAPS: f64 = 20.0;
 /// Hysteresis over the noise that is left after the low-pass, at least.
 const NOISE_SIGMAS: f64 = 6.0;
 /// The hysteresis lies between these parts of Rz, where noise allows: about the tenth that ISO 21920-2 discriminates by.
@@ -135,6 +160,7 @@ pub fn evaluate(
     if cutoff_m.is_nan() || cutoff_m < 5.0 * step_m {
         return Err(unsuitable);
     }
+    check_gaps(profile, cutoff_m)?;
     let tilt = slope(&profile.heights_m) / step_m;
     let form_m = form::least_squares(&profile.heights_m, options.form_degree);
     let levelled = difference(&profile.heights_m, &form_m);
@@ -145,14 +171,16 @@ pub fn evaluate(
     let primary_m = low_passed(heights, filter(options.short_cutoff_m))?;
     let roughness_m = difference(&primary_m, &low_passed(heights, Some(lambda_c))?);
     let waviness_m = waviness(&levelled, step_m, lambda_c, options)?;
-    let parameters = Roughness::measure(&roughness_m, step_m, cutoff_m).ok_or(unsuitable)?;
+    let evaluated = without_ends(roughness_m.len(), cutoff_m / step_m);
+    let parameters = roughness_m.get(evaluated.clone()).unwrap_or_default();
+    let parameters = Roughness::measure(parameters, step_m, cutoff_m).ok_or(unsuitable)?;
     let low_pass = SpatialLowPass::new(options.low_pass_m);
     let smooth = smoothed(&roughness_m, step_m, low_pass);
     let smooth_primary = smoothed(&primary_m, step_m, low_pass);
     let noise_left = noise_m * low_pass.noise_gain(step_m);
     let hysteresis =
         options.hysteresis_m.map_or_else(|| chosen(&smooth, &parameters, noise_left), narrow);
-    Ok(Evaluation {
+    let mut evaluation = Evaluation {
         step_m,
         tilt,
         period_m: dominant_wavelength(&roughness_m, step_m, options.low_pass_m, cutoff_m),
@@ -167,8 +195,36 @@ pub fn evaluate(
         form_m,
         waviness_m,
         roughness_m,
+        evaluated,
         parameters,
-    })
+        warnings: Vec::new(),
+    };
+    evaluation.warnings = warnings::of(profile, options, &evaluation);
+    Ok(evaluation)
+}
+
+fn check_gaps(profile: &HeightProfile, cutoff_m: f64) -> Result<(), ProfileError> {
+    let most_m = cutoff_m / MOST_GAPS;
+    for gap in &profile.filled {
+        let [from_m, to_m] = [gap.start, gap.end].map(|place| count(place) * profile.step_m);
+        if to_m - from_m > most_m {
+            return Err(ProfileError::Gap { from_m, to_m, most_m });
+        }
+    }
+    Ok(())
+}
+
+/// What is left of `n` heights without half a cutoff of `cutoff` steps at either end; all of them where that is less than one cutoff.
+fn without_ends(n: usize, cutoff: f64) -> Range<usize> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative")]
+    let end = (0.5 * cutoff).round() as usize;
+    let left = n.saturating_sub(end.saturating_mul(2));
+    if count(left) + 1.0 < cutoff { 0..n } else { end..n - end }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
+fn count(n: usize) -> f64 {
+    n as f64
 }
 
 /// What `lambda_c` leaves of the levelled heights, less what is longer than lambda_f where the profile holds that.
@@ -185,8 +241,7 @@ fn waviness(
     let lambda_f = lambda_f
         .filter(|_| long_cutoff_m > cutoff_m)
         .ok_or(ProfileError::LongCutoff { long_cutoff_m, cutoff_m })?;
-    #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
-    let length_m = (levelled.len() as f64 + 1.0) * step_m;
+    let length_m = count(levelled.len() + 1) * step_m;
     if length_m < long_cutoff_m {
         return Ok(waves);
     }
@@ -232,11 +287,10 @@ fn low_passed(heights: &[f64], filter: Option<ProfileFilter>) -> Result<Vec<f64>
 }
 
 /// The slope of the least-squares line of `heights`, a step.
-#[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
 fn slope(heights: &[f64]) -> f64 {
-    let n = heights.len() as f64;
+    let n = count(heights.len());
     let mean = heights.iter().sum::<f64>() / n;
-    let place = |i: usize| i as f64 - 0.5 * (n - 1.0);
+    let place = |i: usize| count(i) - 0.5 * (n - 1.0);
     let product: f64 = heights.iter().enumerate().map(|(i, z)| place(i) * (z - mean)).sum();
     product * 12.0 / (n * (n * n - 1.0))
 }

@@ -123,6 +123,8 @@ pub struct ProfileLine {
     pub sections: u32,
     /// Length of the profile (mm).
     pub length_mm: f64,
+    /// What Ra, Rq, Rz and RSm leave out at either end (mm): half a lambda_c, 0 where the profile is too short for that.
+    pub ends_mm: f64,
     /// Distance between two heights (um).
     pub step_um: f64,
     /// `moving_average` or `gaussian`.
@@ -139,6 +141,8 @@ pub struct ProfileLine {
     pub noise_um: f64,
     /// Hysteresis of peaks and valleys (um).
     pub hysteresis_um: f64,
+    /// What a user should know before trusting any of it.
+    pub warnings: Vec<String>,
     /// Agreement with the roughness profile of an instrument, where one was given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<Agreement>,
@@ -203,6 +207,7 @@ impl ProfileLine {
             contact_time_s: length_m / trial.speed_m_s,
             sections: parameters.sections,
             length_mm: 1e3 * length_m,
+            ends_mm: 1e3 * evaluation.evaluated.start as f64 * evaluation.step_m,
             step_um: 1e6 * evaluation.step_m,
             filter: filter_name(options.filter),
             cutoff_mm: 1e3 * options.cutoff_m,
@@ -211,6 +216,7 @@ impl ProfileLine {
             low_pass_um: 1e6 * options.low_pass_m,
             noise_um: 1e6 * evaluation.noise_m,
             hysteresis_um: 1e6 * evaluation.hysteresis_m,
+            warnings: evaluation.warnings.clone(),
             reference: None,
         }
     }

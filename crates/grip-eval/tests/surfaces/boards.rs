@@ -14,7 +14,7 @@ fn pressed(file: &Path, speed_m_s: f64) -> HeightProfile {
         heights_m.resize(recording.samples.len(), 0.0);
         heights_m.iter_mut().zip(&recording.samples).for_each(|(h, s)| *h += f64::from(s.stylus));
     }
-    HeightProfile { heights_m, step_m: speed_m_s / 35.6 }
+    HeightProfile::new(heights_m, speed_m_s / 35.6)
 }
 
 /// The strongest wave below twice the nominal period, which is what a person would choose as cutoff.

@@ -36,7 +36,7 @@ fn simulated(seed: u64, amplitude_m: f64) -> HeightProfile {
     };
     let mut surface = Surface::new(1.2e-6, 130e-6, seed).with_shape(shape);
     let heights_m = (0..4000).map(|i| surface.height(f64::from(i) * 2e-6)).collect();
-    HeightProfile { heights_m, step_m: 2e-6 }
+    HeightProfile::new(heights_m, 2e-6)
 }
 
 /// Mean of |w| of the waviness and n, literal and slope power of the true irregularities over those 8 mm.

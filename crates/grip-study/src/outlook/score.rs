@@ -1,9 +1,9 @@
 //! Any learner and a data set in, the errors of its predictions out.
 
-use mlp::train::split::SplitError;
 use mlp::train::{DataSet, DataSetError, FileError, FitError, Scaling, SettingError};
+use mlp::train::{metrics::r_squared, split::SplitError};
 use mlp::{Model, PredictError};
-use ndarray::ArrayRef1;
+use ndarray::{Array1, ArrayRef1};
 
 /// What turns the raw features of a row into raw targets.
 pub trait Predict {
@@ -33,17 +33,8 @@ pub struct Spread {
 
 impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Predict for Model<W, IO, WIDTH> {
     fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
-        let inputs: Vec<f32> = inputs.iter().map(|&value| rounded(value)).collect();
-        let mut answer = vec![0.0_f32; outputs.len()];
-        Self::predict(self, &inputs, &mut answer)?;
-        outputs.iter_mut().zip(answer).for_each(|(output, value)| *output = value.into());
-        Ok(())
+        self.predict_double(&inputs.to_vec(), outputs).map(|_| ())
     }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "models take f32")]
-fn rounded(value: f64) -> f32 {
-    value as f32
 }
 
 /// Errors of a learner over the rows of a data set.
@@ -57,6 +48,8 @@ pub struct Score {
     pub scaled_mse: f64,
     /// Share of values predicted within 10 % of the target, 0 to 1.
     pub within_10pct: f64,
+    /// As [`mlp::train::Evaluation::r2`].
+    pub r2: Option<f64>,
 }
 
 /// Why there is no learner or no score.
@@ -140,15 +133,17 @@ pub fn score(
         return Err(OutlookError::OtherColumns { file: data.file.clone() });
     }
     let mut outputs = vec![0.0; targets.len()];
-    let (mut squares, mut scaled_squares, mut within) = (0.0, 0.0, 0.0);
+    let mut squares = Array1::<f64>::zeros(targets.len());
+    let (mut scaled_squares, mut within) = (0.0, 0.0);
     for (at, (inputs, wanted)) in data.iter().enumerate() {
         learner.predict(&inputs, &mut outputs).map_err(|source| OutlookError::Predict {
             file: data.file.clone(),
             row: at + 1,
             source,
         })?;
-        for ((&predicted, &wanted), scaling) in outputs.iter().zip(wanted).zip(targets) {
-            squares += (predicted - wanted).powi(2);
+        let answers = outputs.iter().zip(wanted).zip(targets).zip(&mut squares);
+        for (((&predicted, &wanted), scaling), squares) in answers {
+            *squares += (predicted - wanted).powi(2);
             scaled_squares += (scaling.scaled(predicted) - scaling.scaled(wanted)).powi(2);
             within += f64::from((predicted - wanted).abs() <= 0.1 * wanted.abs());
         }
@@ -156,7 +151,8 @@ pub fn score(
     let values = (data.rows() * targets.len()) as f64;
     Ok(Score {
         rows: data.rows(),
-        mse: squares / values,
+        mse: squares.sum() / values,
+        r2: r_squared(&(&squares / data.rows() as f64), data),
         scaled_mse: scaled_squares / values,
         within_10pct: within / values,
     })
@@ -188,6 +184,8 @@ mod tests {
         // Raw errors 1, 0, 2; scaled by ln over 1 to 4: 1, 0, 1.
         assert!((got.mse - 5.0 / 3.0).abs() < 1e-12 && (got.scaled_mse - 2.0 / 3.0).abs() < 1e-12);
         assert!((got.within_10pct - 1.0 / 3.0).abs() < 1e-12, "{got:?}");
+        // The mean would be better: variance 14 / 9.
+        assert!((got.r2.unwrap() + 1.0 / 14.0).abs() < 1e-12, "{got:?}");
         let none = score(&Constant(2.0), &rows, &[]);
         assert!(matches!(none, Err(OutlookError::OtherColumns { .. })));
     }

@@ -14,7 +14,7 @@ use crate::activation::Activation;
 use crate::model::{Axis, Scaler, Transform};
 use crate::tanh::{DENOMINATOR, LIMIT, NUMERATOR};
 use crate::train::ModelFile;
-use crate::train::file::FileColumn;
+use crate::train::file::{FileColumn, rounded};
 
 /// The two files of a model in C.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -175,8 +175,9 @@ impl Text<'_> {
     }
 
     fn range_check(&self) -> String {
-        let limits =
-            |pick: fn(&FileColumn) -> f32| self.file.inputs.iter().map(pick).collect::<Vec<f32>>();
+        let limits = |pick: fn(&FileColumn) -> f64| -> Vec<f32> {
+            self.file.inputs.iter().map(pick).map(rounded).collect()
+        };
         let (prefix, upper) = (self.prefix, &self.upper);
         // Beyond the first 32 inputs the last bit stands for all others.
         let flag = if self.file.inputs.len() > 32 { "1u << (i < 31 ? i : 31)" } else { "1u << i" };

@@ -21,7 +21,7 @@ use super::proto::{
 use crate::activation::Activation;
 use crate::model::{Axis, Transform};
 use crate::train::ModelFile;
-use crate::train::file::FileColumn;
+use crate::train::file::{FileColumn, rounded};
 
 /// Version of the file format, that of ONNX 1.12.
 pub const IR_VERSION: i64 = 8;
@@ -129,8 +129,8 @@ impl Graph {
 
     fn range(&mut self, columns: &[FileColumn]) {
         let dims = [1, columns.len()];
-        let lowest: Vec<f32> = columns.iter().map(|column| column.min).collect();
-        let highest: Vec<f32> = columns.iter().map(|column| column.max).collect();
+        let lowest: Vec<f32> = columns.iter().map(|column| rounded(column.min)).collect();
+        let highest: Vec<f32> = columns.iter().map(|column| rounded(column.max)).collect();
         let lowest = self.floats("lowest", &dims, &lowest);
         let highest = self.floats("highest", &dims, &highest);
         self.node("GreaterOrEqual", &["features", &lowest], "not_below");

@@ -21,6 +21,14 @@ impl fmt::Display for Place {
     }
 }
 
+/// What is wrong with names that are numbers.
+fn without_header(available: &str) -> &'static str {
+    match available.split(", ").all(|name| name.parse::<f64>().is_ok()) {
+        true => "; the first line was taken for names: put names above the numbers",
+        false => "",
+    }
+}
+
 /// Why a file is no data set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DataSetError {
@@ -73,7 +81,7 @@ pub enum DataSetError {
         column: String,
     },
     /// No column has the name asked for.
-    #[error("{file}: no column \"{column}\" (there are: {available})")]
+    #[error("{file}: no column \"{column}\" (there are: {available}){}", without_header(available))]
     Missing {
         /// Name of the file.
         file: String,
@@ -103,7 +111,7 @@ pub enum DataSetError {
         given: usize,
     },
     /// Text, nothing, NaN, an infinity, or more than an `f32` can hold.
-    #[error("{place}: \"{text}\" is not a finite number")]
+    #[error("{place}: \"{text}\" is not a number within +-3.4e38")]
     NotANumber {
         /// Where it stands.
         place: Place,

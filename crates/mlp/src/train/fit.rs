@@ -113,8 +113,10 @@ pub enum FitError {
         /// Name of the file.
         file: String,
     },
-    /// Every run diverged from its first epoch on.
-    #[error("no run of {runs} reached a finite training error")]
+    /// Every run diverged before any epoch was better than its random start.
+    #[error(
+        "diverged at once: none of {runs} runs was ever better than its random start; take a smaller rate or another rule"
+    )]
     Diverged {
         /// Number of runs.
         runs: usize,
@@ -147,6 +149,47 @@ pub struct Fit {
     pub train: Evaluation,
     /// Errors of the saved model on the test rows.
     pub test: Option<Evaluation>,
+    /// What speaks against the model: [`warnings`] of its rows and, with `r2`, of its answers.
+    pub warnings: Vec<String>,
+}
+
+/// What speaks against rows for a model of `weights` weights: columns that do not vary, and as few rows as it can learn by heart.
+#[must_use]
+pub fn warnings(rows: &DataSet, weights: usize) -> Vec<String> {
+    let (inputs, targets) = rows.scalings(Method::MinMax);
+    let mut found = Vec::new();
+    let columns = rows.inputs.iter().zip(&inputs).map(|column| (column, false));
+    let targets = rows.targets.iter().zip(&targets).map(|column| (column, true));
+    for ((spec, limits), target) in columns.chain(targets) {
+        let (name, min) = (&spec.name, limits.min);
+        if limits.min == limits.max {
+            found.push(if target {
+                format!("target \"{name}\" is {min} in every row: nothing to be learned")
+            } else {
+                format!("input \"{name}\" is {min} in every row: nothing is learned of it, and every other value will be outside the training range; leave it out")
+            });
+        } else if limits.column().is_constant_in_single() {
+            found.push(format!(
+                "\"{name}\" varies by {:.3e} about {min}, which seven digits do not show: gripd and exports compute in f32 and will see a constant; subtract a fixed value from it",
+                limits.max - min
+            ));
+        }
+    }
+    let values = rows.rows() * if rows.classes.is_some() { 1 } else { rows.targets.len() };
+    if values <= weights {
+        found.push(format!(
+            "{} rows for {weights} weights: a network learns so few by heart; take fewer hidden neurons or judge it on rows that it has not seen",
+            rows.rows()
+        ));
+    }
+    found
+}
+
+/// The same of answers whose [`Evaluation::r2`] is `r2` on rows called `of`.
+#[must_use]
+pub fn no_better_than_the_mean(of: &str, r2: Option<f64>) -> Option<String> {
+    let r2 = r2.filter(|r2| *r2 <= 0.0)?;
+    Some(format!("R2 is {r2:.2} on the {of} rows: no better than answering their mean every time"))
 }
 
 /// Scaled rows and settings from which runs start, each on its own.
@@ -297,7 +340,10 @@ impl<'a> Fitting<'a> {
             test_scaled_mse: test.as_ref().map(|test| test.scaled_mse),
             split: None,
         });
-        Ok(Fit { file, model, runs, chosen, train, test })
+        let mut warnings = warnings(self.train, self.weights());
+        let of = test.as_ref().map_or(("training", train.r2), |test| ("test", test.r2));
+        warnings.extend(no_better_than_the_mean(of.0, of.1));
+        Ok(Fit { file, model, runs, chosen, train, test, warnings })
     }
 
     fn seed(&self, repeat: usize) -> u64 {
@@ -326,11 +372,17 @@ pub fn fit(
     fitting.finish(runs, test)
 }
 
-/// Place of the run to keep, among those with a finite error.
+/// Place of the run to keep, among those with a finite error that did not diverge at once.
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
-    let finite: Vec<(usize, f64)> =
-        runs.iter().map(|run| run.mse).enumerate().filter(|(_, mse)| mse.is_finite()).collect();
+    let at_once =
+        |run: &Run| run.best_epoch == 0 && matches!(run.stop, super::run::Stop::Diverged { .. });
+    let finite: Vec<(usize, f64)> = runs
+        .iter()
+        .enumerate()
+        .filter(|(_, run)| run.mse.is_finite() && !at_once(run))
+        .map(|(place, run)| (place, run.mse))
+        .collect();
     let centre = match choice {
         Choice::Best => f64::NEG_INFINITY,
         Choice::NearestAverage => {

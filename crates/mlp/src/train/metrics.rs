@@ -2,11 +2,10 @@
 
 use super::data::DataSet;
 use super::objective::count;
-use super::rounded;
 use super::scaling::Scaling;
 use crate::model::{Coverage, Model, PredictError};
 use crate::network::ShapeError;
-use ndarray::{Array1, Array2, ArrayRef2};
+use ndarray::{Array1, Array2, ArrayRef1, ArrayRef2};
 
 /// Why there are no predictions for rows.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -34,6 +33,9 @@ pub struct Evaluation {
     /// `|prediction - target| / |target|` of each value, rows x targets; 0 for an exact prediction of 0, otherwise infinite
     /// where the target is 0.
     pub relative_errors: Array2<f64>,
+    /// 1 less `mse_per_target` over the variance of the target in these rows, mean over the targets that vary: 1 for exact answers, 0
+    /// for those of the mean, less for worse ones. `None` where none varies, and of classes.
+    pub r2: Option<f64>,
     /// Of classes: targets and predictions are then probabilities.
     pub classes: Option<Classified>,
 }
@@ -56,22 +58,22 @@ impl Evaluation {
     }
 }
 
-/// What `model` predicts for raw feature rows (rows x inputs): raw predictions (rows x targets), and how well the training
-/// covers each row. No rows give no predictions.
+/// What `model` predicts for raw feature rows (rows x inputs), scaled in double precision: raw predictions (rows x targets), and
+/// how well the training covers each row. No rows give no predictions.
 ///
 /// # Errors
 /// [`EvaluateError`] for the first row without a prediction; that is row 1 where the number of columns is wrong.
 pub fn predict<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
     model: &Model<W, IO, WIDTH>,
     rows: &ArrayRef2<f64>,
-) -> Result<(Array2<f32>, Vec<Coverage>), EvaluateError> {
+) -> Result<(Array2<f64>, Vec<Coverage>), EvaluateError> {
     let mut predicted = Array2::zeros((rows.nrows(), model.targets().len()));
     let mut coverage = Vec::with_capacity(rows.nrows());
     let mut answer = vec![0.0; model.targets().len()];
     for (at, (row, mut place)) in rows.rows().into_iter().zip(predicted.rows_mut()).enumerate() {
-        let raw: Vec<f32> = row.iter().map(|&value| rounded(value)).collect();
+        let raw = row.to_vec();
         let covered = model
-            .predict(&raw, &mut answer)
+            .predict_double(&raw, &mut answer)
             .map_err(|source| EvaluateError { row: at + 1, source })?;
         place.iter_mut().zip(&answer).for_each(|(place, value)| *place = *value);
         coverage.push(covered);
@@ -94,8 +96,7 @@ pub fn evaluate<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
         let source = ShapeError::Outputs { needed, given }.into();
         return Err(EvaluateError { row: 1, source });
     }
-    let (predicted, coverage) = predict(model, &data.input_values())?;
-    let mut predicted = predicted.mapv(f64::from);
+    let (mut predicted, coverage) = predict(model, &data.input_values())?;
     let classes = data.classes.as_ref().map(|_| classified(&mut predicted, data));
     let mut squares = Array1::zeros(scalings.len());
     let mut scaled_squares = 0.0;
@@ -110,7 +111,9 @@ pub fn evaluate<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
         *relative = if error == 0.0 { 0.0 } else { (error / target).abs() };
     }
     let rows = count(data.rows());
+    let r2 = data.classes.is_none().then(|| r_squared(&(&squares / rows), data)).flatten();
     Ok(Evaluation {
+        r2,
         rows: data.rows(),
         mse: squares.iter().sum::<f64>() / (rows * count(squares.len())),
         scaled_mse: scaled_squares / (rows * count(squares.len())),
@@ -143,6 +146,18 @@ fn classified(scores: &mut Array2<f64>, data: &DataSet) -> Classified {
     }
     let rows = count(data.rows());
     Classified { accuracy: count(right) / rows, cross_entropy: entropy / rows }
+}
+
+/// What [`Evaluation::r2`] states, of mean squared errors `mse` of each target.
+#[must_use]
+pub fn r_squared(mse: &ArrayRef1<f64>, data: &DataSet) -> Option<f64> {
+    let columns = data.target_values();
+    let shares = mse.iter().zip(columns.columns()).filter_map(|(mse, column)| {
+        let variance = column.var(0.0);
+        (variance > 0.0).then_some(1.0 - mse / variance)
+    });
+    let (sum, varying) = shares.fold((0.0, 0.0), |(sum, n), share| (sum + share, n + 1.0));
+    (varying > 0.0).then(|| sum / varying)
 }
 
 fn scaled_error(scaling: &Scaling, prediction: f64, target: f64) -> f64 {
@@ -182,6 +197,9 @@ mod tests {
         assert!((evaluation.scaled_mse - 1.25 / 4.0 / 5.0).abs() < 1e-12, "{evaluation:?}");
         assert!((evaluation.within_fraction(0.1) - 0.6).abs() < 1e-12);
         assert!((evaluation.within_fraction(0.25) - 0.8).abs() < 1e-12);
+        // Targets 1, 2.5, 2, 0, 8 about 2.7: variance 7.76.
+        assert!((evaluation.r2.unwrap() - (1.0 - 0.25 / 7.76)).abs() < 1e-12, "{evaluation:?}");
+        assert_eq!(evaluate(&identity(), &data("x,y\n1,5\n2,5\n")).unwrap().r2, None);
     }
 
     #[test]

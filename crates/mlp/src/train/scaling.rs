@@ -3,7 +3,7 @@
 use core::str::FromStr;
 
 use super::column::{ColumnSpec, unit_of};
-use super::file::{FileColumn, rounded};
+use super::file::FileColumn;
 use super::topology::Topology;
 use crate::model::{Column, Transform};
 
@@ -122,10 +122,10 @@ impl Scaling {
         }
     }
 
-    /// The column of the saved model, limits rounded to `f32`.
+    /// The column of the saved model.
     #[must_use]
     pub fn column(&self) -> Column {
-        Column { transform: self.transform, min: rounded(self.min), max: rounded(self.max) }
+        Column { transform: self.transform, min: self.min, max: self.max }
     }
 
     fn low_and_span(&self) -> (f64, f64) {
@@ -137,7 +137,7 @@ impl Scaling {
 impl From<Column> for Scaling {
     fn from(column: Column) -> Self {
         let Column { transform, min, max } = column;
-        Self { transform, min: min.into(), max: max.into(), moments: None }
+        Self { transform, min, max, moments: None }
     }
 }
 

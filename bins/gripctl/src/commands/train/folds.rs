@@ -2,7 +2,8 @@
 
 use super::rows;
 use crate::{cli::learn::TrainArgs, output};
-use mlp::train::{DataSet, FitConfig, Split};
+use mlp::train::{DataSet, FitConfig, Split, fit::no_better_than_the_mean, metrics::r_squared};
+use ndarray::Array1;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -16,6 +17,7 @@ struct Fold {
     test_mse: f64,
     test_scaled_mse: f64,
     test_within_10pct: f64,
+    test_r2: Option<f64>,
     #[serde(flatten)]
     classes: super::Classes,
 }
@@ -30,6 +32,8 @@ struct Total {
     /// Standard deviation between the folds.
     test_mse_deviation: f64,
     test_within_10pct: f64,
+    /// Of all rows, about the mean of all.
+    test_r2: Option<f64>,
     /// Mean over the rows; absent where there are no classes.
     #[serde(skip_serializing_if = "Option::is_none")]
     test_accuracy: Option<f64>,
@@ -45,7 +49,7 @@ pub(super) fn run(
 ) -> anyhow::Result<()> {
     let splits = Split::folds(data, folds, args.split.split_seed)
         .map_err(|error| rows::wrong("--folds", &folds, &error))?;
-    let mut all = Vec::new();
+    let (mut all, mut mse_per_target) = (Vec::new(), Array1::zeros(data.targets.len()));
     for (at, split) in splits.iter().enumerate() {
         let (train, test) = split.of(data)?;
         let (train, validation) = rows::for_training(&train, &args.split)?;
@@ -60,15 +64,22 @@ pub(super) fn run(
             test_mse: tested.mse,
             test_scaled_mse: tested.scaled_mse,
             test_within_10pct: tested.within_fraction(0.1),
+            test_r2: tested.r2,
             classes: super::Classes::of(&fit),
         };
         report(args, &fold)?;
+        let weight = test.rows() as f64 / data.rows() as f64;
+        mse_per_target = mse_per_target + weight * &tested.mse_per_target;
         all.push(fold);
     }
-    report_total(args, &total(&all))
+    let r2 = data.classes.is_none().then(|| r_squared(&mse_per_target, data)).flatten();
+    if let Some(warning) = no_better_than_the_mean("held-out", r2) {
+        eprintln!("{}: {warning}", data.file);
+    }
+    report_total(args, &total(&all, r2))
 }
 
-fn total(all: &[Fold]) -> Total {
+fn total(all: &[Fold], test_r2: Option<f64>) -> Total {
     let rows: usize = all.iter().map(|fold| fold.test_rows).sum();
     let mean = |of: &dyn Fn(&Fold) -> f64| {
         all.iter().map(|fold| fold.test_rows as f64 * of(fold)).sum::<f64>() / rows as f64
@@ -83,6 +94,7 @@ fn total(all: &[Fold]) -> Total {
         test_mse,
         test_mse_deviation: mean(&|fold| (fold.test_mse - test_mse).powi(2)).sqrt(),
         test_within_10pct: mean(&|fold| fold.test_within_10pct),
+        test_r2,
         test_accuracy: mean_known(&|fold| fold.classes.test_accuracy),
         test_cross_entropy: mean_known(&|fold| fold.classes.test_cross_entropy),
     }
@@ -99,15 +111,15 @@ fn report(args: &TrainArgs, fold: &Fold) -> anyhow::Result<()> {
         fold.train_rows,
         fold.test_rows,
         fold.test_mse,
-        share(fold.classes.test_accuracy, fold.test_within_10pct)
+        share(fold.classes.test_accuracy, fold.test_within_10pct, fold.test_r2)
     ))?)
 }
 
 /// Of classes, those right; of numbers, those near.
-fn share(accuracy: Option<f64>, within_10pct: f64) -> String {
+fn share(accuracy: Option<f64>, within_10pct: f64, r2: Option<f64>) -> String {
     match accuracy {
         Some(accuracy) => format!("{:.1} % of the classes right", 100.0 * accuracy),
-        None => format!("within 10 %: {:.1} %", 100.0 * within_10pct),
+        None => output::share(within_10pct, r2),
     }
 }
 
@@ -121,6 +133,6 @@ fn report_total(args: &TrainArgs, total: &Total) -> anyhow::Result<()> {
         total.rows,
         total.test_mse,
         total.test_mse_deviation,
-        share(total.test_accuracy, total.test_within_10pct)
+        share(total.test_accuracy, total.test_within_10pct, total.test_r2)
     ))?)
 }

@@ -107,7 +107,7 @@ fn the_graph_computes_what_the_model_computes() {
             model.predict(raw, &mut out).unwrap();
             let bounds = agreement::bounds(&model, raw);
             for (target, ours) in out.iter().enumerate() {
-                let theirs = crate::train::rounded(values["targets"][at][target]);
+                let theirs = rounded(values["targets"][at][target]);
                 let found = agreement::difference(&model, target, *ours, theirs);
                 assert!(found <= bounds[target], "{raw:?} {target}: {ours} {theirs}");
             }

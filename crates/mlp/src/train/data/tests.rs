@@ -42,8 +42,12 @@ fn messages_say_where_and_what() {
         "grasps.csv: no column \"speed\" (there are: v, f_n)"
     );
     assert_eq!(
+        message("9.3e-2,1.377\n1,2\n", &["v"]),
+        "grasps.csv: no column \"v\" (there are: 9.3e-2, 1.377); the first line was taken for names: put names above the numbers"
+    );
+    assert_eq!(
         message("v,f_n\n1,2\n\nfast,3\n", &["v"]),
-        "grasps.csv, line 4, column \"v\": \"fast\" is not a finite number"
+        "grasps.csv, line 4, column \"v\": \"fast\" is not a number within +-3.4e38"
     );
     assert_eq!(
         message("v,f_n\n1,2\n3\n", &["v"]),
