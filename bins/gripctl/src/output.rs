@@ -1,13 +1,20 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
+use grip_session::exit::lines;
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
 use std::io::{self, Write as _};
 
-/// Writes one line of text to standard output.
+/// Writes text to standard output; what would change the terminal is escaped. Names from a file, a network or a device go through
+/// [`escape`](grip_session::exit::escape) before, so that none forges a line.
 pub(crate) fn line(text: &str) -> io::Result<()> {
-    writeln!(io::stdout().lock(), "{text}")
+    writeln!(io::stdout().lock(), "{}", lines(text))
+}
+
+/// The same for standard error.
+pub(crate) fn note(text: &str) {
+    eprintln!("{}", lines(text));
 }
 
 /// Writes a value as one line of JSON to standard output.
