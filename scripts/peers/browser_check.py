@@ -161,9 +161,10 @@ def head_and_frames(port: int) -> None:
         head = f"{method} / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: {len(frames())}\r\n\r\n".encode()
         with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as connection:
             connection.sendall(head + frames())
+            end = time.monotonic() + PATIENCE_S
             try:
                 while connection.recv(65536):
-                    pass
+                    assert time.monotonic() < end, f"{method}: the connection is still open"
             except ConnectionError:
                 pass
 
