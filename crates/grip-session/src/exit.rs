@@ -109,7 +109,8 @@ fn escaped(text: &str, lines: bool) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         // Marks of direction, and what is not seen at all: U+2028 also ends lines.
-        let hidden = matches!(c, '\u{ad}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+        let marks = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}');
+        let hidden = marks || matches!(c, '\u{ad}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
         if (c.is_control() || hidden) && !(lines && c == '\n') {
             shown.extend(c.escape_default());
         } else {

@@ -276,7 +276,7 @@ fn what_sends_no_header_is_no_source() {
     slipped(&ran.json());
     assert!(ran.err.contains("no header of rows, waiting for the next: nothing came"), "{ran:?}");
     assert!(ran.err.contains("`GET / HTTP/1.1` is no column"), "{ran:?}");
-    assert!(ran.err.contains("\\u{1b}[2J") && !ran.err.contains('\x1b'), "{ran:?}");
+    assert!(ran.err.contains("\\u001b[2J") && !ran.err.contains('\x1b'), "{ran:?}");
     assert_eq!(ran.code, 0, "{ran:?}");
 }
 

@@ -139,7 +139,8 @@ impl Peer {
         Ok(Received::Bytes(input.get(..count).unwrap_or(&[])))
     }
 
-    /// The header is there: nobody else is waited for. Without one (`is_source` is not set) the next one is; `false` where there can be none.
+    /// The header is there: nobody else is waited for. Without one (`is_source` is not set) the next program is; `false` where there can
+    /// be none.
     pub(super) fn settle(&mut self, is_source: bool) -> bool {
         match self {
             Self::Connected { listener, .. } if is_source => *listener = None,
