@@ -226,10 +226,13 @@ impl Stream {
     ) -> PyResult<Events> {
         let times = times_s.map(|t| times(t, block.rows(), self.engine.last)).transpose()?;
         let mut events = Events::new();
-        let (values, width) = (block.values()?, self.channels.len());
-        for (at, part) in values.chunks(ROWS_A_TURN * width).enumerate() {
-            let from = at * ROWS_A_TURN;
-            let part_times = times.as_deref().map(|times| &times[from..from + part.len() / width]);
+        let width = self.channels.len();
+        for from in (0..block.rows()).step_by(ROWS_A_TURN) {
+            let rows = from..block.rows().min(from + ROWS_A_TURN);
+            let part_times = times.as_deref().map(|times| &times[rows.clone()]);
+            // Without the GIL another thread of Python may write to the array, or free it.
+            let part = block.values()?.get(rows.start * width..rows.end * width);
+            let part = part.ok_or_else(|| refused("data: it has changed its size"))?.to_vec();
             let (engine, rows) = (&mut self.engine, &mut self.rows);
             let (events, trace) = (&mut events, trace.as_deref_mut());
             let values = part.chunks_exact(width);

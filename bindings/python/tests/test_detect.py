@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 import threading
 import wave
 from pathlib import Path
@@ -182,6 +183,28 @@ def test_long_calls_release_the_gil() -> None:
     thread.join()
     # A held GIL would let this thread count in the short time before and after the call only.
     assert counted > 10_000
+
+
+def test_an_array_that_another_thread_changes_is_read_as_it_was() -> None:
+    x = noise_with_slips(200_000)
+    expected, changed, started = detect(x, RATE).events, x.copy(), threading.Event()
+
+    def work() -> None:
+        started.wait()
+        changed[:] = 0
+
+    interval = sys.getswitchinterval()
+    thread = threading.Thread(target=work)
+    thread.start()
+    try:
+        # The other thread runs when this one lets go of the GIL, in the midst of the call.
+        sys.setswitchinterval(1000)
+        started.set()
+        found = detect(changed, RATE).events
+    finally:
+        sys.setswitchinterval(interval)
+    thread.join()
+    assert found == expected and not changed.any()
 
 
 def test_a_floor_that_was_learned_in_a_slip_is_named() -> None:

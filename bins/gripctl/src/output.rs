@@ -3,6 +3,7 @@
 use crate::cli::ForceArgs;
 use grip_plot::Chart;
 use grip_record::outputs::{OutputError, OutputKind, OutputPath};
+use grip_session::exit::lines;
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
@@ -62,9 +63,15 @@ pub(crate) fn has(head: &[u8], text: &str) -> bool {
     head.windows(text.len()).any(|part| part == text.as_bytes())
 }
 
-/// Writes one line of text to standard output.
+/// Writes text to standard output; what would change the terminal is escaped. Names from a file, a network or a device go through
+/// [`escape`](grip_session::exit::escape) before, so that none forges a line.
 pub(crate) fn line(text: &str) -> io::Result<()> {
-    writeln!(io::stdout().lock(), "{text}")
+    writeln!(io::stdout().lock(), "{}", lines(text))
+}
+
+/// The same for standard error.
+pub(crate) fn note(text: &str) {
+    eprintln!("{}", lines(text));
 }
 
 /// Writes a value as one line of JSON to standard output.

@@ -28,6 +28,9 @@ const DEGRADED_OBSERVING: &str = "samples were late or missing; further times ar
 /// The live line is drawn at most this often (us).
 const LIVE_EVERY_US: u64 = 50_000;
 
+/// Commands of clients that are reported one by one in a second.
+const MOST_ASKED: u32 = 5;
+
 /// Prints.
 #[derive(Debug)]
 pub(crate) struct Console {
@@ -44,6 +47,8 @@ pub(crate) struct Console {
     device_event: Option<(EventKind, FaultCode)>,
     /// The last reason why the link closed, for the same end.
     closed: Option<CloseReason>,
+    /// The second of the last command of a client (host time), and how many came in it.
+    asked: (u64, u32),
     /// The way back to the program whose rows are the sensor.
     rows: Option<Back>,
     /// What is said of samples that were late or missing, once.
@@ -65,6 +70,7 @@ impl Console {
             attached: false,
             device_event: None,
             closed: None,
+            asked: (0, 0),
             rows: None,
             degraded_words: DEGRADED,
         }
@@ -96,8 +102,15 @@ impl Console {
                     self.log(level, &text);
                 }
             }
-            Item::Client { command, .. } => {
-                self.log(LogLevel::Info, &format!("a client asked: {}", command));
+            Item::Client { host_us, command } => {
+                let second = host_us / 1_000_000;
+                let count = if self.asked.0 == second { self.asked.1.saturating_add(1) } else { 1 };
+                self.asked = (second, count);
+                if count <= MOST_ASKED {
+                    self.log(LogLevel::Info, &format!("a client asked: {command}"));
+                } else {
+                    self.log(LogLevel::Info, "clients ask more often than is reported one by one");
+                }
             }
             _ => {}
         }

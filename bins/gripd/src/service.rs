@@ -54,6 +54,9 @@ const ROWS_PAUSE: Duration = Duration::from_millis(1);
 /// Figures for clients are made this often (us).
 const FIGURES_EVERY_US: u64 = 1_000_000;
 
+/// The sentence about a connection that does not begin as that of a client does.
+const STRANGER: &str = "a connection to the client socket did not begin with SUBSCRIBE and was closed: a web page, a port scan or another program; `listen = \"unix:PATH\"` keeps pages out";
+
 /// The ends that lead to the other threads.
 #[derive(Debug)]
 pub(crate) struct ServiceEnds {
@@ -354,6 +357,9 @@ impl Service {
     /// Hands the commands of clients on.
     fn pass_commands(&mut self) {
         let Some(clients) = &mut self.servers.clients else { return };
+        for _ in 0..clients.take_strangers() {
+            self.console.log(LogLevel::Warn, STRANGER);
+        }
         while let Some(command) = clients.next_command() {
             self.commands_lost += u64::from(self.ends.commands.push(command).is_err());
         }

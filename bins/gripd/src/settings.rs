@@ -200,6 +200,9 @@ impl Settings {
         if self.sensor.is_some() {
             config.link.sample_rate_hz = FASTEST_HZ;
         }
+        if let Some(sensor) = &self.sensor {
+            sensor.limit(&mut config.health);
+        }
         if let Some(spec) = self.gripper.as_ref().and_then(GripperAddress::spec) {
             spec.limit(&mut config.grip);
         }

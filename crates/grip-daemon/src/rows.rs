@@ -42,8 +42,12 @@ const LINES: usize = 256;
 const STACK: usize = 256 * 1024;
 /// Reads before rows go on: datagrams come one by one, and few of them wait in the system.
 const READS: u32 = 8;
-/// Bytes read at once.
-const INPUT: usize = 16 * 1024;
+/// Bytes read at once: more than any datagram has, so that none is cut.
+const INPUT: usize = 64 * 1024;
+/// The same where each row of a datagram has got its number.
+const NUMBERED: usize = 2 * INPUT;
+/// After this time (us) without a header a connection is reported, and gives way to another one.
+const SILENT_US: u64 = 5_000_000;
 
 /// Why rows cannot be had (any more).
 #[derive(Debug, thiserror::Error)]
@@ -159,6 +163,8 @@ struct Thread<C> {
     ordered: Option<Order>,
     /// No more rows come.
     ended: bool,
+    /// Since when (us) the program of this connection has sent no header.
+    silent_us: Option<u64>,
 }
 
 impl Rows {
@@ -216,6 +222,7 @@ impl Rows {
             driven: None,
             ordered: None,
             ended: false,
+            silent_us: None,
         };
         let run = move || {
             let ended = thread.run().map(|()| thread.board.counters());
@@ -267,6 +274,7 @@ impl<C: Fn() -> u64> Thread<C> {
                     break;
                 }
             }
+            self.watch_silent(now_us);
             let now_us = (self.clock)();
             self.board.turn(now_us).map_err(|source| self.rows(source))?;
             self.hand_over()?;
@@ -351,17 +359,20 @@ impl<C: Fn() -> u64> Thread<C> {
     fn has_room(&self) -> bool {
         self.gripper.as_ref().is_none_or(|gripper| gripper.known)
             && !self.ended
-            && (self.board.room() > INPUT || !self.board.is_ready())
+            && (self.board.room() >= NUMBERED || !self.board.is_ready())
     }
 
     /// Reads once; `false` where nothing came.
     fn read(&mut self, input: &mut [u8]) -> Result<bool, RowsFault> {
-        let room = self.board.room().min(input.len());
+        // Of a stream what finds no room stays where it is; a datagram is read whole.
+        let streams = !matches!(self.peer, Peer::Udp { .. } | Peer::Fed(_));
+        let room = if streams { self.board.room().min(input.len()) } else { input.len() };
         let Some(input) = input.get_mut(..room).filter(|_| self.has_room()) else {
             return Ok(false);
         };
+        let known = self.board.has_header();
         let received = self.peer.receive(input).map_err(|source| self.system(source))?;
-        match received {
+        let taken = match received {
             Received::Nothing => return Ok(false),
             Received::Bytes(bytes) => self.board.push(bytes),
             Received::Datagram(bytes) => self.board.push_datagram(bytes),
@@ -376,9 +387,42 @@ impl<C: Fn() -> u64> Thread<C> {
                 let _sent = self.reports.send(text);
                 self.board.end()
             }
+        };
+        if !known && self.board.has_header() {
+            self.silent_us = None;
+            self.peer.settle(true);
         }
-        .map(|()| true)
-        .map_err(|source| self.rows(source))
+        // A scan, a page or a foreign datagram is no source: without a good header the next one is waited for.
+        let foreign = !self.board.has_header() && (taken.is_err() || self.ended);
+        if !foreign || !self.peer.settle(false) {
+            return taken.map(|()| true).map_err(|source| self.rows(source));
+        }
+        let why = taken.err().map_or_else(|| "nothing came".to_owned(), |error| error.to_string());
+        let text = format!("{}: no header of rows, waiting for the next: {why}", self.place);
+        let _sent = self.reports.send(text);
+        self.board.restart();
+        (self.ended, self.silent_us) = (false, None);
+        Ok(true)
+    }
+
+    /// Reports a connection that sends no header, and lets another one take its place.
+    fn watch_silent(&mut self, now_us: u64) {
+        let waits = matches!(self.peer, Peer::Connected { .. }) && !self.board.has_header();
+        let Some(since_us) = self.silent_us.filter(|_| waits) else {
+            self.silent_us = waits.then_some(now_us);
+            return;
+        };
+        if now_us.saturating_sub(since_us) < SILENT_US {
+            return;
+        }
+        let text = format!("{}: a program has connected and sends no header", self.place);
+        let _sent = self.reports.send(text);
+        if self.peer.replace_silent() {
+            self.board.restart();
+            self.silent_us = None;
+        } else {
+            self.silent_us = Some(now_us);
+        }
     }
 
     /// Gives the hot loop its end of the line, once there is a board to answer.

@@ -7,13 +7,22 @@ use crate::{
     topic::Topic,
 };
 use grip_record::files;
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, OpenFlags, config::DbConfig, limits::Limit};
 use std::{collections::BTreeMap, io::Read as _, path::Path};
+
+/// Longest message, text or row (bytes); rosbag2 writes some kB.
+const LONGEST: i32 = 1 << 26;
+/// Steps of SQLite's machine between two looks at how many were taken, and most steps for each byte of the file: reading takes a few.
+const STEPS: i32 = 100_000;
+const STEPS_A_BYTE: u64 = 100;
 
 pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, ImportError> {
     let mut magic = [0; 16];
-    let opened = files::open(file).and_then(|mut input| input.read_exact(&mut magic));
-    opened.map_err(ImportError::unreadable(file))?;
+    let opened = files::open(file).and_then(|mut input| {
+        input.read_exact(&mut magic)?;
+        Ok(input.metadata()?.len())
+    });
+    let size = opened.map_err(ImportError::unreadable(file))?;
     let unusable = |error: rusqlite::Error| {
         ImportError::nothing(file, &format!("is no rosbag2 that can be read: {error}"))
     };
@@ -21,7 +30,16 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
         return Err(ImportError::nothing(file, "is no SQLite file, which a rosbag2 .db3 is"));
     }
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let bag = Connection::open_with_flags(file, flags).map_err(unusable)?;
+    let mut bag = Connection::open_with_flags(file, flags).map_err(unusable)?;
+    bound(&mut bag, size).map_err(unusable)?;
+    for name in ["topics", "messages"] {
+        if !is_table(&bag, name) {
+            return Err(ImportError::nothing(
+                file,
+                &format!("is no rosbag2: it has no table {name}"),
+            ));
+        }
+    }
     let (mut topics, notes) = topics(&bag, options).map_err(unusable)?;
     if topics.is_empty() {
         let what = format!("no topic can be read: {}", notes.join("; "));
@@ -47,6 +65,25 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
         first.notes.extend(notes);
     }
     Ok(streams)
+}
+
+/// A file can ask for any work and memory: texts and blobs of 2 GB, pages that stand for each other.
+fn bound(bag: &mut Connection, size: u64) -> rusqlite::Result<()> {
+    bag.set_db_config(DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false)?;
+    bag.set_limit(Limit::SQLITE_LIMIT_LENGTH, LONGEST)?;
+    let mut left = 1000 + size.saturating_mul(STEPS_A_BYTE) / u64::from(STEPS.unsigned_abs());
+    let ends = move || {
+        left = left.saturating_sub(1);
+        left == 0
+    };
+    bag.progress_handler(STEPS, Some(ends))
+}
+
+/// Whether `name` is a table with pages of its own. A view may have rows without end.
+fn is_table(bag: &Connection, name: &str) -> bool {
+    let text =
+        "SELECT count(*) FROM sqlite_schema WHERE name = ?1 AND type = 'table' AND rootpage > 0";
+    bag.query_row(text, [name], |row| row.get::<_, i64>(0)).is_ok_and(|found| found == 1)
 }
 
 /// The topics that can be read, by their number, and why others cannot.
@@ -82,7 +119,8 @@ fn topics(
 /// Definitions by type, where the bag carries them.
 fn definitions(bag: &Connection) -> BTreeMap<String, String> {
     let text = "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'";
-    let Ok(mut rows) = bag.prepare(text) else { return BTreeMap::new() };
+    let prepared = bag.prepare(text).ok().filter(|_| is_table(bag, "message_definitions"));
+    let Some(mut rows) = prepared else { return BTreeMap::new() };
     let found = rows.query_map([], |row| Ok((row.get(0)?, row.get(1)?)));
     found.map(|rows| rows.flatten().collect()).unwrap_or_default()
 }

@@ -478,6 +478,44 @@ fn put_db3(file: &Path, definitions: bool) {
     }
 }
 
+/// A blob of 900 MB, views and pages without end: a message, soon and in little memory.
+#[test]
+fn a_hostile_file_of_sqlite_costs_little() {
+    let (_kept, folder) = folder();
+    let file = folder.join("bag_0.db3");
+    let endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n)";
+    let column = "zeroblob(i % 2 + 900000000)";
+    let cases = [
+        (
+            "INSERT INTO messages VALUES (7000, 1, 1, zeroblob(90000000))".to_owned(),
+            "string or blob too big",
+        ),
+        (
+            format!(
+                "DROP TABLE topics; CREATE VIEW topics AS {endless} SELECT i AS id, 'x' AS name, 'std_msgs/msg/Float32' AS type, 'cdr' AS serialization_format FROM n"
+            ),
+            "it has no table topics",
+        ),
+        (
+            format!(
+                "DROP TABLE messages; CREATE VIEW messages AS {endless} SELECT i AS id, 1 AS topic_id, i AS timestamp, {column} AS data FROM n"
+            ),
+            "it has no table messages",
+        ),
+        (
+            format!(
+                "DROP TABLE message_definitions; CREATE VIEW message_definitions AS {endless} SELECT i AS id, 'x' AS topic_type, 'ros2msg' AS encoding, 'x' AS encoded_message_definition FROM n; DELETE FROM messages"
+            ),
+            "",
+        ),
+    ];
+    for (change, words) in cases {
+        put_db3(&file, true);
+        rusqlite::Connection::open(&file).unwrap().execute_batch(&change).unwrap();
+        refused(&file, &ImportOptions::default(), &[words]);
+    }
+}
+
 #[test]
 fn rosbag2_of_sqlite() {
     let (_kept, folder) = folder();

@@ -71,6 +71,10 @@ pub enum NpzError {
     },
 }
 
+/// An array that unpacks to more than this (bytes), and to so many times its packed size, holds nothing but repetitions.
+const LARGE: u64 = 64 << 20;
+const MOST_RATIO: u64 = 200;
+
 /// Bytes of a double, and of a short text.
 const NUMBER: usize = 8;
 const TEXT: usize = 32;
@@ -177,13 +181,21 @@ impl Npz {
     fn unpack(&mut self, at: usize) -> Result<Vec<u8>, String> {
         let left = self.left;
         let member = self.archive.by_index(at).map_err(|error| format!("is damaged: {error}"))?;
+        let (size, packed) = (member.size(), member.compressed_size());
+        if size > left {
+            return Err(too_large());
+        }
+        if size > LARGE && size / MOST_RATIO > packed {
+            return Err("unpacks to more than 200 times its size: save it with numpy.savez if it is meant so".to_owned());
+        }
         let mut bytes = Vec::new();
-        let read = member.take(left + 1).read_to_end(&mut bytes);
+        // What is longer than it says is refused, too.
+        let read = member.take(size + 1).read_to_end(&mut bytes);
         read.map_err(|error| format!("is damaged: {error}"))?;
-        if u64::try_from(bytes.len()).is_ok_and(|size| size <= left) {
+        if u64::try_from(bytes.len()).is_ok_and(|read| read == size) {
             return Ok(bytes);
         }
-        Err(too_large())
+        Err("is damaged: its size is another".to_owned())
     }
 
     fn take(&mut self, size: usize) -> Result<(), String> {

@@ -17,6 +17,17 @@ mod tests {
     use slip_core::units::Micros;
     use zip::write::{SimpleFileOptions, ZipWriter};
 
+    /// 80 MB of zeros in 80 kB.
+    #[test]
+    fn an_array_of_nothing_but_repetitions_is_refused_before_it_is_unpacked() {
+        let npy = npy(&Array1::<f64>::zeros(10_000_000));
+        let (_folder, file) = archive(&[("a", npy.clone())], true);
+        let error = Npz::open(&file).unwrap().numbers("a").unwrap_err().to_string();
+        assert!(error.contains("more than 200 times its size"), "{error}");
+        let (_folder, file) = archive(&[("a", npy)], false);
+        assert_eq!(Npz::open(&file).unwrap().numbers("a").unwrap().len(), 10_000_000);
+    }
+
     /// An archive in a folder of its own.
     fn archive(members: &[(&str, Vec<u8>)], compressed: bool) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();

@@ -85,16 +85,36 @@ pub fn message(error: &(dyn Error + 'static)) -> String {
         }
         cause = error.source();
     }
-    let mut shown = String::new();
-    for (count, c) in text.trim_end().chars().enumerate() {
-        if count == LONGEST {
-            shown.push_str(" ...");
-            break;
-        }
-        match c {
-            '\n' => shown.push(c),
-            c if c.is_control() => shown.extend(c.escape_default()),
-            c => shown.push(c),
+    let text = text.trim_end();
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{} ...", lines(text.get(..end).unwrap_or(text))),
+        None => lines(text),
+    }
+}
+
+/// One line of text from a file, a network or a device, for a terminal: what would clear it, forge a line or turn the direction of
+/// writing is shown escaped.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    escaped(text, false)
+}
+
+/// The same for text of several lines.
+#[must_use]
+pub fn lines(text: &str) -> String {
+    escaped(text, true)
+}
+
+fn escaped(text: &str, lines: bool) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        // Marks of direction, and what is not seen at all: U+2028 also ends lines.
+        let marks = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}');
+        let hidden = marks || matches!(c, '\u{ad}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+        if (c.is_control() || hidden) && !(lines && c == '\n') {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
         }
     }
     shown
@@ -113,7 +133,7 @@ impl From<Exit> for ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use super::{Exit, message};
+    use super::{Exit, escape, lines, message};
     use crate::model::parse_estimator;
     use grip_record::CsvError;
 
@@ -121,6 +141,15 @@ mod tests {
     fn a_cause_is_reported_once() {
         let error = parse_estimator("m.json", "{").unwrap_err();
         assert_eq!(message(&error), "m.json: line 1, column 1: EOF while parsing an object");
+    }
+
+    #[test]
+    fn a_name_stays_one_line_that_changes_no_terminal() {
+        assert_eq!(escape("gripper \u{b5}\u{e9}\u{65e5} 7"), "gripper \u{b5}\u{e9}\u{65e5} 7");
+        let hostile = "a\x1b[2J\n\r\t\x07\u{9b}31m\u{202e}\u{2028}";
+        let shown = escape(hostile);
+        assert_eq!(shown, "a\\u{1b}[2J\\n\\r\\t\\u{7}\\u{9b}31m\\u{202e}\\u{2028}");
+        assert_eq!(lines("a\nb\x1b"), "a\nb\\u{1b}");
     }
 
     #[test]

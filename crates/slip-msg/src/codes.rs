@@ -144,7 +144,7 @@ codes! {
         1 => Version "version" "no protocol version in common.",
         2 => Silent "silent" "no SUBSCRIBE came in time.",
         3 => Stalled "stalled" "the client took nothing for too long.",
-        4 => Garbage "garbage" "too many bytes that are no frames.",
+        4 => Garbage "garbage" "too many bytes that are no frames, or no SUBSCRIBE came first.",
         5 => Full "full" "too many clients.",
         6 => Ending "ending" "the daemon ends.",
     }

@@ -84,7 +84,7 @@ pub(crate) fn run(args: &CollectArgs) -> anyhow::Result<Exit> {
     let collected = collect(&request, &done)?;
     bar.finish_and_clear();
     for note in &collected.notes {
-        eprintln!("gripctl: {note}");
+        output::note(&format!("gripctl: {note}"));
     }
     if collected.rows.is_empty() {
         bail!("nothing to train on: {}", found(&collected));

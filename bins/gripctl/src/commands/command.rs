@@ -101,6 +101,10 @@ fn refusal(reason: NackReason) -> String {
         NackReason::OtherFault => {
             "another fault is latched: `gripctl status` shows its code".to_owned()
         }
+        NackReason::Malformed => {
+            "the force is above the largest one of the controller, grip.f_max_n in gripd.toml"
+                .to_owned()
+        }
         reason => format!("gripd refuses the command: {}", reason.name()),
     }
 }

@@ -27,7 +27,7 @@ use grip_fleet::{
 };
 use grip_link::message::daemon::ToClient;
 use grip_session::{
-    exit::{Exit, WrongArgument},
+    exit::{Exit, WrongArgument, escape},
     status::{EventReport, StateReport},
     utc,
 };
@@ -156,10 +156,10 @@ fn report(listed: &Listed) -> Report {
 /// What a gripper is made of, behind how it does.
 fn made_of(about: &About) -> String {
     let part = |name: &str, value: &Option<String>| {
-        value.as_ref().map_or_else(String::new, |value| format!(", {name} {value}"))
+        value.as_ref().map_or_else(String::new, |value| format!(", {name} {}", escape(value)))
     };
     let (firmware, model) = (part("firmware", &about.firmware), part("model", &about.model));
-    format!("; {}{firmware}{model}", about.program)
+    format!("; {}{firmware}{model}", escape(&about.program))
 }
 
 /// How one gripper does, on one line.
@@ -211,6 +211,25 @@ enum Other<'a> {
 struct Printer {
     json: bool,
     lost: bool,
+    unreadable: Unreadable,
+}
+
+/// Messages that no gripd sends: the first is named, then they are counted, with a line every ten seconds.
+#[derive(Default)]
+struct Unreadable {
+    next: Duration,
+    count: u64,
+}
+
+impl Unreadable {
+    fn take(&mut self, key: &str) {
+        self.count += 1;
+        if clock::monotonic() >= self.next {
+            let (key, count) = (escape(key), core::mem::take(&mut self.count));
+            self.next = clock::monotonic() + Duration::from_secs(10);
+            eprintln!("gripctl: {key}: something came that no gripd sends ({count} messages)");
+        }
+    }
 }
 
 /// What is to be shown.
@@ -231,7 +250,7 @@ fn watch(args: &PlaceArgs, wanted: &Wanted<'_>, mut place: Option<Place>) -> any
     if let Some(place) = &place {
         watch.resume(place.known());
     }
-    let mut printer = Printer { json: args.json, lost: false };
+    let mut printer = Printer { json: args.json, lost: false, unreadable: Unreadable::default() };
     let start = clock::monotonic();
     let mut nobody = true;
     while !stopped.load(Ordering::Relaxed) {
@@ -272,7 +291,7 @@ impl Printer {
             }
             Reported::Telemetry { member, message, .. } => self.telemetry(member, message),
             Reported::Unreadable { key } => {
-                eprintln!("gripctl: {key}: something came that no gripd sends");
+                self.unreadable.take(key);
                 Ok(())
             }
         }
@@ -307,7 +326,7 @@ impl Printer {
         }
         let time =
             if stamp.at.ns > 0 { utc::line(stamp.at.ns / 1000) + "  " } else { String::new() };
-        Ok(output::line(&format!("{member}  {time}{}", text::event(&event)))?)
+        Ok(output::line(&format!("{member}  {time}{}", escape(&text::event(&event))))?)
     }
 
     fn telemetry(&self, member: &Member, message: &Message) -> anyhow::Result<()> {

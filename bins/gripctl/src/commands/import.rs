@@ -14,7 +14,7 @@ use grip_record::{
 };
 use grip_session::{
     HostConfig,
-    exit::{Exit, WrongArgument},
+    exit::{Exit, WrongArgument, escape},
     model,
     recording::{ABOUT, PART, RUN, event_record, pipeline_record},
     replay::{self, Replay},
@@ -87,7 +87,7 @@ fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgumen
 pub(super) fn shown(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
     let imported = import(file, &import_options(csv))?;
     for line in use_lines(&imported.uses) {
-        eprintln!("{}: {}", file.display(), line.trim_start());
+        output::note(&format!("{}: {}", file.display(), line.trim_start()));
     }
     Ok(imported.recording)
 }
@@ -191,13 +191,14 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
         output::line(&line)?;
     }
     if !unused.is_empty() {
-        let shown = unused.iter().take(MOST_UNUSED).cloned().collect::<Vec<_>>().join(", ");
+        let shown: Vec<String> = unused.iter().take(MOST_UNUSED).map(|name| escape(name)).collect();
+        let shown = shown.join(", ");
         let more = unused.len().saturating_sub(MOST_UNUSED);
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         output::line(&format!("  not used: {shown}{more}"))?;
     }
     for note in &notes {
-        output::line(&format!("  {note}"))?;
+        output::line(&format!("  {}", escape(note)))?;
     }
     let samples = recording.samples.len();
     output::line(&format!(
@@ -220,7 +221,7 @@ fn use_lines(uses: &[Use]) -> Vec<String> {
     let mut lines: Vec<String> = uses
         .iter()
         .filter(|used| !is_taxel(used))
-        .map(|Use { ours, theirs, unit }| format!("  {theirs} -> {ours} ({unit})"))
+        .map(|Use { ours, theirs, unit }| format!("  {} -> {ours} ({unit})", escape(theirs)))
         .collect();
     let taxels: Vec<&Use> = uses.iter().filter(is_taxel).collect();
     let place =
@@ -228,8 +229,8 @@ fn use_lines(uses: &[Use]) -> Vec<String> {
     if let Some((first, last)) = place(0).zip(place(taxels.len().saturating_sub(1))) {
         lines.push(format!(
             "  {} .. {} -> pressure_0 .. pressure_{} ({})",
-            first.theirs,
-            last.theirs,
+            escape(&first.theirs),
+            escape(&last.theirs),
             taxels.len() - 1,
             first.unit
         ));

@@ -2,7 +2,7 @@
 
 use crate::{cli::PortsArgs, output};
 use grip_port::{Places, PortError, PortInfo, describe};
-use grip_session::exit::Exit;
+use grip_session::exit::{Exit, escape};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &PortsArgs) -> anyhow::Result<Exit> {
         if args.json {
             output::json(&Port::from(port))?;
         } else {
-            output::line(&describe(&port))?;
+            output::line(&escape(&describe(&port)))?;
         }
     }
     Ok(Exit::Done)

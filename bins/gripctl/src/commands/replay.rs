@@ -138,7 +138,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     let (recording, source) = Source::open(file, &csv_options(&args.csv)?)?;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
-        eprintln!("{}: {notes}", file.display());
+        output::note(&format!("{}: {notes}", file.display()));
     }
     if let Some(limits) = limits_of(&recording.channels) {
         eprintln!("{}: {limits}", file.display());

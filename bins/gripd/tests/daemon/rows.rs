@@ -252,6 +252,62 @@ fn a_socket_file_is_an_address_too() {
     assert!(!path.exists());
 }
 
+/// A second gripd, a scan and a browser connect before the program does; a gripper may hold meanwhile.
+#[test]
+fn what_sends_no_header_is_no_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rows.sock");
+    let sensor = format!("rows:unix:{}", path.display());
+    let served = Served::start(folder.path(), &["--sensor", &sensor]);
+    drop(connected(|| UnixStream::connect(&path)));
+    let second = gripd(folder.path(), &["--sensor", &sensor, "--listen", "off"]);
+    second.refused(1, &["another program listens there"]);
+    for probe in
+        ["GET / HTTP/1.1\r\nHost: x\r\n\r\n", "\x16\x03\x01\0", "\x1b[2J\n", &"x".repeat(5000)]
+    {
+        let mut stream = connected(|| UnixStream::connect(&path));
+        // It may be gone already.
+        let _refused = stream.write_all(probe.as_bytes());
+    }
+    let mut stream = connected(|| UnixStream::connect(&path));
+    stream.write_all(csv().as_bytes()).unwrap();
+    stream.shutdown(Shutdown::Write).unwrap();
+    let ran = served.end();
+    slipped(&ran.json());
+    assert!(ran.err.contains("no header of rows, waiting for the next: nothing came"), "{ran:?}");
+    assert!(ran.err.contains("`GET / HTTP/1.1` is no column"), "{ran:?}");
+    assert!(ran.err.contains("\\u001b[2J") && !ran.err.contains('\x1b'), "{ran:?}");
+    assert_eq!(ran.code, 0, "{ran:?}");
+}
+
+#[test]
+fn datagrams_of_any_size_come_whole_and_foreign_ones_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let address = format!("127.0.0.1:{}", free_port());
+    let served = Served::start(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
+    let [foreign, socket] = [0, 1].map(|_| {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        socket.connect(&address).unwrap();
+        socket
+    });
+    connected(|| foreign.send(b"hello\n").and_then(|_| foreign.send(b"hello\n")));
+    foreign.send(&[]).unwrap();
+    let text = csv();
+    let (header, rows) = text.split_once('\n').unwrap();
+    socket.send(header.as_bytes()).unwrap();
+    foreign.send(&[]).unwrap();
+    let half = rows[..rows.len() / 2].rfind('\n').unwrap();
+    for part in [&rows[..half], &rows[half..]] {
+        assert!(part.len() > 32_000 && part.len() < 65_000, "{}", part.len());
+        socket.send(part.as_bytes()).unwrap();
+        thread::sleep(Duration::from_millis(500));
+    }
+    socket.send(&[]).unwrap();
+    let ran = served.end();
+    slipped(&ran.json());
+    assert!(ran.err.contains("`hello` is no column"), "{ran:?}");
+}
+
 #[test]
 fn a_lost_datagram_is_counted() {
     let folder = tempfile::tempdir().unwrap();

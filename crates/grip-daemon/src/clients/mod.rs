@@ -7,6 +7,7 @@
 
 mod batch;
 mod figures;
+mod least;
 mod listen;
 mod outbox;
 mod roster;
@@ -16,16 +17,18 @@ pub use figures::{health, latency};
 pub use grip_session::config::Listen;
 pub use listen::{ListenError, REMOTE_WARNING, Stream};
 pub use outbox::Class;
-pub use roster::Setup;
+pub use roster::{About, Setup};
 pub use session::{
-    Asked, Brought, ClientSession, MOST_BAD_FRAMES, MOST_GARBAGE_BYTES, SILENCE_US, Terms,
+    Asked, Brought, ClientSession, MOST_BAD_FRAMES, MOST_COMMANDS_A_SECOND, MOST_GARBAGE_BYTES,
+    SILENCE_US, Terms,
 };
 
 use crate::Item;
 use batch::Row;
 use core::time::Duration;
-use grip_link::message::daemon::{Estimates, Goodbye, Health, RealTime, Welcome, WelcomeFlags};
-use grip_link::message::{Kind, NackReason, Versions};
+use grip_link::message::daemon::{Estimates, Goodbye, Health};
+use grip_link::message::{Kind, NackReason};
+use least::Least;
 pub(crate) use listen::Listener;
 use roster::{Known, Roster};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -74,45 +77,6 @@ impl Default for ClientsConfig {
             buffer_bytes: 256 * 1024,
             stall_us: 10_000_000,
         }
-    }
-}
-
-/// What WELCOME reports of the daemon.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct About {
-    /// Its name and version, such as `gripd 0.1.0`; at most 255 bytes are sent.
-    pub name: String,
-    /// Differs at every start; tokens are made of it too.
-    pub run_id: u32,
-    /// Whether it only observes.
-    pub dry_run: bool,
-    /// Whether it was asked to record.
-    pub records: bool,
-    /// What of real-time operation was granted.
-    pub real_time: RealTime,
-}
-
-impl About {
-    fn welcome(&self, config: &ClientsConfig) -> Welcome<'_> {
-        let flags = WelcomeFlags::default().with(WelcomeFlags::COMMANDS, config.allow_commands);
-        let flags = flags.with(WelcomeFlags::MODELS, config.allow_models);
-        let flags = flags.with(WelcomeFlags::DRY_RUN, self.dry_run);
-        Welcome {
-            versions: Versions::OURS,
-            max_rx: 480,
-            flags: flags.with(WelcomeFlags::RECORDS, self.records),
-            token: 0,
-            run_id: self.run_id,
-            host_us: 0,
-            real_time: self.real_time,
-            text: self.name.as_bytes(),
-        }
-    }
-
-    /// No secret: it only keeps a RELEASE that was meant for another start of the daemon, or typed by mistake, from opening the fingers.
-    const fn token(&self) -> u32 {
-        let mixed = self.run_id.wrapping_mul(0x9E37_79B9) ^ 0x5EED_1E55;
-        if mixed == 0 { 1 } else { mixed }
     }
 }
 
@@ -198,6 +162,9 @@ pub struct Clients {
     roster: Roster,
     known: Known,
     commands: VecDeque<ClientCommand>,
+    least: Least,
+    /// Connections that did not begin with SUBSCRIBE and were not reported yet.
+    strangers: u32,
     /// A model that waits to be fetched, and the clients whose model is in force, and is the shadow.
     load: Option<Loading>,
     bearer: Option<u64>,
@@ -242,6 +209,8 @@ impl Clients {
             roster: Roster::default(),
             known: Known::default(),
             commands: VecDeque::with_capacity(MOST_COMMANDS),
+            least: Least::default(),
+            strangers: 0,
             load: None,
             bearer: None,
             shadow_bearer: None,
@@ -281,6 +250,11 @@ impl Clients {
     #[must_use]
     pub fn wants_samples(&self) -> bool {
         !self.roster.batches.is_empty()
+    }
+
+    /// Connections since the last call that were refused because they did not begin with SUBSCRIBE.
+    pub const fn take_strangers(&mut self) -> u32 {
+        core::mem::replace(&mut self.strangers, 0)
     }
 
     /// The next command of a client, oldest first. They are checked: only where commands are allowed, forces not negative.
@@ -423,6 +397,7 @@ impl Clients {
     }
 
     fn tick(&mut self, now_us: u64) {
+        pass_least(&mut self.least, &mut self.commands, now_us);
         self.roster.flush_old(now_us);
         for client in &mut self.roster.clients {
             client.session.tick(now_us, self.config.stall_us);
@@ -515,6 +490,7 @@ impl Clients {
             token: self.about.token(),
             room: MOST_COMMANDS.saturating_sub(self.commands.len()),
             immovable: self.known.immovable(),
+            force_max_n: self.known.force_max_n(),
         };
         let mut asked = Vec::new();
         let bytes = bytes.get(..count).unwrap_or_default();
@@ -526,7 +502,16 @@ impl Clients {
                 Asked::Query { ack } => self.known.answer(&mut client.session, ack),
                 Asked::Command(command) => {
                     self.counters.commands = self.counters.commands.saturating_add(1);
-                    self.commands.push_back(command);
+                    match command {
+                        ClientCommand::AtLeast(force_n) => self.least.ask(client.id, force_n),
+                        command => {
+                            if command == ClientCommand::Release {
+                                self.least.let_go();
+                            }
+                            self.commands.push_back(command);
+                        }
+                    }
+                    pass_least(&mut self.least, &mut self.commands, now_us);
                 }
                 Asked::Object { ack, .. } if self.naming.is_some() => {
                     client.session.decline(ack, Kind::OBJECT, NackReason::Busy);
@@ -559,11 +544,15 @@ impl Clients {
     fn sweep(&mut self) {
         let before = self.roster.clients.len();
         let (mut sent_away, mut of_gone) = (0_u64, self.of_gone);
+        let Self { least, strangers, .. } = self;
         self.roster.clients.retain(|client| {
             let ends = client.session.goodbye().is_some();
             sent_away += u64::from(ends);
             if client.gone || ends {
                 of_gone = of_gone.and(&client.session);
+                least.leave(client.id);
+                let stranger = client.session.is_stranger();
+                *strangers = strangers.saturating_add(u32::from(stranger));
             }
             !client.gone && !ends
         });
@@ -572,5 +561,12 @@ impl Clients {
         if self.roster.clients.len() < before {
             self.roster.regroup();
         }
+    }
+}
+
+/// The least force that stands, once its turn has come. It was answered before, and has room beyond that of the others.
+fn pass_least(least: &mut Least, commands: &mut VecDeque<ClientCommand>, now_us: u64) {
+    if commands.len() <= MOST_COMMANDS {
+        commands.extend(least.due(now_us).map(ClientCommand::AtLeast));
     }
 }

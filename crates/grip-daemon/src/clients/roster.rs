@@ -6,10 +6,10 @@ use crate::{Beginning, LinkNote};
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::daemon::{
     self, Dropped, Estimates, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState,
-    SlipReport, Topics,
+    SlipReport, Topics, WelcomeFlags,
 };
 use grip_link::message::{
-    DeviceState, EventKind, FaultCode, Firmware, Kind, NackReason, PayloadError,
+    DeviceState, EventKind, FaultCode, Firmware, Kind, NackReason, PayloadError, Versions,
 };
 use grip_session::report::{Condition, Event};
 use slip_core::ClientCommand;
@@ -96,6 +96,45 @@ fn hand_out(clients: &mut [Client], every_nth: u16, payload: &[u8]) {
     }
 }
 
+/// What WELCOME reports of the daemon.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct About {
+    /// Its name and version, such as `gripd 0.1.0`; at most 255 bytes are sent.
+    pub name: String,
+    /// Differs at every start; tokens are made of it too.
+    pub run_id: u32,
+    /// Whether it only observes.
+    pub dry_run: bool,
+    /// Whether it was asked to record.
+    pub records: bool,
+    /// What of real-time operation was granted.
+    pub real_time: daemon::RealTime,
+}
+
+impl About {
+    pub(super) fn welcome(&self, config: &super::ClientsConfig) -> daemon::Welcome<'_> {
+        let flags = WelcomeFlags::default().with(WelcomeFlags::COMMANDS, config.allow_commands);
+        let flags = flags.with(WelcomeFlags::MODELS, config.allow_models);
+        let flags = flags.with(WelcomeFlags::DRY_RUN, self.dry_run);
+        daemon::Welcome {
+            versions: Versions::OURS,
+            max_rx: 480,
+            flags: flags.with(WelcomeFlags::RECORDS, self.records),
+            token: 0,
+            run_id: self.run_id,
+            host_us: 0,
+            real_time: self.real_time,
+            text: self.name.as_bytes(),
+        }
+    }
+
+    /// No secret: it only keeps a RELEASE that was meant for another start of the daemon, or typed by mistake, from opening the fingers.
+    pub(super) const fn token(&self) -> u32 {
+        let mixed = self.run_id.wrapping_mul(0x9E37_79B9) ^ 0x5EED_1E55;
+        if mixed == 0 { 1 } else { mixed }
+    }
+}
+
 /// What SETUP states of models and settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Setup {
@@ -154,6 +193,11 @@ impl Known {
             FaultCode::NONE => None,
             _ => Some(NackReason::Latched),
         }
+    }
+
+    /// Largest force of the controller (N), where there is one.
+    pub(super) const fn force_max_n(&self) -> Option<f32> {
+        self.gripper.force_max_n
     }
 
     /// Everything, then the answer.

@@ -16,6 +16,10 @@ pub const SILENCE_US: u64 = 5_000_000;
 pub const MOST_GARBAGE_BYTES: u32 = 65_536;
 /// Frames that are of no use, after which a client is sent away.
 pub const MOST_BAD_FRAMES: u32 = 256;
+/// Commands of one client in a second, those of the least force left out: of them only the newest is carried out.
+pub const MOST_COMMANDS_A_SECOND: u32 = 100;
+/// Bytes from here on begin no SUBSCRIBE, but text: HTTP of a page in a browser, or a terminal.
+const PRINTABLE: u8 = b' ';
 /// Least time between two NOTICE of one class of drops while a client stays slow (us).
 const REPORT_US: u64 = 1_000_000;
 
@@ -34,6 +38,8 @@ pub struct Terms<'a> {
     pub room: usize,
     /// Why fingers would not move now: the link is away, or a fault is latched.
     pub immovable: Option<NackReason>,
+    /// Largest force of the controller (N), where it is known.
+    pub force_max_n: Option<f32>,
 }
 
 /// The file of a model that a client has brought.
@@ -83,6 +89,10 @@ pub struct ClientSession {
     session: u16,
     seq: u16,
     subscription: Option<Subscribe>,
+    /// First byte that is no delimiter.
+    first: Option<u8>,
+    /// When this second of commands began (us), and how many came in it.
+    second: (u64, u32),
     malformed: u32,
     bad_commands: u32,
     goodbye: Option<Goodbye>,
@@ -149,6 +159,8 @@ impl ClientSession {
             session: 0,
             seq: 0,
             subscription: None,
+            first: None,
+            second: (now_us, 0),
             malformed: 0,
             bad_commands: 0,
             goodbye: None,
@@ -171,6 +183,10 @@ impl ClientSession {
         asked: &mut dyn FnMut(Asked),
     ) {
         let mut room = terms.room;
+        self.first = self.first.or_else(|| bytes.iter().copied().find(|byte| *byte != 0));
+        if self.subscription.is_none() && self.first.is_some_and(|byte| byte >= PRINTABLE) {
+            self.part(now_us, Goodbye::Garbage);
+        }
         while self.goodbye.is_none() {
             let (header, parsed) = match self.decoder.next(&mut bytes) {
                 None => break,
@@ -224,7 +240,7 @@ impl ClientSession {
                 self.subscribe(now_us, header, subscribe, terms).then_some(Asked::Subscribed)
             }
             Ok(Request::Query) => Some(Asked::Query { ack: header.ack_req.then_some(header.seq) }),
-            Ok(Request::Command(command)) => match judge(&command, terms) {
+            Ok(Request::Command(command)) => match self.judge_command(now_us, &command, terms) {
                 Ok(command) => {
                     self.accept(header.ack_req.then_some(header.seq), header.kind);
                     Some(Asked::Command(command))
@@ -252,6 +268,22 @@ impl ClientSession {
                 None
             }
         }
+    }
+
+    fn judge_command(
+        &mut self,
+        now_us: u64,
+        command: &Command,
+        terms: &Terms<'_>,
+    ) -> Result<ClientCommand, NackReason> {
+        let judged = judge(command, terms)?;
+        if matches!(judged, ClientCommand::AtLeast(_)) {
+            return Ok(judged);
+        }
+        let (since_us, count) = self.second;
+        let fresh = now_us.saturating_sub(since_us) >= 1_000_000;
+        self.second = if fresh { (now_us, 1) } else { (since_us, count.saturating_add(1)) };
+        if self.second.1 > MOST_COMMANDS_A_SECOND { Err(NackReason::Busy) } else { Ok(judged) }
     }
 
     fn subscribe(
@@ -411,7 +443,8 @@ impl ClientSession {
         let useless = [counters.echo, counters.version, counters.stale, counters.duplicate];
         let bad = useless.iter().fold(counters.bad_blocks(), |sum, n| sum.saturating_add(*n));
         let bad = bad.saturating_add(counters.unknown).saturating_add(self.malformed);
-        if counters.garbage_bytes > MOST_GARBAGE_BYTES || bad > MOST_BAD_FRAMES {
+        let first = self.subscription.is_none() && bad > 0;
+        if first || counters.garbage_bytes > MOST_GARBAGE_BYTES || bad > MOST_BAD_FRAMES {
             self.part(now_us, Goodbye::Garbage);
         }
     }
@@ -437,6 +470,12 @@ impl ClientSession {
     #[must_use]
     pub const fn goodbye(&self) -> Option<Goodbye> {
         self.goodbye
+    }
+
+    /// Whether it was sent away because it did not begin with SUBSCRIBE.
+    #[must_use]
+    pub const fn is_stranger(&self) -> bool {
+        self.subscription.is_none() && matches!(self.goodbye, Some(Goodbye::Garbage))
     }
 
     /// What was received so far.
@@ -485,11 +524,17 @@ fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReas
     if let Some(reason) = terms.immovable.filter(|_| moves) {
         return Err(reason);
     }
+    let force_n = Newtons::from_mn(command.force_mn).0;
+    let forces = matches!(command.operation, Operation::AtLeast | Operation::Expect);
+    // A millinewton is the step of the protocol.
+    if forces && terms.force_max_n.is_some_and(|most_n| force_n > most_n + 1e-3) {
+        return Err(NackReason::Malformed);
+    }
     Ok(match command.operation {
-        Operation::AtLeast => ClientCommand::AtLeast(Newtons::from_mn(command.force_mn).0),
+        Operation::AtLeast => ClientCommand::AtLeast(force_n),
         Operation::Release if command.token == terms.token => ClientCommand::Release,
         Operation::Release => return Err(NackReason::Token),
-        Operation::Expect => ClientCommand::Expect(Newtons::from_mn(command.force_mn).0),
+        Operation::Expect => ClientCommand::Expect(force_n),
         Operation::Grasp => ClientCommand::Grasp,
         Operation::Stop => ClientCommand::Stop,
         Operation::ClearFault => ClientCommand::ClearFault(command.fault),
@@ -501,7 +546,7 @@ const fn farewell(reason: Goodbye) -> &'static str {
         Goodbye::Version => "no protocol version in common",
         Goodbye::Silent => "no SUBSCRIBE came within 5 s",
         Goodbye::Stalled => "you took nothing for too long",
-        Goodbye::Garbage => "too much of what you send is no frame",
+        Goodbye::Garbage => "you send what is no frame, or not SUBSCRIBE first",
         Goodbye::Full => "too many clients are connected",
         Goodbye::Ending => "the daemon ends",
         _ => "",

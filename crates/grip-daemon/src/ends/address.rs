@@ -2,8 +2,13 @@
 
 use super::{RowsAddress, RowsAddressError};
 use core::fmt;
-use grip_robotiq::{Model, ModelError, gripper::GripperConfig, tsf85::Tsf85Config};
+use grip_robotiq::{
+    Model, ModelError,
+    gripper::GripperConfig,
+    tsf85::{RAIL, Tsf85Config},
+};
 use grip_session::gripper::GripperSpec;
+use slip_core::health::HealthConfig;
 
 /// Bits per second of Robotiq's grippers and fingertips as they are delivered.
 const ROBOTIQ_BAUD: u32 = 115_200;
@@ -95,6 +100,14 @@ const TSF85: &str = "finger=0 to finger=3, or reference";
 const ROBOTIQ: &str = "activate, holds=N (newtons, within its range), speed=0 to speed=255, unit=1 to unit=247, or baud=BITS";
 
 impl SensorAddress {
+    /// The range that the sensor is known to have, unless another one is set: one wrong bit of a line puts a reading at its end, which is
+    /// no evidence of a slip.
+    pub fn limit(&self, health: &mut HealthConfig) {
+        if matches!(self, Self::Tsf85 { .. }) && health.range == HealthConfig::default().range {
+            health.range = RAIL;
+        }
+    }
+
     /// The sensor that `name` means.
     ///
     /// # Errors
@@ -243,6 +256,7 @@ fn setting(word: &str, of: &'static str, expected: &'static str) -> AddressError
 mod tests {
     use super::{GripperAddress, SensorAddress};
     use grip_robotiq::{Model, gripper::GripperConfig, tsf85::Tsf85Config};
+    use slip_core::health::HealthConfig;
 
     #[test]
     fn names_of_ends() {
@@ -266,6 +280,18 @@ mod tests {
         );
         let spec = GripperAddress::parse("robotiq:hand-e:x").unwrap().spec().unwrap();
         assert!((spec.force_min_n, spec.force_max_n) == (20.0, 185.0) && spec.lag_s.is_some());
+    }
+
+    #[test]
+    fn the_ends_of_the_range_of_fingertips_are_saturated_unless_another_range_is_set() {
+        let limited = |name: &str, range| {
+            let mut health = HealthConfig { range, ..HealthConfig::default() };
+            SensorAddress::parse(name).unwrap().limit(&mut health);
+            health.in_any_unit().range
+        };
+        let usual = HealthConfig::default().range;
+        assert_eq!(limited("tsf85:x", usual), 32_767.0);
+        assert_eq!((limited("tsf85:x", 9.0), limited("/dev/x", usual) > 1e9), (9.0, true));
     }
 
     #[test]

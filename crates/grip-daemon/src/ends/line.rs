@@ -38,6 +38,10 @@ pub(super) trait End: Send {
     fn condition(&self, now_us: u64) -> Condition;
     /// Whether the line is to be opened again.
     fn is_lost(&self) -> bool;
+    /// What people should know of it, once.
+    fn note(&mut self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// The loop of an end.
@@ -135,6 +139,9 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
     fn judge(&mut self) -> Result<(), EndFault> {
         let now_us = (self.context.clock)();
         let condition = self.end.condition(now_us);
+        if let Some(text) = self.end.note() {
+            let _sent = self.context.reports.send(format!("{}: {text}", self.name));
+        }
         match &condition {
             Condition::Ready => {
                 self.backoff.reset();

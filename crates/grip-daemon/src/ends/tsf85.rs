@@ -13,6 +13,8 @@ pub(super) struct Tsf85End {
     sensor: Tsf85,
     rows: UnixDatagram,
     streams: bool,
+    /// That packets are not checked was reported.
+    noted: bool,
 }
 
 impl Tsf85End {
@@ -20,7 +22,7 @@ impl Tsf85End {
         let sensor = Tsf85::new(config);
         // The socket has room for it: it is the first.
         let _sent = rows.send(sensor.header().as_bytes());
-        Self { sensor, rows, streams: false }
+        Self { sensor, rows, streams: false, noted: false }
     }
 }
 
@@ -34,7 +36,7 @@ impl End for Tsf85End {
     }
 
     fn receive(&mut self, now_us: u64, bytes: &[u8]) {
-        let Self { sensor, rows, streams } = self;
+        let Self { sensor, rows, streams, .. } = self;
         let (mut taken, mut packed) = (Vec::new(), Vec::new());
         sensor.receive(now_us, bytes, |row| taken.push(*row));
         for row in &taken {
@@ -67,5 +69,30 @@ impl End for Tsf85End {
 
     fn is_lost(&self) -> bool {
         false
+    }
+
+    fn note(&mut self) -> Option<&'static str> {
+        let unchecked = self.sensor.checksum() == Checksum::None;
+        (unchecked && !core::mem::replace(&mut self.noted, true)).then_some(
+            "its packets bear no checksum that is known: errors of the line look like vibration, and may raise the force; readings at the ends of the range are left out",
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{End as _, Tsf85Config, Tsf85End, UnixDatagram};
+
+    #[test]
+    fn packets_that_cannot_be_checked_are_named_once() {
+        let (rows, _board) = UnixDatagram::pair().unwrap();
+        let mut end = Tsf85End::new(Tsf85Config::default(), rows);
+        let mut notes = 0;
+        for n in 0..200 {
+            end.receive(n, &[0x9A, 0x5A, 0x58, 3, 0x20, 1, 2]);
+            notes += usize::from(end.note().is_some());
+            assert!(n >= 63 || notes == 0);
+        }
+        assert_eq!(notes, 1);
     }
 }

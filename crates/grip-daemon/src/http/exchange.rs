@@ -32,6 +32,8 @@ enum Stage {
 #[derive(Debug)]
 pub struct Exchange {
     limits: Limits,
+    /// Only requests that are for this computer are answered.
+    guarded: bool,
     deadline_us: u64,
     stage: Stage,
     request: Vec<u8>,
@@ -42,11 +44,12 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// A connection that was accepted at `now_us` (us).
+    /// A connection that was accepted at `now_us` (us); a `guarded` one is answered only where its Host is this computer.
     #[must_use]
-    pub fn new(now_us: u64, limits: Limits) -> Self {
+    pub fn new(now_us: u64, limits: Limits, guarded: bool) -> Self {
         Self {
             limits,
+            guarded,
             deadline_us: now_us.saturating_add(limits.request_us),
             stage: Stage::Reading,
             request: Vec::new(),
@@ -68,7 +71,10 @@ impl Exchange {
             Parsed::Incomplete if bytes.len() >= room => self.refuse(now_us, Refusal::TooLarge),
             Parsed::Incomplete => self.request = request,
             Parsed::Refused(refusal) => self.refuse(now_us, refusal),
-            Parsed::Page { path, head } => match page(path) {
+            Parsed::Page { local: false, .. } if self.guarded => {
+                self.refuse(now_us, Refusal::Misdirected);
+            }
+            Parsed::Page { path, head, .. } => match page(path) {
                 Ok((media_type, text)) => {
                     let len = text.len();
                     let fields = format!("Content-Type: {media_type}\r\nContent-Length: {len}");
@@ -83,7 +89,11 @@ impl Exchange {
     /// Answers with a refusal.
     pub fn refuse(&mut self, now_us: u64, refusal: Refusal) {
         let (code, words) = refusal.status();
-        let text = format!("{code} {words}\n");
+        let why = match refusal {
+            Refusal::Misdirected => ": only for Host: localhost or a loopback address",
+            _ => "",
+        };
+        let text = format!("{code} {words}{why}\n");
         let allow = if refusal == Refusal::Method { "\r\nAllow: GET, HEAD" } else { "" };
         let len = text.len();
         let fields =
@@ -170,8 +180,8 @@ mod tests {
 
     #[test]
     fn an_answer_is_sent_in_any_pieces_and_the_connection_ends() {
-        let mut exchange = Exchange::new(0, Limits::default());
-        for byte in b"GET /x HTTP/1.1\r\nHost: x\r\n\r\n" {
+        let mut exchange = Exchange::new(0, Limits::default(), true);
+        for byte in b"GET /x HTTP/1.1\r\nHost: localhost\r\n\r\n" {
             assert!(exchange.to_send().is_empty());
             exchange.receive(1, &[*byte], &mut page);
         }
@@ -191,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_head_has_no_body() {
-        let mut exchange = Exchange::new(0, Limits::default());
+        let mut exchange = Exchange::new(0, Limits::default(), true);
         exchange.receive(0, b"HEAD /x HTTP/1.1\r\n\r\n", &mut page);
         let text = answer(&exchange);
         assert!(text.contains("Content-Length: 12\r\n") && text.ends_with("\r\n\r\n"), "{text}");
@@ -207,8 +217,12 @@ mod tests {
             ("GET /y HTTP/1.1\r\n\r\n", "HTTP/1.1 404 Not Found\r\n"),
             ("PUT /x HTTP/1.1\r\n\r\n", "HTTP/1.1 405 Method Not Allowed\r\n"),
             ("GET\r\n\r\n", "HTTP/1.1 400 Bad Request\r\n"),
+            (
+                "GET /x HTTP/1.1\r\nHost: evil.example\r\n\r\n",
+                "HTTP/1.1 421 Misdirected Request\r\n",
+            ),
         ] {
-            let mut exchange = Exchange::new(0, Limits::default());
+            let mut exchange = Exchange::new(0, Limits::default(), true);
             exchange.receive(0, request.as_bytes(), &mut page);
             let text = answer(&exchange);
             assert!(text.starts_with(start), "{text}");
@@ -219,7 +233,7 @@ mod tests {
     #[test]
     fn a_slow_or_long_request_ends() {
         let limits = Limits::default();
-        let mut slow = Exchange::new(0, limits);
+        let mut slow = Exchange::new(0, limits, true);
         // A byte in every tenth of a second does not buy more time.
         for step in 0..20 {
             slow.receive(step * 100_000, b"G", &mut page);
@@ -232,7 +246,7 @@ mod tests {
         assert!(!slow.is_over());
         slow.tick(limits.request_us + limits.answer_us);
         assert!(slow.is_over(), "who does not take the answer is left");
-        let mut long = Exchange::new(0, limits);
+        let mut long = Exchange::new(0, limits, true);
         for _ in 0..limits.request_bytes / 8 - 1 {
             long.receive(0, b"GGGGGGGG", &mut page);
         }

@@ -1,5 +1,7 @@
 //! The bytes that came so far in; what is asked for, or why it is refused, out.
 
+use core::net::IpAddr;
+
 /// What the bytes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parsed<'a> {
@@ -11,6 +13,9 @@ pub enum Parsed<'a> {
         path: &'a str,
         /// HEAD instead of GET.
         head: bool,
+        /// Whether it is for this computer by every Host that it names, if any: a page of a foreign name that was made to lead here by
+        /// DNS is not.
+        local: bool,
     },
     /// Nothing that can be answered with a page.
     Refused(Refusal),
@@ -27,6 +32,8 @@ pub enum Refusal {
     Method,
     /// 408: the request took too long.
     Timeout,
+    /// 421: the request is for another computer.
+    Misdirected,
     /// 431: the request is too long.
     TooLarge,
     /// 500: the page could not be made.
@@ -49,6 +56,7 @@ impl Refusal {
             Self::NotFound => (404, "Not Found"),
             Self::Method => (405, "Method Not Allowed"),
             Self::Timeout => (408, "Request Timeout"),
+            Self::Misdirected => (421, "Misdirected Request"),
             Self::TooLarge => (431, "Request Header Fields Too Large"),
             Self::Internal => (500, "Internal Server Error"),
             Self::Unavailable => (503, "Service Unavailable"),
@@ -72,7 +80,26 @@ pub fn parse(bytes: &[u8]) -> Parsed<'_> {
         Err(httparse::Error::TooManyHeaders) => Err(Refusal::TooLarge),
         Err(_) => Err(Refusal::BadRequest),
     };
-    asked.map_or_else(Parsed::Refused, |(path, head)| Parsed::Page { path, head })
+    let local = request
+        .headers
+        .iter()
+        .filter(|field| field.name.eq_ignore_ascii_case("host"))
+        .all(|field| str::from_utf8(field.value).is_ok_and(is_local));
+    asked.map_or_else(Parsed::Refused, |(path, head)| Parsed::Page { path, head, local })
+}
+
+/// Whether a Host is a loopback address or `localhost`, with any port, or empty.
+fn is_local(host: &str) -> bool {
+    let host = host.trim();
+    let host = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let address = host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host);
+    let is_loopback = |ip: IpAddr| ip.to_canonical().is_loopback();
+    host.is_empty()
+        || host.eq_ignore_ascii_case("localhost")
+        || address.parse().is_ok_and(is_loopback)
 }
 
 /// Path and whether only the header is wanted.
@@ -96,9 +123,40 @@ mod tests {
         for end in 0..request.len() {
             assert_eq!(parse(&request[..end]), Parsed::Incomplete, "{end}");
         }
-        assert_eq!(parse(request), Parsed::Page { path: "/metrics", head: false });
+        assert_eq!(parse(request), Parsed::Page { path: "/metrics", head: false, local: true });
         let head = b"HEAD /healthz HTTP/1.0\r\n\r\nrest";
-        assert_eq!(parse(head), Parsed::Page { path: "/healthz", head: true });
+        assert_eq!(parse(head), Parsed::Page { path: "/healthz", head: true, local: true });
+    }
+
+    #[test]
+    fn a_host_is_this_computer_or_another() {
+        let local = |fields: &str| {
+            let request = format!("GET / HTTP/1.1\r\n{fields}\r\n");
+            matches!(parse(request.as_bytes()), Parsed::Page { local: true, .. })
+        };
+        for host in [
+            "localhost",
+            "LocalHost:9477",
+            "127.0.0.1",
+            "127.9.9.9:80",
+            "[::1]:9477",
+            "[::ffff:127.0.0.1]",
+            "",
+            ":80",
+        ] {
+            assert!(local(&format!("Host: {host}\r\n")), "{host}");
+        }
+        for host in [
+            "evil.example",
+            "127.0.0.1.evil.example",
+            "192.0.2.7:9477",
+            "[::2]",
+            "localhost.evil.example:80",
+            "\u{b5}",
+        ] {
+            assert!(!local(&format!("Host: {host}\r\n")), "{host}");
+        }
+        assert!(local("") && !local("Host: localhost\r\nhost: evil.example\r\n"));
     }
 
     #[test]

@@ -47,6 +47,8 @@ pub struct Interest<'a> {
 #[derive(Debug)]
 pub struct HttpServer {
     listener: TcpListener,
+    /// Whether only this computer reaches it.
+    loopback: bool,
     limits: Limits,
     connections: Vec<Connection>,
     refused: u64,
@@ -64,14 +66,15 @@ impl HttpServer {
     /// # Errors
     /// Where that is not so, or the address is taken.
     pub fn bind(address: SocketAddr, allow_remote: bool) -> Result<Self, ServeError> {
-        if !allow_remote && !address.ip().is_loopback() {
+        let loopback = address.ip().to_canonical().is_loopback();
+        if !allow_remote && !loopback {
             return Err(ServeError::Remote(address));
         }
         let bind = |source| ServeError::Bind { address, source };
         let listener = TcpListener::bind(address).map_err(bind)?;
         listener.set_nonblocking(true).map_err(bind)?;
         let connections = Vec::with_capacity(MOST);
-        Ok(Self { listener, limits: Limits::default(), connections, refused: 0 })
+        Ok(Self { listener, loopback, limits: Limits::default(), connections, refused: 0 })
     }
 
     /// The address in use: the port is chosen by the system where it was 0.
@@ -114,7 +117,7 @@ impl HttpServer {
             if stream.set_nonblocking(true).is_err() {
                 continue;
             }
-            let mut exchange = Exchange::new(now_us, self.limits);
+            let mut exchange = Exchange::new(now_us, self.limits, self.loopback);
             if self.connections.len() < MOST {
                 self.connections.push(Connection { stream, exchange });
             } else {

@@ -9,7 +9,7 @@ mod tests;
 
 use core::fmt::{Display, Write as _};
 pub use grip_session::config::LogLevel;
-use grip_session::utc;
+use grip_session::{exit::lines, utc};
 use std::io::{self, IsTerminal as _, Write};
 
 /// A sentence is reported again after this time (us), with the number of times it came meanwhile.
@@ -184,11 +184,11 @@ impl Log {
     fn line(&self, now: Clocks, entry: &Entry<'_>, out: &mut dyn Write) -> io::Result<()> {
         let Entry { level, text, fields } = *entry;
         match self.style {
-            LogStyle::Terminal => writeln!(out, "{}: {text}", self.program),
+            LogStyle::Terminal => writeln!(out, "{}: {}", self.program, lines(text)),
             LogStyle::Journal => {
                 let priority = priority(level);
                 // Every line of the journal needs its own prefix.
-                let text = text.replace('\n', &format!("\n<{priority}>"));
+                let text = lines(text).replace('\n', &format!("\n<{priority}>"));
                 writeln!(out, "<{priority}>{text}{}", logfmt(fields))
             }
             LogStyle::Plain => {

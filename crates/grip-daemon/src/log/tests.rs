@@ -19,6 +19,18 @@ fn lines(style: LogStyle, level: LogLevel, report: impl FnOnce(&mut Log, &mut Ve
     String::from_utf8(out).unwrap()
 }
 
+/// The header of a foreign program, for example.
+#[test]
+fn text_from_outside_changes_no_terminal() {
+    for (style, begin) in [(LogStyle::Terminal, "gripd: "), (LogStyle::Journal, "<4>")] {
+        let report = |log: &mut Log, out: &mut Vec<u8>| {
+            log.report(at(0), &entry(LogLevel::Warn, "a\x1b[2J\u{202e}b"), out).unwrap();
+        };
+        let line = lines(style, LogLevel::Info, report);
+        assert_eq!(line, format!("{begin}a\\u{{1b}}[2J\\u{{202e}}b\n"));
+    }
+}
+
 #[test]
 fn each_reader_gets_its_lines() {
     let fields: [(&str, &dyn Display); 3] =

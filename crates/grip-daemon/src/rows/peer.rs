@@ -28,9 +28,9 @@ pub(super) enum Peer {
     Stdin,
     /// Nobody has connected yet.
     Expected(Listener),
-    /// Somebody has.
-    Connected { stream: Stream, unsent: Vec<u8> },
-    /// Datagrams, of the first sender alone.
+    /// Somebody has; others can connect until its header is there.
+    Connected { stream: Stream, unsent: Vec<u8>, listener: Option<Listener> },
+    /// Datagrams, of the sender of the header alone.
     Udp { socket: UdpSocket, sender: Option<SocketAddr> },
     /// A thread of this program that reads a sensor; it wants nothing back.
     Fed(UnixDatagram),
@@ -94,7 +94,10 @@ impl Peer {
             Self::Expected(listener) => {
                 match listener.accept() {
                     Ok(stream) => {
-                        *self = Self::Connected { stream, unsent: Vec::new() };
+                        if let Self::Expected(listener) = core::mem::replace(self, Self::Stdin) {
+                            let listener = Some(listener);
+                            *self = Self::Connected { stream, unsent: Vec::new(), listener };
+                        }
                     }
                     Err(error) if is_nothing(&error) => {}
                     Err(error) => return Err(error),
@@ -136,6 +139,35 @@ impl Peer {
         Ok(Received::Bytes(input.get(..count).unwrap_or(&[])))
     }
 
+    /// The header is there: nobody else is waited for. Without one (`is_source` is not set) the next program is; `false` where there can
+    /// be none.
+    pub(super) fn settle(&mut self, is_source: bool) -> bool {
+        match self {
+            Self::Connected { listener, .. } if is_source => *listener = None,
+            Self::Connected { listener, .. } => match listener.take() {
+                Some(listener) => *self = Self::Expected(listener),
+                None => return false,
+            },
+            Self::Udp { sender, .. } if !is_source => *sender = None,
+            Self::Udp { .. } => {}
+            Self::Stdin | Self::Expected(_) | Self::Fed(_) => return is_source,
+        }
+        true
+    }
+
+    /// Whether somebody has connected who has sent no header, and whether another one takes his place now.
+    pub(super) fn replace_silent(&mut self) -> bool {
+        let Self::Connected { stream, unsent, listener: Some(listener) } = self else {
+            return false;
+        };
+        let next = listener.accept();
+        let replaced = next.is_ok();
+        if let Ok(next) = next {
+            (*stream, *unsent) = (next, Vec::new());
+        }
+        replaced
+    }
+
     /// A line about what happened; standard output has it already.
     pub(super) fn line(&mut self, line: &str) {
         if !matches!(self, Self::Stdin) {
@@ -161,7 +193,7 @@ impl Peer {
 
     /// Writes what the program takes.
     pub(super) fn write(&mut self) {
-        let Self::Connected { stream, unsent } = self else { return };
+        let Self::Connected { stream, unsent, .. } = self else { return };
         while !unsent.is_empty() {
             match stream.write(unsent) {
                 Ok(count @ 1..) => drop(unsent.drain(..count)),

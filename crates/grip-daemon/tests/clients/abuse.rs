@@ -3,7 +3,7 @@
 use crate::rig::{PATIENCE, Rig, tcp, wanted};
 use grip_daemon::client::ClientLink;
 use grip_daemon::clients::{ClientsConfig, Listen};
-use grip_link::message::daemon::{Goodbye, Topics};
+use grip_link::message::daemon::{Goodbye, ToClient, Topics};
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 
@@ -67,6 +67,7 @@ fn garbage_is_counted_and_then_refused() {
     let mut rig = Rig::new(tcp());
     let mut healthy = rig.viewer(1, wanted(Topics::default(), 1));
     let mut stream = raw(&rig);
+    stream.write_all(&ClientLink::new(4).subscribe(&wanted(Topics::default(), 0))).unwrap();
     let rubbish: Vec<u8> = (0..4096_u32).map(|i| (i * 7 % 61) as u8).collect();
     for _ in 0..PATIENCE {
         let _maybe_full = stream.write(&rubbish);
@@ -76,31 +77,35 @@ fn garbage_is_counted_and_then_refused() {
         }
     }
     assert_eq!((rig.clients.counters().sent_away, rig.clients.count()), (1, 1));
+    assert_eq!(rig.clients.take_strangers(), 0, "it has begun well");
     rig.samples(10);
     rig.until(&mut healthy, |seen| seen.rows.len() == 10);
 }
 
 #[test]
-fn who_states_nothing_is_sent_away_in_a_session_that_every_client_receives() {
-    let mut rig = Rig::new(tcp());
-    let mut stream = raw(&rig);
-    stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
-    let mut link = ClientLink::new(5);
-    let (mut bytes, mut reason) = ([0; 1000], None);
-    for _ in 0..PATIENCE {
-        rig.turn();
-        match stream.read(&mut bytes) {
-            Ok(0) => break,
-            Ok(count) => link.receive(&bytes[..count], &mut |message| {
-                let grip_link::message::daemon::ToClient::Notice(notice) = message else {
-                    panic!("{message:?}")
-                };
-                reason = Some(Goodbye::from_code(notice.code));
-            }),
-            Err(_) => {}
+fn who_states_nothing_or_no_subscribe_is_sent_away_in_a_session_that_every_client_receives() {
+    let cases =
+        [(&b"\0\x04"[..], Goodbye::Silent, 0), (b"GET / HTTP/1.1\r\n\r\n", Goodbye::Garbage, 1)];
+    for (sent, wanted, strangers) in cases {
+        let mut rig = Rig::new(tcp());
+        let mut stream = raw(&rig);
+        stream.write_all(sent).unwrap();
+        let mut link = ClientLink::new(5);
+        let (mut bytes, mut reason) = ([0; 1000], None);
+        for _ in 0..PATIENCE {
+            rig.turn();
+            match stream.read(&mut bytes) {
+                Ok(0) => break,
+                Ok(count) => link.receive(&bytes[..count], &mut |message| {
+                    let ToClient::Notice(notice) = message else { panic!("{message:?}") };
+                    reason = Some(Goodbye::from_code(notice.code));
+                }),
+                Err(_) => {}
+            }
         }
+        assert_eq!((reason, rig.clients.count()), (Some(wanted), 0));
+        assert_eq!((rig.clients.take_strangers(), rig.clients.take_strangers()), (strangers, 0));
     }
-    assert_eq!((reason, rig.clients.count()), (Some(Goodbye::Silent), 0));
 }
 
 #[test]

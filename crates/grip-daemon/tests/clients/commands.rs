@@ -163,6 +163,59 @@ fn commands_that_nobody_fetches_are_refused_when_too_many_wait() {
 }
 
 #[test]
+fn a_flood_is_refused_but_the_newest_least_force_is_carried_out() {
+    let mut rig = streaming();
+    let mut viewer = rig.viewer(1, wanted(Topics::default(), 0));
+    let mut came = Vec::new();
+    for n in 1..=200 {
+        let least = Command { force_mn: 10 * n, ..Command::new(Operation::AtLeast) };
+        viewer.client.command(&least).unwrap();
+        viewer.client.command(&Command::new(Operation::Grasp)).unwrap();
+        let answers = usize::try_from(2 * n).unwrap();
+        rig.until(&mut viewer, |seen| seen.acks.len() + seen.nacks.len() == answers);
+        came.append(&mut drain(&mut rig));
+    }
+    for _ in 0..11 {
+        rig.turn();
+    }
+    came.append(&mut drain(&mut rig));
+    assert_eq!((viewer.seen.acks.len(), viewer.seen.nacks.len()), (300, 100));
+    assert!(viewer.seen.nacks.iter().all(|(_, reason)| reason == "Busy"));
+    let least = |command: &&ClientCommand| matches!(command, ClientCommand::AtLeast(_));
+    assert!(came.iter().filter(least).count() < 100, "{came:?}");
+    assert_eq!(came.iter().rfind(least), Some(&ClientCommand::AtLeast(2.0)));
+    rig.now_us += 1_000_000;
+    viewer.client.command(&Command::new(Operation::Stop)).unwrap();
+    rig.until(&mut viewer, |seen| seen.acks.len() == 301);
+}
+
+/// A program that crashes lets nothing fall, and none takes back what another one has asked for.
+#[test]
+fn a_least_force_stays_its_clients_own() {
+    let mut rig = streaming();
+    let least = |force_mn| Command { force_mn, ..Command::new(Operation::AtLeast) };
+    let mut first = rig.viewer(1, wanted(Topics::default(), 0));
+    let mut second = rig.viewer(2, wanted(Topics::default(), 0));
+    first.client.command(&least(20_000)).unwrap();
+    rig.until(&mut first, |seen| seen.acks.len() == 1);
+    rig.now_us += 10_000;
+    second.client.command(&least(0)).unwrap();
+    rig.until(&mut second, |seen| seen.acks.len() == 1);
+    assert_eq!(drain(&mut rig), [ClientCommand::AtLeast(20.0), ClientCommand::AtLeast(20.0)]);
+    drop(first);
+    while rig.clients.count() > 1 {
+        rig.turn();
+    }
+    for _ in 0..100 {
+        rig.turn();
+    }
+    assert_eq!(drain(&mut rig), [], "nothing falls");
+    second.client.command(&least(0)).unwrap();
+    rig.until(&mut second, |seen| seen.acks.len() == 2);
+    assert_eq!(drain(&mut rig), [ClientCommand::AtLeast(0.0)]);
+}
+
+#[test]
 fn other_computers_are_kept_out_unless_it_is_stated() {
     let open = ClientsConfig { listen: "tcp:0.0.0.0:0".parse().unwrap(), ..tcp() };
     let refused = Clients::listen(open.clone(), crate::rig::about()).unwrap_err();

@@ -4,7 +4,9 @@ use grip_daemon::client::ClientLink;
 use grip_daemon::clients::{Asked, ClientSession, Terms};
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::frame::{Direction, Header, MAX_WIRE, encode};
-use grip_link::message::daemon::{RealTime, ToClient, Topics, Welcome, WelcomeFlags};
+use grip_link::message::daemon::{
+    Command, Goodbye, Operation, RealTime, ToClient, Topics, Welcome, WelcomeFlags,
+};
 use grip_link::message::{Kind, NackReason, Versions};
 use proptest::prelude::*;
 use slip_core::ClientCommand;
@@ -22,8 +24,16 @@ fn terms(allow_commands: bool) -> Terms<'static> {
         real_time: RealTime::NotAsked,
         text: b"test",
     };
-    let allow_models = allow_commands;
-    Terms { welcome, allow_commands, allow_models, token: TOKEN, room: 64, immovable: None }
+    let (allow_models, force_max_n) = (allow_commands, Some(60.0));
+    Terms {
+        welcome,
+        allow_commands,
+        allow_models,
+        token: TOKEN,
+        room: 64,
+        immovable: None,
+        force_max_n,
+    }
 }
 
 fn wire(kind: u8, seq: u16, session: u16, payload: &[u8]) -> Vec<u8> {
@@ -112,6 +122,69 @@ fn a_client_of_another_version_gets_a_welcome_and_a_goodbye() {
     let mut input = session.outgoing();
     while decoder.next(&mut input).is_some() {}
     assert_eq!(decoder.counters().ok, 2);
+}
+
+/// A page in a browser can send any bytes behind the head of a request, and a call of WebRTC any behind its own head.
+#[test]
+fn a_connection_begins_with_subscribe_or_ends() {
+    let mut link = ClientLink::new(7);
+    let frames = [
+        link.subscribe(&crate::rig::wanted(Topics::ALL, 1)),
+        link.command(&Command { force_mn: 25_000, ..Command::new(Operation::AtLeast) }),
+        link.command(&Command::new(Operation::Stop)),
+    ];
+    let [_, command, _] = &frames;
+    let malformed = wire(0xA8, 0, 7, &[1]);
+    let without_nonce = wire(0xA8, 0, 0, &[1, 1, 0, 0, 1, 0, 0, 0]);
+    let mut heads: Vec<Vec<u8>> =
+        ["GET", "POST", "PUT", "HEAD", "OPTIONS", "BREW", "\r\nPOST", "\0\0GET"]
+            .map(|method| {
+                format!("{method} / HTTP/1.1\r\nHost: 127.0.0.1:7747\r\n\r\n").into_bytes()
+            })
+            .into();
+    heads.push(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03".to_vec());
+    heads.push(b"\0\x03\0\x08\x21\x12\xa4\x42turn".to_vec());
+    heads.extend([command.clone(), malformed, without_nonce, b"\x01\0".to_vec()]);
+    for head in heads {
+        for piece in [1, 7, usize::MAX] {
+            let mut session = ClientSession::new(0, 8_192);
+            let bytes = [head.clone(), frames.concat()].concat();
+            for part in bytes.chunks(piece.min(bytes.len())) {
+                session
+                    .receive(1, part, &terms(true), &mut |request| panic!("{request:?}: {head:?}"));
+            }
+            assert_eq!(session.goodbye(), Some(Goodbye::Garbage), "{head:?}");
+            assert!(session.is_stranger());
+        }
+        let mut session = ClientSession::new(0, 8_192);
+        if head.first().is_some_and(|byte| *byte >= b' ') {
+            session.receive(1, &head[..1], &terms(true), &mut |request| panic!("{request:?}"));
+            assert!(session.is_stranger(), "at once");
+        }
+    }
+    let (asked, session) = run(&frames[1..].concat(), 1, true);
+    assert_eq!((asked.len(), session.goodbye()), (3, None));
+}
+
+#[test]
+fn a_force_above_the_largest_one_is_refused() {
+    let mut link = ClientLink::new(7);
+    let mut bytes = link.subscribe(&crate::rig::wanted(Topics::ALL, 1));
+    for operation in [Operation::AtLeast, Operation::Expect] {
+        for force_mn in [60_000, 60_002, i32::MAX] {
+            bytes.extend(link.command(&Command { force_mn, ..Command::new(operation) }));
+        }
+    }
+    let (mut session, mut asked, mut refused) = (ClientSession::new(0, 8_192), vec![], 0);
+    session.receive(1, &bytes, &terms(true), &mut |request| asked.push(request));
+    let taken = [ClientCommand::AtLeast(60.0), ClientCommand::Expect(60.0)].map(Asked::Command);
+    assert_eq!(asked[1..], taken);
+    link.receive(session.outgoing(), &mut |message| {
+        let ToClient::Nack(nack) = message else { return };
+        assert_eq!(nack.reason, NackReason::Malformed);
+        refused += 1;
+    });
+    assert_eq!(refused, 4);
 }
 
 #[test]

@@ -72,7 +72,7 @@ impl Server {
     /// # Errors
     /// [`ServeError`].
     pub fn start(address: SocketAddr, allow_remote: bool, name: &str) -> Result<Self, ServeError> {
-        if !allow_remote && !address.ip().is_loopback() {
+        if !allow_remote && !address.ip().to_canonical().is_loopback() {
             return Err(ServeError::Remote(address));
         }
         let context = Context::new();

@@ -31,6 +31,8 @@ const WAITING: usize = 4096;
 /// for a receiver that hangs. Who has more is asked again.
 const QUESTIONS: usize = 32;
 const PAGE: usize = 256;
+/// Grippers that are known at a time.
+const MOST: usize = 10_000;
 /// Patience with an answer from a log.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -234,6 +236,11 @@ impl Watch {
         // The way holds a sender: it never ends.
         let Ok(updates) = self.updates.recv_timeout(patience) else { return Ok(None) };
         self.way.waiting.fetch_sub(1, Ordering::Relaxed);
+        if let Update::Live(member, ..) | Update::Life(member, _) = &updates
+            && !self.has_room(member)
+        {
+            return Ok(None);
+        }
         match updates {
             Update::Life(member, alive) => self.life(member, alive),
             Update::Live(member, Part::Topic(Topic::Events), stamp, message) => {
@@ -316,6 +323,16 @@ impl Watch {
             Verdict::Known => Ok(None),
             Verdict::Early => self.ask(&member).map(|()| None),
         }
+    }
+
+    /// Whether a gripper is known or can be. Anybody may invent names where the router lets him: those that are not there and of whom
+    /// nothing came make room.
+    fn has_room(&mut self, member: &Member) -> bool {
+        if self.watched.len() >= MOST && !self.watched.contains_key(member) {
+            self.watched
+                .retain(|_, it| it.alive || it.open || it.due || it.follower.last().is_some());
+        }
+        self.watched.len() < MOST || self.watched.contains_key(member)
     }
 
     fn watched(&mut self, member: &Member) -> &mut Watched {

@@ -12,6 +12,8 @@ use packet::{Cut, Cutter, Kind, records};
 
 /// Taxels of a finger.
 pub const TAXELS: usize = 28;
+/// Ends of the range of the dynamic channel (counts): readings from here on are saturated, or errors of a line without a checksum.
+pub const RAIL: f32 = 32_767.0;
 /// Rows a second, and the time from row to row (us).
 pub const RATE_HZ: u32 = 1000;
 const PERIOD_US: u64 = 1000;

@@ -78,7 +78,8 @@ fn sockets(config: &HostConfig, warn: &mut dyn FnMut(bool, &str)) {
         config.allow_commands && config.listen == Listen::Off,
         "allow_commands is set, but no client can connect: listen is \"off\"",
     );
-    let remote_metrics = config.metrics.is_some_and(|metrics| !metrics.ip().is_loopback());
+    let remote_metrics =
+        config.metrics.is_some_and(|metrics| !metrics.ip().to_canonical().is_loopback());
     warn(
         config.allow_remote && !config.listen.is_remote() && !remote_metrics,
         "allow_remote is set, but no address is open to other computers",

@@ -31,7 +31,7 @@ impl HostConfig {
             return Err(("fleet.site", ValueError::FleetNowhere));
         }
         match self.metrics {
-            Some(address) if !address.ip().is_loopback() && !self.allow_remote => {
+            Some(address) if !address.ip().to_canonical().is_loopback() && !self.allow_remote => {
                 Err(("metrics", ValueError::MetricsRemote(address)))
             }
             _ => Ok(()),

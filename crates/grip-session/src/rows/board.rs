@@ -96,6 +96,8 @@ pub struct RowBoard {
     ended: bool,
     cut: bool,
     times: Times,
+    /// A first row that could not be read: that of a stream that was joined in its middle.
+    joined: Option<CutError>,
     counters: RowCounters,
     reports: Vec<String>,
     gripper: Gripper,
@@ -143,6 +145,7 @@ impl RowBoard {
             ended: false,
             cut: false,
             times: Times::default(),
+            joined: None,
             counters: RowCounters::default(),
             reports: Vec::new(),
             gripper: Gripper::default(),
@@ -198,6 +201,20 @@ impl RowBoard {
     #[must_use]
     pub fn room(&self) -> usize {
         self.cutter.as_ref().map_or(HEADER, RowCutter::room)
+    }
+
+    /// Whether there was a header.
+    #[must_use]
+    pub fn has_header(&self) -> bool {
+        self.cutter.is_some()
+    }
+
+    /// What came so far was none of a source: the board waits for its header again.
+    pub fn restart(&mut self) {
+        if self.cutter.is_none() {
+            self.header.clear();
+            self.ended = false;
+        }
     }
 
     /// Whether the first row is there: the host may call.
@@ -332,7 +349,13 @@ impl RowBoard {
             let timed = cutter.time_s();
             let (number, period_us) = (cutter.row() - 1, cutter.header().period_us());
             match (row, self.board.is_some()) {
-                (Err(error), false) => return Err(RowsError::First(error)),
+                (Err(error), false) => {
+                    let text = cutter.header().format == RowFormat::Csv;
+                    if self.options.datagrams || self.joined.is_some() || !text {
+                        return Err(RowsError::First(self.joined.take().unwrap_or(error)));
+                    }
+                    self.joined = Some(error);
+                }
                 (Err(error), true) => {
                     let is_timed = cutter.is_timed();
                     self.report_bad(&error.to_string());
@@ -355,7 +378,10 @@ impl RowBoard {
     /// No row is there; where none comes any more, that is the end.
     fn none(&mut self) -> Result<bool, RowsError> {
         self.cut = self.ended;
-        if self.ended && self.board.is_none() { Err(RowsError::Empty) } else { Ok(false) }
+        if !self.ended || self.board.is_some() {
+            return Ok(false);
+        }
+        Err(self.joined.take().map_or(RowsError::Empty, RowsError::First))
     }
 
     /// Whether the row that was cut is newer than the one before; what is missing between them is counted.
@@ -434,6 +460,11 @@ impl RowBoard {
         if let Some(board) = &mut self.board {
             board.waiting = Some(tick);
         } else if let Some(cutter) = &self.cutter {
+            if let Some(error) = self.joined.take() {
+                self.counters.bad += 1;
+                self.reports
+                    .push(format!("{error}; it is left out: the stream was joined in its middle"));
+            }
             let mut link = DeviceLink::new(device_config(cutter.header(), &self.options))?;
             let holds_n = self.options.actuator.map_or(0.0, |actuator| actuator.holds_n);
             if holds_n > 0.0 {

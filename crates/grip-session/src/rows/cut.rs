@@ -4,8 +4,8 @@ use super::header::{Header, RowFormat};
 
 /// Longest line (bytes).
 const LONGEST: usize = 4096;
-/// Bytes that are kept until their rows are taken.
-const MOST: usize = 64 * 1024;
+/// Bytes that are kept until their rows are taken: a datagram of any size, its rows with a number each, beside as many that wait.
+const MOST: usize = 192 * 1024;
 
 /// What is wrong with a row; rows are counted from 1, without the header.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -56,7 +56,7 @@ pub enum CutError {
     },
 }
 
-/// Cuts rows off a stream of bytes. At most 64 KiB are kept.
+/// Cuts rows off a stream of bytes. At most 192 KiB are kept.
 #[derive(Debug)]
 pub struct RowCutter {
     header: Header,
@@ -64,6 +64,8 @@ pub struct RowCutter {
     start: usize,
     row: u64,
     ended: bool,
+    /// Within a line that is too long: its end is no row.
+    skipping: bool,
     /// Each packed row follows its number, as of a datagram.
     numbered: bool,
     time_s: Option<f64>,
@@ -81,6 +83,7 @@ impl RowCutter {
             start: 0,
             row: 0,
             ended: false,
+            skipping: false,
             numbered: false,
             time_s: None,
             values,
@@ -183,14 +186,21 @@ impl RowCutter {
     fn next_line(&mut self) -> Option<Result<(), CutError>> {
         loop {
             let left = self.kept.get(self.start..).unwrap_or(&[]);
-            let (line, taken) = match left.iter().position(|byte| *byte == b'\n') {
+            let end = left.iter().position(|byte| *byte == b'\n');
+            if self.skipping || end.unwrap_or(left.len()) > LONGEST {
+                self.start += end.map_or(left.len(), |end| end + 1);
+                if core::mem::replace(&mut self.skipping, end.is_none()) {
+                    if end.is_none() {
+                        return None;
+                    }
+                    continue;
+                }
+                self.row += 1;
+                return Some(Err(CutError::Long { row: self.row }));
+            }
+            let (line, taken) = match end {
                 Some(end) => (left.get(..end).unwrap_or(left), end + 1),
                 None if left.is_empty() => return None,
-                None if left.len() > LONGEST => {
-                    self.start = self.kept.len();
-                    self.row += 1;
-                    return Some(Err(CutError::Long { row: self.row }));
-                }
                 None if self.ended => (left, left.len()),
                 None => return None,
             };
@@ -363,8 +373,11 @@ mod tests {
             let error = cutter.next_row().unwrap().unwrap_err().to_string();
             assert!(error.contains(words), "{text}: {error}");
         }
-        cutter.push(b"1,2,3\n");
-        assert_eq!(all(&mut cutter), [Ok(vec![2.0, 3.0])]);
+        cutter.push(b"00000.101,99.5,7\n1,2,3\n");
+        assert_eq!(all(&mut cutter), [Ok(vec![2.0, 3.0])], "the end of a line is no row");
+        cutter.push(format!("{long}\n4,5,6\n").as_bytes());
+        let rows = all(&mut cutter);
+        assert_eq!(rows, [Err(CutError::Long { row: 13 }), Ok(vec![5.0, 6.0])]);
     }
 
     #[test]

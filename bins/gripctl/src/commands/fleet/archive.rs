@@ -1,6 +1,6 @@
 //! `gripctl fleet archive`: a router in; events and HEALTH of all grippers in files by day out, until it is stopped.
 
-use super::{super::clock, network, stopped};
+use super::{super::clock, Unreadable, network, stopped};
 use crate::cli::fleet::ArchiveArgs;
 use core::{sync::atomic::Ordering, time::Duration};
 use grip_fleet::{
@@ -31,6 +31,7 @@ pub(super) fn run(args: &ArchiveArgs) -> anyhow::Result<Exit> {
     let mut watch = Watch::new(network.open()?, &selector, Since::Start, &[Topic::Health])?;
     watch.resume(archive.received());
     let (mut committed, mut lost) = (clock::monotonic(), false);
+    let mut unreadable = Unreadable::default();
     while !stopped.load(Ordering::Relaxed) {
         match watch.next(LOOK)? {
             Some(Reported::Event { member, id, at, message, missing }) => {
@@ -47,7 +48,7 @@ pub(super) fn run(args: &ArchiveArgs) -> anyhow::Result<Exit> {
                 archive.health(clock::utc_ns(), &member, stamp, &message)?;
             }
             Some(Reported::Unreadable { key }) => {
-                eprintln!("gripctl: {key}: something came that no gripd sends");
+                unreadable.take(&key);
             }
             Some(Reported::Came(_) | Reported::Gone(_)) | None => {}
         }

@@ -11,7 +11,7 @@ use grip_fleet::{
     net::standing,
 };
 use grip_session::{
-    exit::{Exit, message},
+    exit::{Exit, escape, message},
     utc,
 };
 use serde::Serialize;
@@ -47,7 +47,7 @@ pub(super) fn run(args: &SelectArgs) -> anyhow::Result<Exit> {
                 }
             }
             Err(error) => {
-                eprintln!("gripctl: {}", message(&error));
+                eprintln!("gripctl: {}", escape(&message(&error)));
                 exit = Exit::Failed;
             }
         }
@@ -66,7 +66,8 @@ fn print(began_ns: u64, entries: &[(Member, Entry)], json: bool) -> anyhow::Resu
         let by = if origin.by.is_empty() { "nobody knows whom" } else { &origin.by };
         let signed = entries.iter().find_map(|(_, entry)| entry.signed.as_ref());
         let signed = signed.map_or_else(String::new, |signed| format!(", {signed}"));
-        output::line(&format!("{}  {model} by {by}{signed}", utc::line(began_ns / 1000)))?;
+        let text = escape(&format!("{model} by {by}{signed}"));
+        output::line(&format!("{}  {text}", utc::line(began_ns / 1000)))?;
     }
     for (member, entry) in entries {
         if json {

@@ -16,7 +16,7 @@ use grip_fleet::{
     recordings::{FetchError, Fetched, PIECE, Recording, fetch},
 };
 use grip_session::{
-    exit::{Exit, message},
+    exit::{Exit, escape, message},
     utc,
 };
 use serde::Serialize;
@@ -82,7 +82,7 @@ pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
         let all = match listed(&session, &member) {
             Ok(all) => all,
             Err(error) => {
-                eprintln!("gripctl: {}", named(&member, &message(error.as_ref())));
+                eprintln!("gripctl: {}", named(&member, &escape(&message(error.as_ref()))));
                 exit = if is_refused(&error) { exit } else { Exit::DataLost };
                 continue;
             }
@@ -91,7 +91,7 @@ pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
             if args.place.json {
                 output::json(&Line::new(&member, recording))?;
             } else {
-                output::line(&format!("{member}  {}", text(recording)))?;
+                output::line(&format!("{member}  {}", escape(&text(recording))))?;
             }
         }
     }
@@ -148,7 +148,7 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
         let all = match listed(&session, &member) {
             Ok(all) => all,
             Err(error) => {
-                eprintln!("gripctl: {}", named(&member, &message(error.as_ref())));
+                eprintln!("gripctl: {}", named(&member, &escape(&message(error.as_ref()))));
                 summary.without += 1;
                 lost |= !is_refused(&error);
                 continue;
@@ -283,7 +283,7 @@ fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> 
     }
     let Recording { name, bytes, .. } = line.recording;
     if let Some(reason) = &line.reason {
-        eprintln!("gripctl: {}", named(member, reason));
+        eprintln!("gripctl: {}", named(member, &escape(reason)));
         return Ok(());
     }
     let what = match (line.done, line.resumed) {
@@ -294,7 +294,7 @@ fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> 
         (Some("there"), _) => "is here already".to_owned(),
         _ => "is being written; not copied".to_owned(),
     };
-    Ok(output::line(&format!("{member}  {name}  {what}"))?)
+    Ok(output::line(&format!("{member}  {}  {what}", escape(name)))?)
 }
 
 fn report(json: bool, summary: &Summary) -> anyhow::Result<()> {

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &FoxgloveArgs) -> anyhow::Result<Exit> {
     }
     let complaints = Complaints::listen()?;
     let server = serve(args)?;
-    if !args.listen.ip().is_loopback() {
+    if !args.listen.ip().to_canonical().is_loopback() {
         eprintln!("gripctl: {REMOTE}");
     }
     output::line(&format!("Foxglove opens ws://{}", server.address()))?;

@@ -7,6 +7,7 @@ use grip_daemon::client::{Client, ClientError};
 use grip_fleet::live::{Translator, Wanted};
 use grip_link::message::daemon::{NoticeKind, ToClient};
 use grip_link::message::{NackReason, Versions};
+use grip_session::exit::escape;
 
 /// How long a connection may take.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -76,7 +77,7 @@ impl<'a, 'b> Talk<'a, 'b> {
             match &self.received.greeted {
                 Some(name) if !reported => {
                     reported = true;
-                    eprintln!("gripctl: connected to {name} at {}", args.address);
+                    eprintln!("gripctl: connected to {} at {}", escape(name), args.address);
                     self.view.server.settle("daemon");
                 }
                 None if now > begun + GREETING => {

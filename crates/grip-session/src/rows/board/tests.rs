@@ -430,7 +430,27 @@ proptest! {
             if bench.turn().is_err() {
                 break;
             }
-            prop_assert!(bench.board.room() <= 64 * 1024);
+            prop_assert!(bench.board.room() <= 192 * 1024);
         }
+    }
+}
+
+#[test]
+fn a_text_stream_may_be_joined_in_its_middle() {
+    let mut board = RowBoard::new(STREAM);
+    board.push(b"t_s,vibration,rate=1600\n625,0.1,\n0.5,0.1\n0.500625,0.2\n").unwrap();
+    board.turn(0).unwrap();
+    assert_eq!((board.is_ready(), board.counters().bad), (true, 1));
+    let reports = board.take_reports();
+    assert!(reports[0].contains("row 1: 3 values") && reports[0].contains("joined in its middle"));
+    for (rows, datagrams) in
+        [("5,0.1,\n6,7,8\n", false), ("5,0.1,\n", false), ("5,0.1,\n1,2\n", true)]
+    {
+        let mut board = RowBoard::new(BoardOptions { actuator: None, datagrams });
+        board.push(b"t_s,vibration,rate=1600\n").unwrap();
+        board.push(rows.as_bytes()).unwrap();
+        board.end().unwrap();
+        let error = board.turn(0).unwrap_err().to_string();
+        assert!(error.contains("row 1: 3 values"), "{rows}: {error}");
     }
 }
