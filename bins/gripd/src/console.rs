@@ -15,7 +15,7 @@ use grip_session::{
     report::{ClockHealth, Condition, Event},
     session::explain,
 };
-use slip_core::PipelineState;
+use slip_core::{ClientCommand, PipelineState};
 use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.
@@ -97,7 +97,10 @@ impl Console {
                 }
             }
             Item::Client { command, .. } => {
-                self.log(LogLevel::Info, &format!("a client asked: {}", command));
+                // What is expected may come from the memory or the configuration, too.
+                let expects = matches!(command, ClientCommand::Expect(_));
+                let from = if expects { "the next grasp" } else { "a client asked" };
+                self.log(LogLevel::Info, &format!("{from}: {command}"));
             }
             _ => {}
         }
