@@ -7,7 +7,7 @@ import struct
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from ..codes import DeviceState
+from ..codes import DeviceState, Unit
 from ..wire import BadValue, pack, unpack
 from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource, Unsure
 
