@@ -95,6 +95,11 @@ do_dpkg --install "$fleet"
 do_dpkg --install "$library"
 [ -e "$root/usr/lib/libslip.so" ] || fail "libslip.so leads nowhere"
 "$root/usr/bin/gripfleet" --version | grep -qx 'gripfleet [0-9.]*' || fail "the installed gripfleet does not run"
+for module in cdc_acm usbserial; do # or DeviceAllow= leaves out what is plugged in after the start
+    for key in Wants After; do
+        grep -q "^$key=.*modprobe@$module.service" packaging/gripd.service || fail "gripd.service: $key= lacks modprobe@$module"
+    done
+done
 if command -v systemd-analyze >/dev/null; then
     for name in gripd gripfleet; do
         unit=$target/deb-check/$name.service

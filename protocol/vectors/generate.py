@@ -86,7 +86,8 @@ FIELDS.update({
     "STATE_APPENDED": [("late", "f")],
     "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
     "GRIPPER": [
-        ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"), (None, "H"),
+        ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"),
+        ("stylus", "B"), (None, "B"),
     ],
     "ROWS": [
         ("first_index", "I"), ("t0_us", "Q"), ("every_nth", "H"), ("channels", "H"), ("n", "B"), ("taxels", "B"), (None, "H"),
@@ -322,7 +323,7 @@ setup = dict(settings=2, fw_major=1, fw_minor=2, fw_patch=345, in_force=bytes(ra
 load = dict(sha256=bytes(range(64, 96)), size=261, offset=255, bytes=b"tail\n}")
 for kind, values in (
     ("WELCOME", welcome), ("SLIP", slip), ("STATE", state), ("HEALTH", health),
-    ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16)),
+    ("GRIPPER", dict(uid=b"grip-link-test-1", boot_id=0xB007, rate_hz=10000, force_max=20.0, link=4, taxels=16, stylus=1)),
     ("ROWS", rows), ("NOTICE", notice), ("SUBSCRIBE", subscribe), ("COMMAND", command), ("QUERY", {}),
     ("SETUP", setup), ("LOAD", load), ("OBJECT", dict(text="Größe 1".encode())),
     ("SHADOW", load),
@@ -345,7 +346,7 @@ valid("health_clock_not_known", "HEALTH", dict(health, clock_half=NAN, clock_off
 valid("health_of_an_older_daemon", "HEALTH", health_first, rows=CLIENTS)
 valid("health_grown_in_part", "HEALTH", health_first, use="decode", extra=b"\x01" * 207, rows=CLIENTS)
 valid("health_grown_again", "HEALTH", health, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
-valid("gripper_none", "GRIPPER", dict(uid=bytes(16), boot_id=0, rate_hz=0, force_max=NAN, link=0, taxels=0), rows=CLIENTS)
+valid("gripper_none", "GRIPPER", dict(uid=bytes(16), boot_id=0, rate_hz=0, force_max=NAN, link=0, taxels=0, stylus=0), rows=CLIENTS)
 valid("rows_64_taxels", "ROWS", dict(rows, channels=511, n=1, taxels=64, first_index=2**32 - 1, every_nth=65535, rows=[(0, *range(9), *range(64))]), rows=CLIENTS)
 valid("rows_full", "ROWS", dict(rows, channels=1, n=57, every_nth=1, rows=[(100 * i, i * 1e-8) for i in range(57)]), rows=CLIENTS)
 valid("notice_session_0", "NOTICE", dict(notice, kind=5, code=5, count=0, text=b"too many clients are connected"), rows=CLIENTS, session=0)

@@ -5,7 +5,10 @@ mod commands;
 mod output;
 mod terminal;
 
-use clap::Parser as _;
+use clap::{
+    Parser as _,
+    error::{ContextKind, ContextValue},
+};
 use cli::{Cli, Command};
 use grip_eval::{
     calibrate::CalibrationError, collect::CollectError, profile::ProfileError, score::ScoreError,
@@ -17,8 +20,36 @@ use grip_sim::port::is_scene_error;
 use mlp::train::DataSetError;
 use std::process::ExitCode;
 
+/// What the command line cannot know: words of the language it is written in, and commands that were not built.
+fn explained(error: &clap::Error) -> Option<String> {
+    if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
+        && ["fleet", "foxglove"].contains(&name.as_str())
+    {
+        return Some(format!(
+            "gripctl: it was built without `{name}`: cargo build --release -p gripctl --features {name}\n"
+        ));
+    }
+    let (text, words) =
+        (error.to_string(), ["invalid float literal", "invalid digit found in string"]);
+    let [number, whole] = words.map(|words| text.contains(words));
+    (number || whole).then(|| {
+        text.replace(words[0], "no number; decimals stand behind a point: 4.2")
+            .replace(words[1], "no whole number")
+    })
+}
+
 fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => match explained(&error) {
+            Some(text) => {
+                eprint!("{text}");
+                return Exit::WrongArguments.into();
+            }
+            None => error.exit(),
+        },
+    };
+    let result = match cli.command {
         Command::Demo(args) => commands::demo::run(&args),
         Command::Ports(args) => commands::ports::run(&args),
         Command::Doctor(args) => commands::doctor::run(&args),

@@ -15,7 +15,7 @@ use grip_session::{
     report::{ClockHealth, Condition, Event},
     session::explain,
 };
-use slip_core::PipelineState;
+use slip_core::{ClientCommand, PipelineState};
 use std::io::{self, IsTerminal as _, Write as _};
 
 /// A sentence and its weight.
@@ -107,7 +107,10 @@ impl Console {
                 let count = if self.asked.0 == second { self.asked.1.saturating_add(1) } else { 1 };
                 self.asked = (second, count);
                 if count <= MOST_ASKED {
-                    self.log(LogLevel::Info, &format!("a client asked: {command}"));
+                    // What is expected may come from the memory or the configuration, too.
+                    let expects = matches!(command, ClientCommand::Expect(_));
+                    let from = if expects { "the next grasp" } else { "a client asked" };
+                    self.log(LogLevel::Info, &format!("{from}: {command}"));
                 } else {
                     self.log(LogLevel::Info, "clients ask more often than is reported one by one");
                 }

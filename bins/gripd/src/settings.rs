@@ -148,7 +148,11 @@ impl Settings {
         let layers = layers(cli)?;
         let settings = Self::of(layers.resolve()?, layers, cli.clone())?;
         if !cli.check_config && settings.port.is_empty() {
-            let message = "no port: say --port /dev/ttyACM0, --port auto, or --port sim for the built-in simulator";
+            let message = if cli.gripper.is_some() {
+                "no sensor: --gripper alone feels nothing; name what feels the slip with --sensor (/dev/ttyACM0, rows:-, tsf85:PORT)"
+            } else {
+                "no port: say --port /dev/ttyACM0, --port auto, or --port sim for the built-in simulator"
+            };
             return Err(WrongArgument(message.to_owned()).into());
         }
         Ok(settings)

@@ -293,6 +293,6 @@ impl Board {
     /// Whether samples flow and can be used: what a health check wants to know.
     #[must_use]
     pub fn is_healthy(&self) -> bool {
-        matches!(self.link.state, LinkState::Stream | LinkState::Degraded) && !self.counters.blind
+        self.link.state.streams() && !self.counters.blind
     }
 }

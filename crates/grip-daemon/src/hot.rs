@@ -442,6 +442,7 @@ impl<C: Fn() -> u64> Hot<C> {
         let state = self.session.latest()?.state(self.session.grip_state(), esc, estimate);
         Some(PipelineState {
             host: Micros(host_us),
+            sensors: self.session.sensors()?,
             applied_n: self.session.applied_n(),
             lost: self.session.lost(),
             rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),

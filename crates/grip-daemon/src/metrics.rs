@@ -2,7 +2,7 @@
 
 use crate::{board::Board, exposition::Exposition};
 use grip_link::host::LinkState;
-use grip_session::session::ClockHealth;
+use grip_session::{session::ClockHealth, status::unread};
 use slip_core::{PipelineState, alarm::Method, health::SensorHealth};
 use slip_core::{grip::GripState, sample::Scene};
 
@@ -18,7 +18,7 @@ pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {
     counts(board, page);
     events(board, page);
     if let Some(state) = board.state() {
-        pipeline(state, page);
+        pipeline(board, state, page);
     }
     others(board, page);
 }
@@ -124,7 +124,7 @@ fn events(board: &Board, page: &mut Exposition) {
         .one(board.pipelines());
 }
 
-fn pipeline(state: &PipelineState, page: &mut Exposition) {
+fn pipeline(board: &Board, state: &PipelineState, page: &mut Exposition) {
     let scenes = Scene::ALL.map(|scene| (scene.name(), u8::from(scene == state.scene)));
     page.gauge("gripd_scene", "1 for the scene.").each("scene", scenes);
     if state.grip != GripState::Observing {
@@ -139,8 +139,13 @@ fn pipeline(state: &PipelineState, page: &mut Exposition) {
         .known(state.applied_n.map(Number));
     page.gauge("gripd_force_estimate_newtons", "The last estimate of the adequate force.")
         .known(state.estimate_n.map(Number));
-    let good = healths(state).map(|(sensor, health)| (sensor, u8::from(health == "good")));
-    page.gauge("gripd_sensor_good", "Whether a sensor is good.").each("sensor", good);
+    let sent = healths(board, state)
+        .into_iter()
+        .filter(|(_, health)| *health != SensorHealth::Absent.name());
+    let good = sent.map(|(sensor, health)| (sensor, u8::from(health == SensorHealth::Good.name())));
+    let text =
+        "Whether a sensor that the gripper has is good: 0 also while no usable samples come.";
+    page.gauge("gripd_sensor_good", text).each("sensor", good);
 }
 
 fn others(board: &Board, page: &mut Exposition) {
@@ -165,9 +170,12 @@ fn others(board: &Board, page: &mut Exposition) {
         .each("result", [("taken", taken), ("refused", refused)]);
 }
 
-/// Each sensor and its state.
-pub(crate) fn healths(state: &PipelineState) -> [(&'static str, &'static str); 4] {
-    let [stylus, travel, pressure, reference] = state.sensors.map(SensorHealth::name);
+/// Each sensor and its state now: `unread` while no usable samples come.
+pub(crate) fn healths(board: &Board, state: &PipelineState) -> [(&'static str, &'static str); 4] {
+    let [stylus, travel, pressure, reference] = state
+        .sensors
+        .map(SensorHealth::name)
+        .map(|health| if board.is_healthy() { health } else { unread(health) });
     [("stylus", stylus), ("reference", reference), ("travel", travel), ("pressure", pressure)]
 }
 

@@ -36,7 +36,7 @@ json_object! {
         /// Commands at which it was too old to raise the force.
         late_commands: u64 = board.counters().late_commands;
         /// The pipeline after the last frame; absent before there is one.
-        pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(Micros(now_us).since(state.host), state));
+        pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(Micros(now_us).since(state.host), state, healths(board, state)));
         /// What is known of the object in hand or next; absent where nothing is remembered.
         object: Option<&'a str> = board.object.as_deref();
         /// Slips since the start.
@@ -128,7 +128,7 @@ pub struct LatencyUs {
 json_object! {
     /// The pipeline after the last frame.
     #[derive(Clone, Debug, Serialize)]
-    pub struct Pipeline of (age: Micros, state: &PipelineState) {
+    pub struct Pipeline of (age: Micros, state: &PipelineState, sensors: [(&'static str, &'static str); 4]) {
         /// Age of what follows (s).
         age_s: f64 = age.as_seconds();
         /// Device time (s).
@@ -149,8 +149,8 @@ json_object! {
         estimate_n: Option<f32> = state.estimate_n;
         /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
         late_ms: Option<f32> = state.late_ms;
-        /// Health of each sensor by name.
-        health: BTreeMap<&'static str, &'static str> = healths(state).into();
+        /// Health of each sensor by name; `unread` while no usable samples come.
+        health: BTreeMap<&'static str, &'static str> = sensors.into();
     }
 }
 

@@ -65,6 +65,10 @@ impl PortError {
             io::ErrorKind::ResourceBusy => {
                 "the port is busy: another program holds it (ModemManager, a serial monitor, another gripd?); `gripctl doctor` names it".to_owned()
             }
+            _ if path.is_file() => format!(
+                "no serial port but a file; `gripctl replay '{}'` finds the slips of a recording, `gripctl ports` lists the ports",
+                path.display().to_string().replace('\'', r"'\''")
+            ),
             _ => format!(
                 "no serial port, or one that cannot be set up ({error}); `gripctl ports` lists those there are"
             ),

@@ -132,7 +132,7 @@ impl fmt::Display for Notes {
             (self.nan, "NaN readings"),
             (self.infinite, "infinite readings"),
             (self.huge, "huge readings"),
-            (self.empty_stylus, "empty stylus cells"),
+            (self.empty_stylus, "empty cells of stylus or vibration"),
             (self.repeated_times, "repeated times"),
             (self.irregular_steps, "irregular steps"),
             (self.gaps, "gaps"),

@@ -1,7 +1,8 @@
 //! Requests and bytes in, answers out: one request at a time on a Modbus RTU line.
 //!
 //! Frames, checksums and function codes are those of the crate rmodbus. An answer has a known length, so that it is taken with its last
-//! byte; between two frames the line is silent for [`SILENCE_US`].
+//! byte; between two frames the line is silent for [`SILENCE_US`]. An adapter with echo returns the request itself, and a line without
+//! bias gives stray bytes before an answer: both are skipped and counted.
 
 use rmodbus::{ErrorKind, ModbusProto, client::ModbusRequest};
 
@@ -20,6 +21,8 @@ const RESYNC_US: u64 = 10_000;
 const WRITTEN: usize = 8;
 const READ: usize = 5 + 2 * REGISTERS;
 const EXCEPTION: usize = 5;
+/// Bytes that are looked at for one answer: its request twice, and as much again.
+const LONGEST: usize = 64;
 
 /// What became of the requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,6 +35,24 @@ pub struct BusCounters {
     pub broken: u64,
     /// Requests that the device refused.
     pub refused: u64,
+    /// Own requests that came back before the answer.
+    pub echoes: u64,
+    /// Stray bytes before answers.
+    pub stray: u64,
+}
+
+impl BusCounters {
+    /// What is odd about a line that works.
+    #[must_use]
+    pub fn note(&self) -> Option<&'static str> {
+        if self.echoes > 0 {
+            Some("the line echoes the requests (an RS-485 adapter with echo): they are skipped")
+        } else if self.stray > 0 {
+            Some("stray bytes before answers are skipped: check termination and bias of RS-485")
+        } else {
+            None
+        }
+    }
 }
 
 /// A request.
@@ -60,6 +81,9 @@ pub(crate) struct Bus {
     unit: u8,
     /// What waits for its answer, until when (us).
     pending: Option<(Request, ModbusRequest, u64)>,
+    /// The request as it was sent, and whether it has come back.
+    sent: Vec<u8>,
+    echoed: bool,
     input: Vec<u8>,
     /// From when on (us) the next request may go out.
     free_us: u64,
@@ -68,8 +92,15 @@ pub(crate) struct Bus {
 
 impl Bus {
     pub(crate) fn new(unit: u8) -> Self {
-        let input = Vec::with_capacity(64);
-        Self { unit, pending: None, input, free_us: 0, counters: BusCounters::default() }
+        Self {
+            unit,
+            pending: None,
+            sent: Vec::with_capacity(64),
+            echoed: false,
+            input: Vec::with_capacity(64),
+            free_us: 0,
+            counters: BusCounters::default(),
+        }
     }
 
     pub(crate) fn counters(&self) -> BusCounters {
@@ -97,6 +128,8 @@ impl Bus {
             Request::Read => frame.generate_get_inputs(STATUS, count, out),
         };
         self.input.clear();
+        self.sent.clone_from(out);
+        self.echoed = false;
         if made.is_ok() {
             self.pending = Some((request, frame, now_us + TIMEOUT_US));
         }
@@ -109,7 +142,13 @@ impl Bus {
         if now_us < *until_us {
             return None;
         }
-        self.counters.timeouts += 1;
+        // An echo was taken off: what is left was to be an answer.
+        let count = if self.input.is_empty() {
+            &mut self.counters.timeouts
+        } else {
+            &mut self.counters.broken
+        };
+        *count += 1;
         self.fail(now_us)
     }
 
@@ -119,29 +158,37 @@ impl Bus {
             self.free_us = self.free_us.max(now_us + RESYNC_US);
             return None;
         };
-        self.input.extend(bytes.iter().take(256));
-        let refused = self.input.get(1).is_some_and(|function| function & 0x80 != 0);
-        let length = match request {
-            _ if refused => EXCEPTION,
-            Request::Write(_) => WRITTEN,
-            Request::Read => READ,
-        };
-        if self.input.len() < length {
-            return None;
+        self.input.extend(bytes.iter().take(LONGEST));
+        let sent = self.sent.len().max(1);
+        let echo = self.input.windows(sent).position(|bytes| bytes == self.sent);
+        if let Some(at) = echo.filter(|_| !self.echoed) {
+            self.input.drain(..at + sent);
+            self.echoed = true;
+            self.counters.echoes += 1;
+            self.counters.stray += at as u64;
         }
-        let answer = (self.input.len() == length).then(|| read(*request, frame, &self.input));
+        let may_echo = |at| self.sent.starts_with(self.input.get(at..).unwrap_or(&[]));
+        let (answer, at) = match find(*request, frame, self.unit, &self.input) {
+            Found::Answer(answer, at) => (answer, at),
+            // An echo comes in pieces, too.
+            Found::None if !self.echoed && (0..self.input.len()).any(may_echo) => return None,
+            Found::None if self.input.len() < answer_length(*request, false) => return None,
+            Found::Begins if self.input.len() < LONGEST => return None,
+            Found::None | Found::Begins => (Err(ErrorKind::FrameBroken), 0),
+        };
         match answer {
-            Some(Ok(answer)) => {
+            Ok(answer) => {
                 self.counters.answers += 1;
+                self.counters.stray += at as u64;
                 self.pending = None;
                 self.free_us = now_us + SILENCE_US;
                 Some(answer)
             }
-            Some(Err(error)) if error.is_modbus_error() => {
+            Err(error) if error.is_modbus_error() => {
                 self.counters.refused += 1;
                 self.fail(now_us)
             }
-            _ => {
+            Err(_) => {
                 self.counters.broken += 1;
                 self.fail(now_us)
             }
@@ -153,6 +200,52 @@ impl Bus {
         self.free_us = now_us + RESYNC_US;
         Some(Answer::Failed)
     }
+}
+
+/// What bytes hold of an answer.
+enum Found {
+    /// Nothing.
+    None,
+    /// A part that may be the beginning of one.
+    Begins,
+    /// One, or a refusal, behind so many stray bytes.
+    Answer(Result<Answer, ErrorKind>, usize),
+}
+
+/// Bytes of an answer to `request`.
+const fn answer_length(request: Request, refused: bool) -> usize {
+    match request {
+        _ if refused => EXCEPTION,
+        Request::Write(_) => WRITTEN,
+        Request::Read => READ,
+    }
+}
+
+/// The first answer of `unit` with a right checksum, wherever it begins.
+fn find(request: Request, frame: &ModbusRequest, unit: u8, input: &[u8]) -> Found {
+    let mut found = Found::None;
+    for at in 0..input.len() {
+        let rest = input.get(at..).unwrap_or(&[]);
+        let function = match request {
+            Request::Write(_) => 0x10,
+            Request::Read => 0x04,
+        };
+        let refused = match rest {
+            [first, ..] if *first != unit => continue,
+            [_, second, ..] if second & 0x7F != function => continue,
+            [_, second, ..] => second & 0x80 != 0,
+            _ => false,
+        };
+        let Some(whole) = rest.get(..answer_length(request, refused)) else {
+            found = Found::Begins;
+            continue;
+        };
+        match read(request, frame, whole) {
+            Err(error) if !error.is_modbus_error() => {}
+            answer => return Found::Answer(answer, at),
+        }
+    }
+    found
 }
 
 /// The meaning of a whole answer.
@@ -197,6 +290,37 @@ mod tests {
         assert_eq!(out[..6], [9, 4, 7, 0xD0, 0, 3]);
         assert_eq!(bus.receive(9000, STATUS), Some(Answer::Status([0xF900, 0, 0x0D00])));
         assert_eq!(bus.counters().answers, 2);
+    }
+
+    /// Whatever pieces they come in.
+    #[test]
+    fn an_echo_and_stray_bytes_before_an_answer_are_skipped() {
+        let write = Request::Write([0x0900, 0, 0xFFFF]);
+        for (request, answer) in [(write, OPENED), (Request::Read, STATUS)] {
+            for (before, after, echoes) in [
+                (&[][..], &[][..], true),
+                (&[0], &[], false),
+                (&[], &[0, 0xFF], true),
+                (&[0], &[0], true),
+                (&[9, 0xFF, 9], &[], false),
+            ] {
+                for piece in 1..=40 {
+                    let (mut bus, mut out) = (Bus::new(9), Vec::new());
+                    assert!(bus.send(0, request, &mut out));
+                    let echo = if echoes { &out[..] } else { &[] };
+                    let came = [before, echo, after, answer].concat();
+                    let answers: Vec<_> =
+                        came.chunks(piece).filter_map(|bytes| bus.receive(4000, bytes)).collect();
+                    let [answer] = answers.as_slice() else { panic!("{answers:?} of {came:02x?}") };
+                    assert_ne!(*answer, Answer::Failed, "{came:02x?} by {piece}");
+                    let counters = bus.counters();
+                    assert_eq!((counters.answers, counters.broken), (1, 0));
+                    assert_eq!(counters.echoes, u64::from(echoes));
+                    assert_eq!(counters.stray, (before.len() + after.len()) as u64);
+                    assert!(counters.note().is_some());
+                }
+            }
+        }
     }
 
     #[test]

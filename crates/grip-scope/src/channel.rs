@@ -7,9 +7,9 @@ use slip_core::detector::BANDS;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Channel {
-    /// The stylus (m, or the sensor's own unit).
+    /// The stylus (m), or a vibration in a unit of its own: [`Info::unit`](crate::Info::unit).
     Stylus,
-    /// The second stylus (m).
+    /// The second stylus (as the first).
     SecondStylus,
     /// Normal force of one finger as every sample has it (N).
     NormalForce,
@@ -134,8 +134,8 @@ impl Channel {
     /// Name, name in a CSV file, unit and plot.
     const fn row(self) -> (&'static str, &'static str, &'static str, Group) {
         match self {
-            Self::Stylus => ("stylus", "stylus", "m", Group::Stylus),
-            Self::SecondStylus => ("second stylus", "stylus2", "m", Group::Stylus),
+            Self::Stylus => ("stylus", "stylus", "", Group::Stylus),
+            Self::SecondStylus => ("second stylus", "stylus2", "", Group::Stylus),
             Self::NormalForce => ("normal force", "force_n", "N", Group::Force),
             Self::TangentialForce => ("tangential force", "tangential_n", "N", Group::Force),
             Self::Travel => ("travel", "travel_m", "m", Group::Motion),
@@ -187,7 +187,7 @@ impl Channel {
         }
     }
 
-    /// Its unit; empty where it has none, or one of its own.
+    /// Its unit whatever the source; empty where it has none, or one of its own.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         self.row().2

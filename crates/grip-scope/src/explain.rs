@@ -86,7 +86,7 @@ fn stretch(model: &Model, at_s: f64) -> Option<(Span, bool)> {
 
 /// What a method has reported, or what its sensor shows.
 fn seen_by(model: &Model, span: Span, marks: &[&EventMark], method: Method) -> String {
-    let name = method.name();
+    let name = method.felt();
     let of = |mark: &&&EventMark| mark.slip.is_some_and(|slip| slip.method == method);
     let reports: Vec<(&EventMark, SlipReport)> =
         marks.iter().filter(of).filter_map(|mark| Some((*mark, mark.slip?))).collect();
@@ -109,7 +109,7 @@ fn seen_by(model: &Model, span: Span, marks: &[&EventMark], method: Method) -> S
 
 /// A method that reported nothing: what its sensor showed meanwhile.
 fn silent(model: &Model, span: Span, method: Method) -> String {
-    let name = method.name();
+    let name = method.felt();
     let stats = |channel| model.series(channel).and_then(|series| series.stats(span));
     let shown = match method {
         Method::Travel => stats(Channel::Travel)
@@ -297,7 +297,7 @@ mod tests {
         let found = explained(report);
         assert_eq!(found.title, "Slip at 1.0000 s, 200.0 ms long");
         let saw = [
-            "stylus: reported incipient slip first, statistic up to 8.0 times its threshold, confidence 76 %",
+            "vibration: reported incipient slip first, statistic up to 8.0 times its threshold, confidence 76 %",
             "travel: reported gross slip 40.00 ms after the first notice, moved 300.0 \u{b5}m",
             "pressure: no readings",
         ];

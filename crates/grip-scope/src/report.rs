@@ -63,8 +63,9 @@ fn summary(model: &Model, span: Span, slips: usize) -> Vec<String> {
 /// The numbers of the grasp.
 fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
     let of = |channel| stats(model, channel, span);
-    let highest =
-        |channel: Channel| of(channel).map(|stats| with_unit(f64::from(stats.max), channel.unit()));
+    let highest = |channel| {
+        of(channel).map(|stats| with_unit(f64::from(stats.max), model.info().unit(channel)))
+    };
     let travel = of(Channel::Travel).map(|stats| with_unit(f64::from(stats.peak_to_peak()), "m"));
     let slipped_s: f64 = slips.iter().map(|slip| slip.span.length_s()).sum();
     let longest_s = slips.iter().map(|slip| slip.span.length_s()).reduce(f64::max);
@@ -129,6 +130,13 @@ const PLOTS: [Plot; 6] = [
 ];
 
 impl Plot {
+    fn title(&self, model: &Model) -> String {
+        match self.channels {
+            [Channel::Stylus, ..] => model.info().stylus_title(),
+            _ => self.title.to_owned(),
+        }
+    }
+
     /// Statistics go over decades; what is below a thousandth of the threshold is not drawn.
     fn scale(&self) -> (Scale, f64) {
         match self.channels {
@@ -148,7 +156,7 @@ fn curves(model: &Model, span: Span, slips: &[Explanation]) -> Section {
         match chart(model, span, slips, plot) {
             Some(chart) => section.with(Figure {
                 id: format!("curve-{}", plot.id),
-                caption: plot.title.to_owned(),
+                caption: plot.title(model),
                 chart,
             }),
             None => section,
@@ -168,16 +176,16 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
         })
         .filter(|(_, points)| !points.is_empty())
         .collect();
-    let unit = curves.first()?.0.unit();
+    let unit = model.info().unit(curves.first()?.0);
     let values = || curves.iter().flat_map(|(_, points)| points).map(|(_, value)| *value);
     let (low, high) =
         values().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
     let (factor, prefix) = prefix_of(low.abs().max(high.abs()), unit);
     let label = format!("{prefix}{unit}");
-    let mut chart = Chart::new(plot.title, Axis::linear("s"), Axis { label, scale });
+    let mut chart = Chart::new(plot.title(model), Axis::linear("s"), Axis { label, scale });
     for (channel, points) in &curves {
         let scaled = points.iter().map(|(t_s, value)| (*t_s, value / factor)).collect();
-        chart = chart.with(Layer::line(channel.name(), scaled));
+        chart = chart.with(Layer::line(model.info().name(*channel), scaled));
     }
     let edges = [low / factor, high / factor];
     if !slips.is_empty() {

@@ -66,7 +66,7 @@ impl Condition {
     }
 
     /// `good`, or what is wrong: `frozen`, `saturated`, `failed`, `jumped`, `backwards`, `doubted`, `coarse`, `lost`; of
-    /// the reference also `late`, `uncoupled`; of the floor `doubtful`: no rest was seen yet; of the clock `stopped`, `back`, `forward`,
+    /// the reference also `late`, `uncoupled`; of the floor `doubtful`: not confirmed yet; of the clock `stopped`, `back`, `forward`,
     /// `fast`, `slow`.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -266,6 +266,7 @@ impl fmt::Display for Event {
                     GripEvent::Lost => "the object is lost",
                     GripEvent::Persistent => "the slip does not end",
                     GripEvent::Found => "the needed force is found",
+                    GripEvent::Limited => "limit reached, the needed force is not known",
                     GripEvent::Regrasped => "the object is touched again",
                 };
                 write!(f, "{:10.4} s  {event}", t.as_seconds())?;
@@ -273,9 +274,13 @@ impl fmt::Display for Event {
             }
             Self::Health { t, condition } => {
                 let (channel, state) = (condition.channel(), condition.name());
+                // Not every sensor of vibration is a stylus.
+                let channel = if channel == "stylus" { "stylus or vibration" } else { channel };
                 write!(f, "{:10.4} s  {channel} {state}", t.as_seconds())?;
                 f.write_str(match condition {
-                    Condition::Floor(FloorHealth::Doubtful) => ": no rest seen yet",
+                    Condition::Floor(FloorHealth::Doubtful) => {
+                        ": not confirmed yet by steady stillness"
+                    }
                     Condition::Sensor(Sensor::Reference, SensorHealth::Late) => {
                         ": the stylus shows its motion at another time"
                     }
@@ -294,7 +299,7 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
     if let Some(duration_s) = slip.duration_s {
         write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
     } else {
-        let (phase, method) = (slip.phase, slip.method);
+        let (phase, method) = (slip.phase, slip.method.felt());
         let statistic = slip.statistic.unwrap_or(f32::NAN);
         write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
         write_confidence(f, slip.confidence.unwrap_or(f32::NAN))?;
@@ -392,7 +397,10 @@ mod tests {
             line,
             Event::Health { t: Micros(3), condition: Condition::Floor(FloorHealth::Doubtful) }
         );
-        assert!(line.to_string().ends_with("floor doubtful: no rest seen yet"), "{line}");
+        assert!(
+            line.to_string().ends_with("floor doubtful: not confirmed yet by steady stillness"),
+            "{line}"
+        );
         assert_eq!(log.events(&doubted), [None; 7]);
     }
 

@@ -2,11 +2,12 @@
 #![expect(missing_docs, reason = "a field is what the message's field of that name is")]
 
 use crate::config::Uid;
-use grip_link::message::daemon::{
-    ClockOffset, Gripper, Health, Phase, PipelineState, SlipReport, ToClient,
+use grip_link::message::{
+    Unit,
+    daemon::{ClockOffset, Gripper, Health, Phase, PipelineState, SlipReport, ToClient},
 };
 use serde::Serialize;
-use slip_core::{Cause, CauseSet, units::Micros};
+use slip_core::{Cause, CauseSet, health::SensorHealth, units::Micros};
 
 /// An object of JSON, as a table: a row gives a field, its type and where it comes from.
 #[macro_export]
@@ -42,7 +43,18 @@ json_object! {
         force_max_n: Option<f32> = gripper.force_max_n;
         link: &'static str = gripper.link.name();
         taxels: u8 = gripper.taxels;
+        /// `displacement` (m) or `vibration` (own unit); `None` where no samples came yet.
+        stylus: Option<&'static str> = (gripper.rate_hz > 0).then_some(match gripper.stylus {
+            Unit::Metre => "displacement",
+            _ => "vibration",
+        });
     }
+}
+
+/// State of a sensor while no samples come: what the last one showed is no health.
+#[must_use]
+pub fn unread(health: &'static str) -> &'static str {
+    if health == SensorHealth::Absent.name() { health } else { "unread" }
 }
 
 json_object! {

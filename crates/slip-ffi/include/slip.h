@@ -107,7 +107,7 @@ enum {
 
 // SensorHealth
 enum {
-  // nothing is wrong, or the gripper has no such sensor.
+  // nothing is wrong; without a daemon also: no such sensor.
   SLIP_SENSOR_HEALTH_GOOD = 0,
   // always the same value: a broken wire or a hung converter.
   SLIP_SENSOR_HEALTH_FROZEN = 1,
@@ -131,6 +131,8 @@ enum {
   SLIP_SENSOR_HEALTH_LATE = 10,
   // other sensors show nothing of what it shows: a motion reference of another robot.
   SLIP_SENSOR_HEALTH_UNCOUPLED = 11,
+  // the gripper sends nothing of such a sensor.
+  SLIP_SENSOR_HEALTH_ABSENT = 12,
 };
 
 // Operation
@@ -197,6 +199,8 @@ typedef enum slip_object {
   SLIP_OBJECT_PERSISTENT = 4,
   // The force that the object needs is found: no less is tried.
   SLIP_OBJECT_FOUND = 5,
+  // It is held with the largest force that may be commanded: what it needs is not known.
+  SLIP_OBJECT_LIMITED = 6,
 } slip_object;
 
 // What the channel `stylus` holds.

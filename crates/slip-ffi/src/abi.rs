@@ -114,6 +114,8 @@ pub enum SlipObject {
     Persistent = 4,
     /// The force that the object needs is found: no less is tried.
     Found = 5,
+    /// It is held with the largest force that may be commanded: what it needs is not known.
+    Limited = 6,
 }
 
 /// An event.
@@ -187,6 +189,7 @@ impl SlipEvent {
                     GripEvent::Regrasped => SlipObject::Regrasped,
                     GripEvent::Persistent => SlipObject::Persistent,
                     GripEvent::Found => SlipObject::Found,
+                    GripEvent::Limited => SlipObject::Limited,
                 };
                 let command_n = known(*command_n);
                 Self::other(t.0, row, SlipEventKind::Object, 0, object as u8, command_n)

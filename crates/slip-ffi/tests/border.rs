@@ -258,6 +258,7 @@ fn expected(event: &Event, row: u64) -> SlipEvent {
                 GripEvent::Regrasped => 3,
                 GripEvent::Persistent => 4,
                 GripEvent::Found => 5,
+                GripEvent::Limited => 6,
             };
             other(2, *t, 0, code, *command_n)
         }

@@ -79,7 +79,7 @@ codes! {
     #[derive(Default)]
     open SensorHealth {
         #[default]
-        0 => Good "good" "nothing is wrong, or the gripper has no such sensor.",
+        0 => Good "good" "nothing is wrong; without a daemon also: no such sensor.",
         1 => Frozen "frozen" "always the same value: a broken wire or a hung converter.",
         2 => Saturated "saturated" "at the end of its range.",
         3 => Failed "failed" "too many readings that are none.",
@@ -91,6 +91,7 @@ codes! {
         9 => Coarse "coarse" "steps or noise too coarse to show an acceleration.",
         10 => Late "late" "another sensor shows the same at another time: a motion reference is late or early.",
         11 => Uncoupled "uncoupled" "other sensors show nothing of what it shows: a motion reference of another robot.",
+        12 => Absent "absent" "the gripper sends nothing of such a sensor.",
     }
 
     /// State of the link between daemon and gripper.
@@ -278,6 +279,22 @@ impl Reading {
             Self::LiftWork | Self::ViscousWork => "J",
             _ => "W",
         }
+    }
+}
+
+impl Method {
+    /// What a sentence calls it: a stylus and every other sensor of its kind feel vibration.
+    #[must_use]
+    pub const fn felt(self) -> &'static str {
+        if let Self::Stylus = self { "vibration" } else { self.name() }
+    }
+}
+
+impl LinkState {
+    /// Whether samples come.
+    #[must_use]
+    pub const fn streams(self) -> bool {
+        matches!(self, Self::Stream | Self::Degraded)
     }
 }
 

@@ -109,7 +109,7 @@ fn event_message_words(e: &Event) -> String {
 fn reason_words(reason: CloseReason) -> String {
     match reason {
         CloseReason::Requested => "requested".to_owned(),
-        CloseReason::NoAnswer { hellos, bytes, garbage_bytes, echoes, frames } => {
+        CloseReason::NoAnswer { hellos, bytes, garbage_bytes, echoes, frames, .. } => {
             format!("no_answer {hellos} {bytes} {garbage_bytes} {echoes} {frames}")
         }
         CloseReason::VersionMismatch { min, max } => format!("version_mismatch {min} {max}"),

@@ -83,11 +83,12 @@ def test_two_lost_answers_are_repeated(kind: Kind) -> None:
 def test_no_answer_says_what_came() -> None:
     line = Line()
     line.to_device = lambda data: b""
-    line.to_host = lambda data: b"AT\r"
+    line.to_host = lambda data: b"F=5.12 I=0.331\r\n"
     line.host.open(line.now_us, 7)
     line.run(3100)
     (closed,) = line.told(Closed)
     assert closed.reason.code == "no_answer" and closed.reason.detail.startswith("30 HELLOs")
+    assert "F=5.12 I=0.331" in closed.reason.detail and closed.reason.detail.endswith("docs/rows.md")
     assert line.host.reopen_after_us == 50_000
     assert line.host.grip(line.now_us, GripCommand.newtons(1.0)) is None
 

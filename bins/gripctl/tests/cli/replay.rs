@@ -110,7 +110,7 @@ fn bad_readings_and_gaps_are_counted() {
         "NaN readings: 20",
         "infinite readings: 20",
         "huge readings: 20",
-        "empty stylus cells: 20",
+        "empty cells of stylus or vibration: 20",
         "gaps: 1",
         "0.050",
     ] {

@@ -225,7 +225,9 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
         gripctl(folder.path(), &["score", ".", "--json", "--detectors", detectors])
     };
     score("own").refused(2, &["alarms.csv", "recording,begin_s,end_s"]);
-    let alarms = "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\nnone,1,2\n";
+    let alarms = "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\n";
+    fs::write(folder.path().join("alarms.csv"), alarms.to_owned() + "fuond,1,2\n").unwrap();
+    score("own").refused(2, &["alarms.csv", "no recording \"fuond\""]);
     fs::write(folder.path().join("alarms.csv"), alarms).unwrap();
     let lines = score("default,own").done().json();
     let of = |name: &str| {

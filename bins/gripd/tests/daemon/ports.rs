@@ -187,8 +187,10 @@ fn a_port_that_may_not_be_opened() {
 #[test]
 fn things_that_are_no_serial_port() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("file"), "x").unwrap();
-    for port in ["./file", ".", "/dev/null"] {
+    fs::write(folder.path().join("a scrape.wav"), "x").unwrap();
+    gripd(folder.path(), &["--port", "./a scrape.wav"])
+        .refused(1, &["no serial port", "`gripctl replay './a scrape.wav'`"]);
+    for port in [".", "/dev/null"] {
         gripd(folder.path(), &["--port", port])
             .refused(1, &[port, "no serial port", "gripctl ports"]);
     }

@@ -29,12 +29,16 @@ fn arguments() {
     refuse(&["--port", "sim", "--seed", "-3"], &["-3"]);
     refuse(&["--port", "sim", "--record", "x.txt"], &["x.txt", ".mcap", ".csv"]);
     refuse(&["--prot", "sim"], &["--prot", "--port"]);
+    refuse(&["--gripper", "robotiq:2f-85:/dev/ttyUSB0"], &["no sensor", "--sensor"]);
 }
 
 #[test]
 fn configurations() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&str, &[&str]); 11] = [
+    let cases: [(&str, &[&str]); 14] = [
+        ("f_max_n = 20.0\n", &[":1:1: unknown field `f_max_n`, which belongs under [grip]"]),
+        ("[grip]\nsample_rate_hz = 1000\n", &[":2:1: ", "which belongs under [link]"]),
+        ("ports = \"/dev/ttyACM0\"\n", &[":1:1: unknown field `ports`; is `port` meant?"]),
         ("[grip]\nf_max_n = 5.0\nforce = 3\n", &[":3:1: unknown field `force`", "expected one of"]),
         ("gripper = 1\n", &[":1:1: unknown field `gripper`", "`port`, `baud`"]),
         ("[grip]\nf_max_n = \"x\"\n", &[":2:11: ", "expected f32"]),

@@ -58,16 +58,16 @@ fn shown(seen: &Seen<'_>) -> Vec<Channel> {
 }
 
 fn between(ui: &mut Ui, channel: Channel, a_s: f64, b_s: f64, seen: &Seen<'_>) {
-    let unit = readout::unit(channel, seen);
+    let unit = seen.model.info().unit(channel);
     let stats =
         seen.model.series(channel).and_then(|series| series.stats(grip_scope::Span::new(a_s, b_s)));
     let ends = [a_s, b_s].map(|t_s| readout::value_at(channel, seen, t_s));
     if stats.is_none() && ends.iter().all(Option::is_none) {
         return;
     }
-    heading(ui, channel.name());
+    heading(ui, seen.model.info().name(channel));
     let reported = |value: Option<f64>| {
-        value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, &unit))
+        value.map_or(format::NOTHING.to_owned(), |v| format::with_unit(v, unit))
     };
     let difference = match ends {
         [Some(a), Some(b)] => Some(b - a),

@@ -70,7 +70,7 @@ fn facts(mark: &EventMark) -> String {
     let parts = [
         Some(slip.method)
             .filter(|method| *method != Method::None)
-            .map(|method| format!("by {method}")),
+            .map(|method| format!("by {}", method.felt())),
         number("statistic", slip.statistic.map(f64::from), ""),
         slip.confidence.map(confidence_text),
         number("speed", slip.speed_m_s.map(f64::from), "m/s"),

@@ -88,9 +88,15 @@ fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
     heading(ui, "Grasp and sensors");
     row(ui, "scene", state.scene.name());
     row(ui, "controller", state.grip.name());
+    let unread = seen.model.info().gripper.is_some_and(|gripper| !gripper.link.streams());
     for ((name, channels), health) in SENSORS.into_iter().zip(state.sensors) {
-        if health == SensorHealth::Good && !ever(seen, channels) {
+        let absent = health == SensorHealth::Good && !ever(seen, channels);
+        if absent || health == SensorHealth::Absent {
             row(ui, name, ABSENT);
+            continue;
+        }
+        if unread {
+            row(ui, name, "unread");
             continue;
         }
         let good = health == SensorHealth::Good;

@@ -30,13 +30,13 @@ pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen
 }
 
 fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
-    let unit = unit(curve.channel, seen);
-    let shown = value(curve.channel, seen).map(|value| format::value(value, &unit));
+    let info = seen.model.info();
+    let (name, unit) = (info.name(curve.channel), info.unit(curve.channel));
+    let shown = value(curve.channel, seen).map(|value| format::value(value, unit));
     ui.horizontal(|ui| {
         swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
-        let name = RichText::new(curve.channel.name()).size(11.5);
-        cell(ui, 90.0, Layout::left_to_right(Align::Center), name)
-            .on_hover_text(curve.channel.name());
+        let text = RichText::new(name).size(11.5);
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), text).on_hover_text(name);
         let (number, unit) =
             shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
         let number = RichText::new(number).font(palette::number_font());
@@ -48,8 +48,8 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
         if let [Some(low), Some(high)] = ends {
             let text = format!(
                 "    {} .. {}",
-                format::with_unit(low, &unit),
-                format::with_unit(high, &unit)
+                format::with_unit(low, unit),
+                format::with_unit(high, unit)
             );
             ui.label(RichText::new(text).size(10.5).weak());
         }
@@ -88,16 +88,6 @@ pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f6
     let last = series.latest().filter(|(last_s, _)| (*last_s..=last_s + STAYS_S).contains(&t_s));
     let value = series.at(t_s).or(last.map(|(_, value)| value))?;
     (!value.is_nan()).then_some(f64::from(value))
-}
-
-/// The unit of a channel; E_sc has that of the reading that is shown.
-pub(super) fn unit(channel: Channel, seen: &Seen<'_>) -> String {
-    match channel {
-        Channel::Esc | Channel::OwnEsc | Channel::EscLow | Channel::EscHigh => {
-            seen.model.info().esc_unit().to_owned()
-        }
-        _ => channel.unit().to_owned(),
-    }
 }
 
 /// The flags of the value that is reported; of thinned-out stretches, which keep means only, none.

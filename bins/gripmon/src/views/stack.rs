@@ -156,10 +156,10 @@ fn draw(
 ) {
     let painter = ui.painter();
     let unit = match strip {
-        StripId::Spectrogram => "Hz".to_owned(),
+        StripId::Spectrogram => "Hz",
         _ => strips::unit(wanted, seen),
     };
-    plot::value_axis(painter, frame, &unit, &seen.palette);
+    plot::value_axis(painter, frame, unit, &seen.palette);
     plot::time_axis(painter, frame, false, &seen.palette);
     if strip::has_data(strip, seen.model) {
         match strip {
@@ -173,7 +173,7 @@ fn draw(
         empty(ui, frame.rect, nothing(strip, seen), &seen.palette);
     }
     strips::lines(painter, frame, seen);
-    title(ui, frame.rect, strip, &seen.palette);
+    title(ui, frame.rect, strip, seen);
 }
 
 fn plot_curves(
@@ -213,12 +213,13 @@ fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -
     Vec::new()
 }
 
-fn title(ui: &Ui, rect: Rect, strip: StripId, palette: &Palette) {
-    let galley = ui.painter().layout_no_wrap(
-        strip.title().to_owned(),
-        FontId::proportional(11.0),
-        palette.text,
-    );
+fn title(ui: &Ui, rect: Rect, strip: StripId, seen: &Seen<'_>) {
+    let palette = &seen.palette;
+    let text = match strip {
+        StripId::Stylus => seen.model.info().stylus_title(),
+        _ => strip.title().to_owned(),
+    };
+    let galley = ui.painter().layout_no_wrap(text, FontId::proportional(11.0), palette.text);
     let place =
         Rect::from_min_size(rect.left_top() + vec2(5.0, 3.0), vec2(galley.size().x + 8.0, TITLE));
     ui.painter().rect_filled(place, 3, palette.plot.gamma_multiply(0.6));

@@ -238,6 +238,6 @@ pub(super) fn stretch(frame: &Frame, span: Span) -> Rect {
 }
 
 /// The unit of a plot's axis.
-pub(super) fn unit(curves: &[Curve], seen: &Seen<'_>) -> String {
-    curves.first().map(|curve| readout::unit(curve.channel, seen)).unwrap_or_default()
+pub(super) fn unit(curves: &[Curve], seen: &Seen<'_>) -> &'static str {
+    curves.first().map(|curve| seen.model.info().unit(curve.channel)).unwrap_or_default()
 }

@@ -107,10 +107,11 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
             .channels()
             .filter(|c| !matches!(c, Channel::BandThreshold(_) | Channel::EscFlags))
             .collect();
-        let chosen = form.channel.name();
+        let info = seen.model.info();
+        let chosen = info.name(form.channel);
         let choose = |ui: &mut Ui| {
             for channel in channels {
-                ui.selectable_value(&mut form.channel, channel, channel.name());
+                ui.selectable_value(&mut form.channel, channel, info.name(channel));
             }
         };
         ComboBox::from_id_salt("channel")
@@ -124,15 +125,15 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
         form.level = middle(form.channel, seen);
     }
     // One unit for a channel, whatever the level: a number that is typed means the same each time.
-    let unit = readout::unit(form.channel, seen);
-    let (factor, prefix) = fixed_prefix(form.channel);
+    let unit = seen.model.info().unit(form.channel);
+    let (factor, prefix) = fixed_prefix(form.channel, unit);
     let mut shown = form.level / factor;
     let was = shown;
     labelled(ui, "Level", |ui| {
         let suffix = format!(" {prefix}{unit}");
         let suffix = suffix.trim_end();
         let parse = |text: &str| {
-            format::parse(text, &unit).map(|typed| match typed {
+            format::parse(text, unit).map(|typed| match typed {
                 Typed::Number(number) => number,
                 Typed::Quantity(value) => value / factor,
             })
@@ -150,9 +151,9 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
 }
 
 /// Factor and prefix in which the levels of a channel are reported.
-const fn fixed_prefix(channel: Channel) -> (f64, &'static str) {
+fn fixed_prefix(channel: Channel, unit: &str) -> (f64, &'static str) {
     match channel {
-        Channel::Stylus | Channel::SecondStylus => (1e-6, "\u{b5}"),
+        Channel::Stylus | Channel::SecondStylus if unit == "m" => (1e-6, "\u{b5}"),
         Channel::Travel | Channel::Velocity | Channel::SlipSpeed | Channel::SlipSpeedSigma => {
             (1e-3, "m")
         }

@@ -156,7 +156,7 @@ fn events_are_listed_with_what_is_known_of_them() {
     assert!(
         harness
             .query_all_by_label_contains(
-                "by stylus, statistic 8.000, confidence > 99.9 %, speed 50.00 mm/s, ruled out: knock arm_stop, \
+                "by vibration, statistic 8.000, confidence > 99.9 %, speed 50.00 mm/s, ruled out: knock arm_stop, \
                  possible: motion"
             )
             .count()

@@ -45,7 +45,7 @@ pub enum ListenError {
         path: PathBuf,
     },
     /// The system refuses.
-    #[error("cannot listen at {listen}: {source}")]
+    #[error("cannot listen at {listen}: {source}; --listen, or the key listen, names another")]
     System {
         /// Where.
         listen: Listen,

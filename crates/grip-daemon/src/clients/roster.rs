@@ -9,11 +9,11 @@ use grip_link::message::daemon::{
     SlipReport, Topics, WelcomeFlags,
 };
 use grip_link::message::{
-    DeviceState, EventKind, FaultCode, Firmware, Kind, NackReason, PayloadError, Versions,
+    DeviceState, EventKind, FaultCode, Firmware, Kind, NackReason, PayloadError, Unit, Versions,
 };
 use grip_session::report::{Condition, Event};
-use slip_core::ClientCommand;
 use slip_core::units::Micros;
+use slip_core::{ClientCommand, Signal};
 
 use std::collections::VecDeque;
 
@@ -187,7 +187,7 @@ impl Default for Known {
 impl Known {
     /// Why the fingers would not move now.
     pub(super) fn immovable(&self) -> Option<NackReason> {
-        let streams = matches!(self.gripper.link, LinkState::Stream | LinkState::Degraded);
+        let streams = self.gripper.link.streams();
         match self.fault {
             _ if !streams && self.fault == FaultCode::NONE => Some(NackReason::WrongState),
             FaultCode::NONE => None,
@@ -282,6 +282,10 @@ impl Known {
         self.gripper.force_max_n = beginning.config.grip.as_ref().map(|grip| grip.f_max_n);
         self.gripper.rate_hz = hertz(beginning.config.sample_rate.0);
         self.gripper.taxels = u8::try_from(beginning.taxels).unwrap_or(u8::MAX);
+        self.gripper.stylus = match beginning.config.signal {
+            Signal::Displacement => Unit::Metre,
+            Signal::Vibration => Unit::None,
+        };
         self.report_gripper(roster);
     }
 

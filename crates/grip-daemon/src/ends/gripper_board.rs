@@ -97,9 +97,7 @@ impl GripperBoard {
     /// Whether it can be commanded, and how.
     fn is_ready(&self) -> bool {
         let fault = self.status.is_some_and(|status| status.fault.is_fault());
-        matches!(self.link.state(), LinkState::Stream | LinkState::Degraded)
-            && self.status.is_some()
-            && !fault
+        self.link.state().streams() && self.status.is_some() && !fault
     }
 
     /// Sends how it is, where that has changed, and every reading of the force.

@@ -36,6 +36,12 @@ pub(super) trait End: Send {
     fn poll_transmit(&mut self, now_us: u64, out: &mut Vec<u8>) -> bool;
     /// How it is.
     fn condition(&self, now_us: u64) -> Condition;
+
+    /// What is odd about a line that works.
+    fn note(&self) -> Option<&'static str> {
+        None
+    }
+
     /// Whether the line is to be opened again.
     fn is_lost(&self) -> bool;
     /// What people should know of it, once.
@@ -171,9 +177,10 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
             return;
         }
         let name = &self.name;
+        let note = self.end.note().map_or_else(String::new, |note| format!("; {note}"));
         let text = match &condition {
-            Condition::Ready if self.was_ready => format!("{name}: found again"),
-            Condition::Ready => format!("{name}: found"),
+            Condition::Ready if self.was_ready => format!("{name}: found again{note}"),
+            Condition::Ready => format!("{name}: found{note}"),
             Condition::Waiting(text) => format!("{name}: {text}"),
             Condition::Busy(text) => format!("{name}: {text}"),
         };

@@ -98,6 +98,10 @@ impl End for RobotiqEnd {
         }
     }
 
+    fn note(&self) -> Option<&'static str> {
+        self.gripper.counters().note()
+    }
+
     fn is_lost(&self) -> bool {
         false
     }

@@ -23,7 +23,7 @@ pub enum ServeError {
     #[error("{0} is open to other computers, which is not allowed")]
     Remote(SocketAddr),
     /// The address cannot be had.
-    #[error("cannot listen on {address}: {source}")]
+    #[error("cannot listen on {address}: {source}; --metrics, or the key metrics, names another")]
     Bind {
         /// The address.
         address: SocketAddr,

@@ -23,7 +23,7 @@ pub(crate) const STATE: PipelineState = PipelineState {
     host: Micros(1_900_000),
     scene: Scene::Holding,
     grip: GripState::Holding,
-    sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Good, SensorHealth::Lost],
+    sensors: [SensorHealth::Good, SensorHealth::Good, SensorHealth::Absent, SensorHealth::Lost],
     statistic: Some(0.75),
     command_n: Some(2.5),
     applied_n: Some(f32::NAN),

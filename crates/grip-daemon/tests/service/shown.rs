@@ -38,7 +38,9 @@ fn the_page_is_read_by_a_strict_reader() {
     assert_eq!(label("gripd_link_state", "state", "closed"), 0.0);
     assert_eq!(label("gripd_slips_gross_total", "method", "travel"), 1.0);
     assert_eq!(label("gripd_scene", "scene", "holding"), 1.0);
+    assert_eq!(label("gripd_sensor_good", "sensor", "stylus"), 1.0);
     assert_eq!(label("gripd_sensor_good", "sensor", "reference"), 0.0);
+    assert!(!samples.contains_key(&key("gripd_sensor_good", "sensor", "pressure")), "it has none");
     assert_eq!(label("gripd_reloads_total", "result", "refused"), 2.0);
     assert_eq!(one("gripd_force_command_newtons"), 2.5);
     assert!(one("gripd_force_applied_newtons").is_nan());
@@ -168,6 +170,14 @@ fn a_link_that_closed_is_reported_with_its_reason() {
     let status = serde_json::to_value(Status::of(&board, 9)).unwrap();
     assert_eq!(status["link"]["closed"], "the gripper fell silent (500 ms without a frame)");
     assert_eq!((&status["link"]["state"], board.is_healthy()), (&"closed".into(), false));
+    // What the last sample showed is no health.
+    let health = &status["pipeline"]["health"];
+    assert_eq!((&health["stylus"], &health["pressure"]), (&"unread".into(), &"absent".into()));
+    let samples = parse(&page(&board));
+    for (sensor, good) in [("stylus", Some(0.0)), ("travel", Some(0.0)), ("pressure", None)] {
+        let shown = samples.get(&key("gripd_sensor_good", "sensor", sensor));
+        assert_eq!(shown.copied(), good, "{sensor}");
+    }
     for n in 0..1000 {
         board.take(&Item::Event { host_us: n, event: &made::slip(Phase::Gross, Method::Pressure) });
     }

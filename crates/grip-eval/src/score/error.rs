@@ -27,6 +27,14 @@ pub enum ScoreError {
         /// The folder.
         directory: PathBuf,
     },
+    /// A row about a recording that is not there.
+    #[error("{}: the folder has no recording {recording:?}", file.display())]
+    Absent {
+        /// The file with the row.
+        file: PathBuf,
+        /// What it names.
+        recording: String,
+    },
     /// The labels are an empty file.
     #[error("{}: is empty; the first line must be recording,kind,material,onset_s", file.display())]
     Unlabelled {

@@ -188,6 +188,12 @@ impl Recordings {
                 None => named.push((label, Vec::new())),
             }
         }
+        // A name that is spelt wrongly would be a slip that was missed.
+        let absent = |name: &str| !file(name, directory).exists();
+        if let Some(alarm) = all_alarms.iter().flatten().find(|alarm| absent(&alarm.recording)) {
+            let recording = alarm.recording.clone();
+            return Err(ScoreError::Absent { file: directory.join("alarms.csv"), recording });
+        }
         let room = Room::new(memory.open);
         let (whole, rests) = (Mutex::new(memory.kept), Mutex::new(memory.kept));
         let read = |(label, further): (Label, Vec<Micros>)| {
@@ -196,7 +202,7 @@ impl Recordings {
                 its.cloned().collect::<Vec<_>>()
             };
             let (phases, own) = (of(&all_phases), all_alarms.as_ref().map(of));
-            let file = file(&label, directory);
+            let file = file(&label.recording, directory);
             let length = fs::metadata(&file).map_or(0, |file| file.len());
             let is_mcap = file.extension().is_some_and(|ending| ending == "mcap");
             let grows = if is_mcap { GROWS_MCAP } else { GROWS };
@@ -320,10 +326,10 @@ fn take(left: &Mutex<usize>, bytes: usize) -> bool {
 }
 
 /// `NAME.csv`, or `NAME.npz` or `NAME.mcap` where only that is there.
-fn file(label: &Label, directory: &Path) -> PathBuf {
-    let csv = label.file(directory);
-    let other = |ending| csv.with_file_name(format!("{}.{ending}", label.recording));
-    let others = ["npz", "mcap"].map(other).into_iter().find(|file| file.exists());
+fn file(recording: &str, directory: &Path) -> PathBuf {
+    let [csv, npz, mcap] =
+        ["csv", "npz", "mcap"].map(|ending| directory.join(format!("{recording}.{ending}")));
+    let others = [npz, mcap].into_iter().find(|file| file.exists());
     others.filter(|_| !csv.exists()).unwrap_or(csv)
 }
 

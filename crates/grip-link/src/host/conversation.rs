@@ -1,7 +1,7 @@
 //! What the host's side remembers of one link; good frames in, notices and events to pass on out.
 
 use super::{
-    CloseReason, HostConfig, LinkState,
+    CloseReason, HostConfig, LAST_BYTES, LinkState,
     link::{GripCommand, HostEvent},
     request::{Due, Request},
 };
@@ -30,6 +30,7 @@ pub(super) struct Conversation {
     pub(super) hello_due_us: u64,
     pub(super) hellos: u32,
     pub(super) bytes: u64,
+    pub(super) last: [u8; LAST_BYTES],
     pub(super) at_open: Counters,
     pub(super) ident: Option<Ident>,
     pub(super) in_force: Option<Config>,
@@ -64,6 +65,7 @@ impl Conversation {
             hello_due_us: 0,
             hellos: 0,
             bytes: 0,
+            last: [0; LAST_BYTES],
             at_open: Counters::default(),
             ident: None,
             in_force: None,
@@ -116,7 +118,7 @@ impl Conversation {
     }
 
     pub(super) const fn is_streaming(&self) -> bool {
-        matches!(self.state, LinkState::Stream | LinkState::Degraded)
+        self.state.streams()
     }
 
     pub(super) fn pending(&mut self) -> Option<HostEvent> {
@@ -436,6 +438,16 @@ impl Conversation {
         self.config.stale_us.max(three_periods)
     }
 
+    /// Counts received `bytes`, and keeps the last of them until somebody answers.
+    pub(super) fn count(&mut self, bytes: &[u8]) {
+        self.bytes = self.bytes.saturating_add(bytes.len() as u64);
+        if self.state == LinkState::Hello {
+            self.last.rotate_left(bytes.len().min(LAST_BYTES));
+            let places = self.last.iter_mut().rev();
+            places.zip(bytes.iter().rev()).for_each(|(place, byte)| *place = *byte);
+        }
+    }
+
     fn no_answer(&self, now: &Counters) -> CloseReason {
         let before = &self.at_open;
         let others = |c: &Counters| c.stale.saturating_add(c.version).saturating_add(c.unknown);
@@ -445,6 +457,7 @@ impl Conversation {
             garbage_bytes: now.garbage_bytes.saturating_sub(before.garbage_bytes),
             echoes: now.echo.saturating_sub(before.echo),
             frames: others(now).saturating_sub(others(before)),
+            last: self.last,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::conversation::{Conversation, Loss, LossCount};
 use super::request::Request;
-use super::{CloseReason, HostConfig, HostConfigError, LinkState};
+use super::{CloseReason, HostConfig, HostConfigError, LAST_BYTES, LinkState};
 use crate::clock::{ClockSync, PongVerdict};
 use crate::decoder::{Counters, Decoder, Role};
 use crate::frame::MAX_WIRE;
@@ -125,7 +125,7 @@ impl HostLink {
         let Self { decoder, talk } = self;
         decoder.restart();
         talk.at_open = *decoder.counters();
-        talk.bytes = 0;
+        (talk.bytes, talk.last) = (0, [0; LAST_BYTES]);
         talk.forget_loss();
         talk.state = LinkState::Open;
         talk.notice = None;
@@ -157,9 +157,10 @@ impl HostLink {
             if let Some(event) = self.talk.pending() {
                 return Some(event);
             }
-            let before = input.len();
+            let before = *input;
             let verdict = self.decoder.advance(input);
-            self.talk.bytes = self.talk.bytes.saturating_add((before - input.len()) as u64);
+            let taken = before.len().saturating_sub(input.len());
+            self.talk.count(before.get(..taken).unwrap_or(before));
             match verdict {
                 None => {
                     self.talk.tick(now_us, &mut self.decoder);

@@ -72,6 +72,9 @@ pub enum HostConfigError {
     Config(crate::message::PayloadError),
 }
 
+/// Bytes that are kept of what is no answer: a line of text, for the most part.
+pub const LAST_BYTES: usize = 64;
+
 /// Why the link closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CloseReason {
@@ -89,6 +92,8 @@ pub enum CloseReason {
         echoes: u32,
         /// Good frames of other sessions or types.
         frames: u32,
+        /// The last bytes that came, zeros before them.
+        last: [u8; LAST_BYTES],
     },
     /// The gripper speaks other versions.
     VersionMismatch {

@@ -60,12 +60,13 @@ fn nobody_answers() {
     let mut line = Line::new();
     line.open();
     line.run_through(3_100_000, |to_device, _| to_device.clear());
-    let Some(CloseReason::NoAnswer { hellos, bytes, garbage_bytes, echoes, frames }) =
+    let Some(CloseReason::NoAnswer { hellos, bytes, garbage_bytes, echoes, frames, last }) =
         line.closed()
     else {
         panic!("{:?}", line.closed())
     };
     assert_eq!((hellos, bytes, garbage_bytes, echoes, frames), (30, 0, 0, 0, 0));
+    assert_eq!(last, [0; _]);
     assert_eq!(line.host.state(), LinkState::Closed);
 }
 
@@ -79,10 +80,11 @@ fn another_protocol_answers() {
         *to_host = if steps % 100 == 0 { b"temperature 21.5 C\r\n\0".to_vec() } else { Vec::new() };
         steps += 1;
     });
-    let Some(CloseReason::NoAnswer { bytes, garbage_bytes, .. }) = line.closed() else {
+    let Some(CloseReason::NoAnswer { bytes, garbage_bytes, last, .. }) = line.closed() else {
         panic!("{:?}", line.closed())
     };
     assert_eq!((bytes, garbage_bytes), (300 * 21, 300 * 20));
+    assert!(last.ends_with(b"21.5 C\r\n\0temperature 21.5 C\r\n\0"), "{last:?}");
 }
 
 #[test]

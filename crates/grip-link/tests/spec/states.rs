@@ -35,7 +35,14 @@ fn host_transitions_name_every_state_and_every_end() {
     let (kind, reason) = (0, NackReason::Latched);
     let ends = [
         CloseReason::Requested,
-        CloseReason::NoAnswer { hellos: 0, bytes: 0, garbage_bytes: 0, echoes: 0, frames: 0 },
+        CloseReason::NoAnswer {
+            hellos: 0,
+            bytes: 0,
+            garbage_bytes: 0,
+            echoes: 0,
+            frames: 0,
+            last: [0; _],
+        },
         CloseReason::VersionMismatch { min: 0, max: 0 },
         CloseReason::NoStylus,
         CloseReason::BadIdent,

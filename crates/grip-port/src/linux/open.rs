@@ -45,6 +45,17 @@ pub(crate) fn open(places: &Places, path: &Path, baud: u32) -> Result<(Wire, Set
 
 fn refused(path: &Path, error: Errno) -> PortError {
     let reason = match error {
+        // Rights to the file give EACCES.
+        Errno::PERM => {
+            let advice = "not permitted, whatever the group: the device is closed to this service (DeviceAllow= of its unit, and \
+                          the driver loaded before it starts: restart it) or container (start it with --device)";
+            let path = path.display().to_string();
+            return PortError::Open {
+                path,
+                advice: advice.to_owned(),
+                reason: io::ErrorKind::PermissionDenied,
+            };
+        }
         Errno::NOENT | Errno::NODEV | Errno::NXIO | Errno::IO => io::ErrorKind::NotFound,
         // What TIOCEXCL and the lock of another program give.
         Errno::BUSY | Errno::AGAIN => io::ErrorKind::ResourceBusy,
@@ -99,12 +110,12 @@ fn quicken(file: &PathBuf) -> Option<u16> {
 
 #[cfg(test)]
 mod tests {
-    use super::quicken;
+    use super::{Errno, quicken, refused};
     use crate::{Line, LineKind, PortError, Written};
     use core::time::Duration;
     use grip_sim::Pty;
     use rustix::termios::{ControlModes, InputModes, LocalModes, tcgetattr};
-    use std::{fs, os::fd::AsFd as _};
+    use std::{fs, os::fd::AsFd as _, path::Path};
 
     const BAUD: u32 = 2_000_000;
 
@@ -145,6 +156,15 @@ mod tests {
     }
 
     #[test]
+    fn a_device_that_is_closed_to_the_service_is_no_matter_of_groups() {
+        let path = Path::new("/dev/ttyACM0");
+        let closed = refused(path, Errno::PERM);
+        assert!(closed.to_string().contains("DeviceAllow") && closed.is_temporary(), "{closed}");
+        assert!(!closed.to_string().contains("add your user"), "{closed}");
+        assert!(refused(path, Errno::ACCESS).to_string().contains("add your user"));
+    }
+
+    #[test]
     fn a_terminal_that_goes_away_closes_the_line() {
         let pty = Pty::open(None).unwrap();
         let mut line = Line::open(pty.port(), BAUD).unwrap();
@@ -170,7 +190,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("file");
         fs::write(&file, "kept").unwrap();
-        for path in [file.as_path(), folder.path(), std::path::Path::new("/dev/null")] {
+        for path in [file.as_path(), folder.path(), Path::new("/dev/null")] {
             let error = Line::open(path, BAUD).unwrap_err().to_string();
             assert!(error.contains("no serial port"), "{error}");
         }

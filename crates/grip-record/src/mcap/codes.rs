@@ -31,11 +31,13 @@ pub(super) const TRAVEL: [SensorHealth; 6] = [
 pub(super) const PRESSURE: [SensorHealth; 3] =
     [SensorHealth::Good, SensorHealth::Frozen, SensorHealth::Failed];
 
-/// The place of `value`; that of a later version as it was read, 255 where this sensor has no such state.
+/// The place of `value`; that of a later version as it was read, 255 where this sensor has no such state. The samples show which
+/// sensors there are: one that is absent counts as good.
 pub(super) fn code(table: &[SensorHealth], value: SensorHealth) -> u8 {
     let place = table.iter().position(|known| *known == value);
     place.and_then(|at| u8::try_from(at).ok()).unwrap_or(match value {
         SensorHealth::Other(code) => code,
+        SensorHealth::Absent => 0,
         _ => 255,
     })
 }

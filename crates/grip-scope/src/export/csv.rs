@@ -5,7 +5,7 @@
 
 use super::pieces::{Rest, SAME_S, reach};
 use super::{ExportError, fill};
-use crate::model::{Bucket, Series};
+use crate::model::{Bucket, Info, Series};
 use crate::{channel::Channel, model::Model, span::Span};
 use core::ops::Deref;
 use grip_record::outputs::OutputFile;
@@ -31,7 +31,8 @@ pub fn csv<G: Deref<Target = Model>>(
     let mut curves: Vec<Curve> = {
         let model = look();
         let series = channels.iter().filter_map(|channel| model.series(*channel));
-        series.filter_map(|series| Curve::new(series, span)).collect()
+        let info = model.info();
+        series.filter_map(|series| Curve::new(info, series, span)).collect()
     };
     if curves.is_empty() {
         return Err(ExportError::Empty);
@@ -84,12 +85,16 @@ struct Column {
 
 impl Curve {
     /// `None` where the channel has no sample in the span.
-    fn new(series: &Series, span: Span) -> Option<Self> {
+    fn new(info: &Info, series: &Series, span: Span) -> Option<Self> {
         let count = series.stats(span)?.count;
         let whole = series.thin_before_s().is_none_or(|thin_s| thin_s < span.from_s);
         let grid =
             if whole && count <= MOST { None } else { Some(Grid::new(series, span, count)?) };
-        let name = series.channel().column();
+        // A vibration that is called a stylus would be read as metres.
+        let name = match series.channel() {
+            Channel::Stylus => info.name(Channel::Stylus).to_owned(),
+            channel => channel.column(),
+        };
         let column = |name| Column { name, points: Vec::new(), next: 0 };
         let columns = match grid {
             None => vec![column(name.to_owned())],

@@ -85,7 +85,7 @@ fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
     };
     add(Some(slip.method)
         .filter(|method| *method != Method::None)
-        .map(|method| format!(" by {}", method.name())));
+        .map(|method| format!(" by {}", method.felt())));
     add(slip.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
     add(slip.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
     add(slip.confidence.map(|sure| format!(", {}", confidence_text(sure))));

@@ -14,7 +14,10 @@ pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};
 
 use crate::channel::Channel;
-use grip_link::message::daemon::{Gripper, Health};
+use grip_link::message::{
+    Unit,
+    daemon::{Gripper, Health},
+};
 use std::path::PathBuf;
 
 /// One item. All times are device times (s) as the source has them; the model puts them on its axis.
@@ -40,6 +43,8 @@ pub enum Feed {
     Event(EventMark),
     /// Figures of the daemon.
     Health(Box<Health>),
+    /// What the stylus of a recording is.
+    Stylus(StylusInfo),
     /// Which gripper it is.
     Gripper(Gripper),
     /// A line for people.
@@ -55,6 +60,23 @@ pub enum Feed {
         /// The file.
         file: PathBuf,
     },
+}
+
+/// What the channel of the stylus holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StylusInfo {
+    /// Metres; none for a vibration in a unit of its own.
+    pub unit: Unit,
+    /// The axes of the sensor where it has several; the first one is shown.
+    pub axes: Vec<String>,
+}
+
+impl StylusInfo {
+    /// One axis in this unit.
+    #[must_use]
+    pub const fn one(unit: Unit) -> Self {
+        Self { unit, axes: Vec::new() }
+    }
 }
 
 /// Samples in order of time, column by column.

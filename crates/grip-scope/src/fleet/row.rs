@@ -215,7 +215,7 @@ impl Row {
     #[must_use]
     pub fn worst_sensor(&self) -> Option<(&'static str, SensorHealth)> {
         let sensors = SENSORS.into_iter().zip(self.state?.sensors);
-        let ailing = sensors.filter(|(_, health)| *health != SensorHealth::Good);
+        let ailing = sensors.filter(|(_, health)| severity(*health) > 0);
         // Of like ones the first: the stylus decides most.
         ailing.rev().max_by_key(|(_, health)| severity(*health))
     }
@@ -244,7 +244,7 @@ const SENSORS: [&str; 4] = ["stylus", "travel", "pressure", "reference"];
 /// How bad it is: what is lost cannot be used at all, what drifts is still felt with.
 const fn severity(health: SensorHealth) -> u8 {
     match health {
-        SensorHealth::Good => 0,
+        SensorHealth::Good | SensorHealth::Absent => 0,
         SensorHealth::Other(_) => 1,
         SensorHealth::Drifting
         | SensorHealth::Doubted

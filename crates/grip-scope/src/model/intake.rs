@@ -5,7 +5,9 @@ use super::events::note;
 use super::series::Series;
 use super::{MOST_TURNS, Model};
 use crate::channel::Channel;
-use crate::feed::{BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock};
+use crate::feed::{
+    BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
+};
 use crate::span::Span;
 use grip_link::message::{
     FaultCode,
@@ -38,7 +40,14 @@ impl Model {
                 self.events.push(EventMark { t_s, ..mark });
             }
             Feed::Health(point) => self.health.take(point),
-            Feed::Gripper(info) => self.info.gripper = Some(info),
+            Feed::Stylus(info) => self.info.stylus = Some(info),
+            Feed::Gripper(info) => {
+                // Before a pipeline begins nothing is known of it.
+                if info.rate_hz > 0 {
+                    self.info.stylus = Some(StylusInfo::one(info.stylus));
+                }
+                self.info.gripper = Some(info);
+            }
             Feed::Notice(line) => note(&mut self.notices, line),
             Feed::Study(study) => self.study = Some(*study),
             Feed::Extent { from_s, to_s, file } => {
@@ -261,10 +270,10 @@ impl Model {
 /// What a state shows that the one before it did not: sensors that fail and recover, faults, and the answer to a slip.
 fn changes(before: Option<&PipelineState>, now: &PipelineState, t_s: f64) -> Vec<EventMark> {
     let mut marks = Vec::new();
-    let healthy = [SensorHealth::Good; 4];
-    let sensors = before.map_or(healthy, |before| before.sensors);
+    let well = |health| matches!(health, SensorHealth::Good | SensorHealth::Absent);
+    let sensors = before.map_or([SensorHealth::Good; 4], |before| before.sensors);
     for ((name, was), is) in SENSORS.iter().zip(sensors).zip(now.sensors) {
-        if was != is && is != SensorHealth::Good {
+        if was != is && !well(is) {
             let text = format!("{name}: {}", is.name());
             marks.push(EventMark::plain(t_s, EventKind::Fault, text));
         }
@@ -274,8 +283,8 @@ fn changes(before: Option<&PipelineState>, now: &PipelineState, t_s: f64) -> Vec
         let text = format!("the gripper has stopped with fault {:04x}", now.fault.0);
         marks.push(EventMark::plain(t_s, EventKind::Fault, text));
     }
-    let ailed = sensors != healthy || fault.is_fault();
-    if ailed && now.sensors == healthy && now.fault == FaultCode::NONE {
+    let ailed = !sensors.into_iter().all(well) || fault.is_fault();
+    if ailed && now.sensors.into_iter().all(well) && now.fault == FaultCode::NONE {
         marks.push(EventMark::plain(t_s, EventKind::Recovered, "sensors and gripper are well"));
     }
     let answers = |state: &PipelineState| state.grip == GripState::Slipping;

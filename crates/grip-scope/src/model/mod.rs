@@ -34,11 +34,13 @@ pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StudyCurves, Turn,
+    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StudyCurves,
+    StylusInfo, Turn,
 };
+use crate::format::OWN_UNITS;
 use crate::span::Span;
 use gaps::Gaps;
-use grip_link::message::daemon::Gripper;
+use grip_link::message::{Unit, daemon::Gripper};
 use slip_core::PipelineState;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
@@ -56,6 +58,8 @@ pub struct Info {
     pub daemon: Option<DaemonInfo>,
     /// The gripper.
     pub gripper: Option<Gripper>,
+    /// What the stylus is, once that is known.
+    pub stylus: Option<StylusInfo>,
     /// The last state of the pipeline.
     pub state: Option<PipelineState>,
     /// Whose settings the scope's own observer has.
@@ -65,10 +69,45 @@ pub struct Info {
 }
 
 impl Info {
-    /// Unit of the last E_sc.
+    /// Unit of a channel of this source: E_sc has that of the reading that is shown, a stylus metres or a unit of its own.
     #[must_use]
-    pub fn esc_unit(&self) -> &'static str {
-        self.state.map_or("W", |state| state.esc_kind.unit())
+    pub fn unit(&self, channel: Channel) -> &'static str {
+        match (channel, &self.stylus) {
+            (Channel::Esc | Channel::OwnEsc | Channel::EscLow | Channel::EscHigh, _) => {
+                self.state.map_or("W", |state| state.esc_kind.unit())
+            }
+            (Channel::Stylus | Channel::SecondStylus, Some(stylus)) => match stylus.unit {
+                Unit::Metre => "m",
+                _ => OWN_UNITS,
+            },
+            _ => channel.unit(),
+        }
+    }
+
+    /// What a channel of this source is called: no stylus where there is none.
+    #[must_use]
+    pub fn name(&self, channel: Channel) -> &'static str {
+        match channel {
+            Channel::Stylus if self.vibrates() => "vibration",
+            Channel::SecondStylus if self.vibrates() => "second vibration",
+            _ => channel.name(),
+        }
+    }
+
+    /// What stands over the curve of the stylus; of several axes which one it is.
+    #[must_use]
+    pub fn stylus_title(&self) -> String {
+        let name = if self.vibrates() { "Vibration" } else { "Stylus" };
+        match self.stylus.as_ref().map(|stylus| stylus.axes.as_slice()) {
+            Some([first, rest @ ..]) if !rest.is_empty() => {
+                format!("{name}: {first}, one of {} axes", rest.len() + 1)
+            }
+            _ => name.to_owned(),
+        }
+    }
+
+    fn vibrates(&self) -> bool {
+        self.stylus.as_ref().is_some_and(|stylus| stylus.unit != Unit::Metre)
     }
 }
 

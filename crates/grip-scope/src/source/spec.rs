@@ -40,7 +40,8 @@ pub enum SpecError {
     Address(String),
     /// The file is of no kind that is known.
     #[error(
-        "{0:?} is neither a recording (.mcap, .csv) nor the report of a study (.json), and no address: those begin with tcp: or unix:"
+        "{0:?} is neither a recording (.mcap, .csv) nor the report of a study (.json), and no address: those begin with tcp: or unix:. \
+         `gripctl import FILE -o run.csv` makes a recording of those of other programs (WAV, NPY, rosbag2)"
     )]
     Kind(String),
 }

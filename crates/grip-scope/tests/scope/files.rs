@@ -2,7 +2,7 @@
 
 use crate::rig::{Watch, recording};
 use grip_record::mcap::McapIndex;
-use grip_scope::{Channel, EventKind, EventMark, SourceSpec, SourceStatus, Span};
+use grip_scope::{Channel, EventKind, EventMark, SourceSpec, SourceStatus, Span, export};
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
@@ -90,17 +90,19 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
         sentence(&watch)
     };
     assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
-    for header in ["time,height", "t_s,stylus,vibration"] {
-        let stated = file("b.csv", format!("{header}\n1,2,3\n").as_bytes());
-        // The scope itself has no such flag.
-        let own = stated.replace("`gripctl replay --map", "");
-        assert!(stated.contains("rename") && !own.contains("--map"), "{stated}");
-    }
+    // The scope itself has no such flag.
+    assert!(file("b.csv", b"t_s,stylus,vibration\n1,2,3\n").contains("`gripctl replay --map"));
+    let named = file("it's.csv", b"time,height\n1,2\n");
+    assert!(named.contains("`gripctl import '") && named.contains(r"it'\''s.csv'"), "{named}");
     assert!(file("c.csv", b"").contains("c.csv"));
     assert!(
-        file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n").ends_with("its first line is no text")
+        file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n")
+            .contains("its first line is no text; `gripctl import")
     );
-    assert!(file("i.csv", b"\xff\xfe\xc3,\x28\n1,2\n").ends_with("its first line is no text"));
+    assert!(
+        file("i.csv", b"\xff\xfe\xc3,\x28\n1,2\n")
+            .contains("its first line is no text; `gripctl import")
+    );
     assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
     assert!(file("n.csv", b"stylus\n1\n2\n").contains("needs a column t_s"));
     assert!(file("e.json", b"{\"results\": 4}").contains("no report of a study"));
@@ -111,7 +113,11 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
     writer.add_channel(schema, "/other", "cdr", &std::collections::BTreeMap::new()).unwrap();
     writer.finish().unwrap();
     drop(writer);
-    assert!(file("g.mcap", &foreign).contains("was not recorded by gripd"));
+    let stated = file("g.mcap", &foreign);
+    assert!(
+        stated.contains("was not recorded by gripd") && stated.contains("gripctl import"),
+        "{stated}"
+    );
     let gone = open(&folder.path().join("gone.mcap"));
     assert!(sentence(&gone).contains("cannot be read"), "{}", sentence(&gone));
 }
@@ -152,6 +158,40 @@ fn csv(path: &Path, rate_hz: f64, rows: u32, value: impl Fn(u32) -> String) {
     for row in 0..rows {
         writeln!(out, "{:.6},{},2.5", f64::from(row) / rate_hz, value(row)).unwrap();
     }
+}
+
+/// A vibration is in a unit of its own: it is called neither a stylus nor metres, on the page neither, and exported as what it is.
+#[test]
+fn a_vibration_of_three_axes_has_no_metres_and_names_the_axis_that_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("imu.csv");
+    let mut text = "t_s,vibration_x,vibration_y,vibration_z\n".to_owned();
+    for row in 0..3000_u32 {
+        let (t_s, value) = (f64::from(row) / 1000.0, 0.3 * f64::from(row % 7));
+        text += &format!("{t_s:.6},{value},0,9.81\n");
+    }
+    fs::write(&path, text).unwrap();
+    let watch = open(&path);
+    let info = watch.model.info();
+    assert_eq!(
+        (info.unit(Channel::Stylus), info.name(Channel::Stylus)),
+        ("own units", "vibration")
+    );
+    assert_eq!(info.stylus_title(), "Vibration: vibration_x, one of 3 axes");
+    let page = grip_scope::report::grasp(&watch.model, Span::new(0.0, 3.0), "imu")
+        .unwrap()
+        .html()
+        .unwrap();
+    assert!(page.contains("own units") && page.contains("vibration_x, one of 3 axes"));
+    assert!(!page.contains(">mm<") && !page.contains("tylus"), "{page}");
+    let out = folder.path().join("view.csv");
+    export::csv(|| &watch.model, Span::new(1.0, 2.0), &[Channel::Stylus], &out).unwrap();
+    assert!(fs::read_to_string(&out).unwrap().starts_with("t_s,vibration\n"));
+    let metres = folder.path().join("m.csv");
+    csv(&metres, 1000.0, 3000, |row| format!("{}", 1e-7 * f64::from(row % 7)));
+    let watch = open(&metres);
+    let info = watch.model.info();
+    assert_eq!((info.unit(Channel::Stylus), info.stylus_title()), ("m", "Stylus".to_owned()));
 }
 
 #[test]

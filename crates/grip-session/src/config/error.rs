@@ -1,6 +1,6 @@
 //! What is wrong with a configuration, and where it stands.
 
-use super::address::Listen;
+use super::{HostConfig, address::Listen};
 use crate::signature::KeyError;
 use core::{fmt, net::SocketAddr, ops::Range};
 use slip_core::ConfigError;
@@ -121,11 +121,31 @@ impl HostConfigError {
         let (line, column) = line_and_column(text, span.start);
         Self::Parse {
             place: Place { source: file.to_owned(), at: Some((line, column)) },
-            message: error.message().trim_end().replace('\n', ", "),
+            message: unknown(error.message())
+                .unwrap_or_else(|| error.message().trim_end().replace('\n', ", ")),
             excerpt: excerpt(text, &span, line, column),
         }
     }
 }
+
+/// What an unknown field was meant to be: a key of another table, or one that is spelt alike.
+fn unknown(message: &str) -> Option<String> {
+    let mut names = message.split('`').skip(1).step_by(2);
+    let name = names.next().filter(|_| message.starts_with("unknown field"))?;
+    let advice = |advice| format!("unknown field `{name}`{advice}");
+    let all = toml::Table::try_from(HostConfig::default()).unwrap_or_default();
+    let holds = |value: &toml::Value| value.as_table().is_some_and(|keys| keys.contains_key(name));
+    if let Some((table, _)) = all.iter().find(|(_, value)| holds(value)) {
+        return Some(advice(format!(", which belongs under [{table}]")));
+    }
+    let alike = names.map(|known| (strsim::normalized_damerau_levenshtein(name, known), known));
+    let (_, known) =
+        alike.filter(|(alike, _)| *alike >= ALIKE).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(advice(format!("; is `{known}` meant?")))
+}
+
+/// Names that share this much of their letters may be meant for each other.
+const ALIKE: f64 = 0.7;
 
 /// Line and column of a byte, from 1; columns are characters.
 pub(super) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {

@@ -13,10 +13,23 @@ pub fn explain(reason: &CloseReason) -> String {
         CloseReason::NoAnswer { echoes, .. } if echoes > 0 => format!(
             "no gripper answered: the line echoed {echoes} of our own frames. Turn the echo off, or check that TX and RX are not joined"
         ),
-        CloseReason::NoAnswer { hellos, bytes, garbage_bytes, .. } => format!(
-            "no gripper answered: {hellos} HELLOs were sent, {bytes} bytes came back, {garbage_bytes} of them no frames. \
-             Another kind of device, or a wrong --baud"
-        ),
+        CloseReason::NoAnswer { hellos, bytes, frames, last, .. } => {
+            let came = format!(
+                "no gripper answered: {hellos} HELLOs were sent, {bytes} bytes came back, {}",
+                if frames > 0 { "none of it is an answer" } else { "none of it is a frame" }
+            );
+            match text(&last) {
+                Some(line) => format!(
+                    "{came}; it looks like text: `{line}`. A device that sends numbers as lines of text is read as rows of \
+                     another program: docs/rows.md"
+                ),
+                None => {
+                    let shown = last.iter().rev().take(8).rev().map(|byte| format!(" {byte:02x}"));
+                    let shown: String = shown.collect();
+                    format!("{came}; it ends in{shown}. Another kind of device, or a wrong --baud")
+                }
+            }
+        }
         CloseReason::VersionMismatch { min, max } => format!(
             "the gripper speaks protocol versions {min} to {max}, this program speaks {}. Update the older of the two",
             grip_link::PROTOCOL
@@ -48,6 +61,17 @@ pub fn explain(reason: &CloseReason) -> String {
     }
 }
 
+/// A line of them, where the bytes are text: a whole one where there is one.
+fn text(last: &[u8]) -> Option<&str> {
+    let text = str::from_utf8(last).ok()?.trim_matches('\0');
+    let is_text = |c| matches!(c, '\r' | '\n' | '\0' | '\t' | ' '..='~');
+    let lines = text.split(['\r', '\n', '\0']).map(str::trim).filter(|line| !line.is_empty());
+    let lines: Vec<&str> = lines.collect();
+    // The first one and the last one may be cut.
+    let line = lines.get(1).filter(|_| lines.len() > 2).or(lines.first())?;
+    (text.chars().all(is_text) && line.len() > 3).then_some(line)
+}
+
 /// A request by the name it has in the protocol.
 fn request_name(kind: u8) -> String {
     let name = match Kind(kind) {
@@ -58,4 +82,39 @@ fn request_name(kind: u8) -> String {
         _ => return format!("a request of type {kind:02X}"),
     };
     name.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CloseReason, explain};
+    use grip_link::host::LAST_BYTES;
+
+    fn explained(came: &[u8]) -> String {
+        let mut last = [0; LAST_BYTES];
+        last.iter_mut().rev().zip(came.iter().rev()).for_each(|(place, byte)| *place = *byte);
+        let bytes = came.len() as u64;
+        explain(&CloseReason::NoAnswer {
+            hellos: 30,
+            bytes,
+            garbage_bytes: 0,
+            echoes: 0,
+            frames: 0,
+            last,
+        })
+    }
+
+    #[test]
+    fn a_device_that_prints_text_is_shown_its_own_line_and_led_to_rows() {
+        let text = b"12 I=0.331\r\nF=5.12 I=0.331\r\nF=5.1";
+        let reported = explained(text);
+        for word in ["none of it is a frame", "`F=5.12 I=0.331`", "docs/rows.md"] {
+            assert!(reported.contains(word), "{reported}");
+        }
+        let noise = explained(&[0x91, 0x00, 0xFF, b'a']);
+        assert!(
+            noise.contains("ends in 00 00 00 00 91 00 ff 61") && noise.contains("--baud"),
+            "{noise}"
+        );
+        assert!(!explained(b"F\x1b[2J\x07=5.12").contains("text"), "nothing that moves a cursor");
+    }
 }

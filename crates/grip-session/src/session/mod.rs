@@ -21,7 +21,7 @@ use crate::{
 use grip_link::{
     clock::ClockSync,
     frame::MAX_WIRE,
-    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink, LinkState},
+    host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
 use pace::{SlewLimiter, Transit, Wanted};
@@ -29,7 +29,7 @@ use path::{ClientSetpoints, OwnMotion, Path};
 use slip_core::{
     ClientCommand, ConfigError, Pipeline, Sample, StageCounters, Step,
     grip::{GripState, Trials},
-    health::HealthCounters,
+    health::{HealthCounters, Sensor, SensorHealth},
     pressure::MAX_TAXELS,
     units::{Micros, Newtons},
 };
@@ -367,7 +367,7 @@ impl Session {
     /// This program stalled so long that the gripper took the loss action, which is to hold: a new CONFIG lets it
     /// take commands again.
     fn arm_again(&mut self, now_us: u64) -> Result<(), SessionError> {
-        if matches!(self.link.state(), LinkState::Stream | LinkState::Degraded) {
+        if self.link.state().streams() {
             self.link.reconfigure(now_us, device_config(&self.config))?;
         }
         Ok(())
@@ -503,7 +503,7 @@ impl Session {
     pub fn is_blind(&self, now_us: u64) -> bool {
         let usable_us =
             self.time.newest().map_or(0, |(.., host_us)| host_us).max(self.configured_us);
-        let streams = matches!(self.link.state(), LinkState::Stream | LinkState::Degraded);
+        let streams = self.link.state().streams();
         streams && now_us.saturating_sub(usable_us) > BLIND_US.max(3 * self.transit.period_us())
     }
 
@@ -563,6 +563,32 @@ impl Session {
         Layout::new(ident.channels(), config.channel_mask)
             .column(ChannelKind::PressureArray)
             .map_or(0, |column| usize::from(column.count).min(MAX_TAXELS))
+    }
+
+    /// The health of each sensor with the last sample; `Absent` where the gripper sends nothing of it.
+    #[must_use]
+    pub fn sensors(&self) -> Option<[SensorHealth; 4]> {
+        let mut sensors = self.latest()?.sensors;
+        let Some((ident, config)) = self.link.ident().zip(self.link.in_force()) else {
+            return Some(sensors);
+        };
+        let sent = |wanted: &[ChannelKind]| {
+            let mut channels = ident.channels().iter().enumerate();
+            channels.any(|(i, c)| config.channel_mask >> i & 1 == 1 && wanted.contains(&c.kind))
+        };
+        for (sensor, health) in Sensor::ALL.into_iter().zip(&mut sensors) {
+            let present = match sensor {
+                Sensor::Stylus => sent(&[ChannelKind::Stylus, ChannelKind::SecondStylus]),
+                Sensor::Travel => sent(&[ChannelKind::Travel]),
+                Sensor::Pressure => sent(&[ChannelKind::Pressure, ChannelKind::PressureArray]),
+                Sensor::Reference => sent(&[ChannelKind::Reference]),
+                Sensor::Other(_) => true,
+            };
+            if !present && *health == SensorHealth::Good {
+                *health = SensorHealth::Absent;
+            }
+        }
+        Some(sensors)
     }
 
     /// The last step.

@@ -126,7 +126,7 @@ slip_msg::named! {
     }
     #[default]
     Good: "Nothing speaks against it.", "good";
-    Doubtful: "No rest was seen yet: what it was learned on moved or slid.", "doubtful";
+    Doubtful: "Steady stillness has not confirmed it yet: what it was learned on may have moved or slid.", "doubtful";
 }
 
 /// The band that is looked at: shear, which low rates carry as well.

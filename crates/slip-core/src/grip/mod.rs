@@ -243,7 +243,8 @@ impl GripController {
         if self.persists {
             Some(GripEvent::Persistent)
         } else if self.finding == Finding::Arrived {
-            Some(GripEvent::Found)
+            let limited = self.command_n >= self.config.ceiling_n();
+            Some(if limited { GripEvent::Limited } else { GripEvent::Found })
         } else {
             self.touch.event()
         }

@@ -19,6 +19,9 @@ slip_msg::named! {
     Found:
         "The force that the object is held with is what its slips have shown to be needed, or the least there is: no less is tried.",
         "found";
+    Limited:
+        "The object is held with the largest force that may be commanded. What it needs is not known: it may be less, or more.",
+        "limited";
 }
 
 /// Fingers need this long to reach an object (s): without touch until then there is none.

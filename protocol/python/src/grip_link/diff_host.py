@@ -71,7 +71,7 @@ def _batch_words(batch: Batch) -> str:
 def _reason_words(reason: CloseReason) -> str:
     numbers = re.findall(r"\d+", reason.detail)
     if reason.code in ("no_answer", "version_mismatch", "lost"):
-        return " ".join([reason.code, *numbers])
+        return " ".join([reason.code, *numbers[:5]])
     if reason.code == "unanswered":
         return f"unanswered {Kind[reason.detail.split()[-1]]:02x}"
     if reason.code == "refused":

@@ -77,13 +77,27 @@ fn permission(system: &System, node: &PathBuf) -> (bool, Finding) {
         return (true, Finding::ok(check, text));
     }
     let text = format!("{shown} may not be read and written (mode {mode:o}, group {group})");
-    let member = is_member(meta.gid());
-    let remedy = if member {
-        format!("sudo chmod g+rw {shown}, or install the udev rule of the package")
-    } else {
-        format!("sudo usermod -aG {group} \"$USER\", then log in again")
-    };
+    let remedy = way_in(&shown.to_string(), &group, is_member(meta.gid()), mode);
     (false, Finding::fault(check, text, remedy))
+}
+
+/// Groups that give serial ports and nothing else.
+const GROUPS: [&str; 3] = ["dialout", "uucp", "plugdev"];
+
+/// What lets this user open `port` of `group` with these rights. Nobody is sent into a group that gives more than ports: that of root,
+/// as the ports of WSL and of containers have.
+fn way_in(port: &str, group: &str, member: bool, mode: u32) -> String {
+    let open = mode & 0o060 == 0o060;
+    match (GROUPS.contains(&group), member) {
+        (true, false) if open => format!("sudo usermod -aG {group} \"$USER\", then log in again"),
+        (true, true) if !open => {
+            format!("sudo chmod g+rw {port}, or install the udev rule of the package")
+        }
+        _ => format!(
+            "sudo chgrp dialout {port} && sudo chmod g+rw {port}, and sudo usermod -aG dialout \"$USER\", then log in again; \
+             the udev rule of the package does the first two for good, a container wants --device and --group-add dialout"
+        ),
+    }
 }
 
 fn is_member(group: u32) -> bool {
@@ -154,7 +168,7 @@ fn latency_timer(system: &System, path: &Path) -> Option<Finding> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Access, group_name};
+    use super::{Access, group_name, way_in};
     use crate::commands::doctor::{System, finding::Verdict, processes::Processes};
     use grip_port::Places;
     use std::{fs, os::unix::fs::symlink, path::Path};
@@ -208,6 +222,23 @@ mod tests {
         let [.., finding] = plain.findings.as_slice() else { panic!("no finding") };
         assert!(!plain.free && finding.text.contains("no serial port"));
         assert!(finding.remedy.as_ref().is_some_and(|remedy| remedy.contains("doctor --sensor")));
+    }
+
+    #[test]
+    fn nobody_is_sent_into_a_group_that_gives_more_than_ports() {
+        let port = "/dev/ttyUSB0";
+        assert_eq!(
+            way_in(port, "dialout", false, 0o660),
+            "sudo usermod -aG dialout \"$USER\", then log in again"
+        );
+        assert!(way_in(port, "uucp", true, 0o600).starts_with("sudo chmod g+rw /dev/ttyUSB0"));
+        for (group, mode) in [("root", 0o600), ("root", 0o660), ("disk", 0o660), ("tty", 0o620)] {
+            for member in [false, true] {
+                let remedy = way_in(port, group, member, mode);
+                assert!(!remedy.contains(&format!("-aG {group}")), "{remedy}");
+                assert!(remedy.contains("chgrp dialout /dev/ttyUSB0"), "{remedy}");
+            }
+        }
     }
 
     #[test]

@@ -59,7 +59,8 @@ fn judge(name: &str, place: &str, state: State, counters: BusCounters) -> Findin
                 "activated, {holds}, position {} of 255, motor current {} mA",
                 ready.position, ready.current_ma
             );
-            Finding::ok("gripper", format!("{place}: {text}"))
+            let note = counters.note().map_or_else(String::new, |note| format!("; {note}"));
+            Finding::ok("gripper", format!("{place}: {text}{note}"))
         }
         State::Occupied => warning(
             "activated, and something is between the fingers with an unknown force",
@@ -76,10 +77,11 @@ fn judge(name: &str, place: &str, state: State, counters: BusCounters) -> Findin
             "the gripper's manual; a grave fault needs a reset by hand",
         ),
         State::Silent => {
-            let BusCounters { timeouts, broken, refused, .. } = counters;
+            let BusCounters { timeouts, broken, refused, echoes, .. } = counters;
             fault(
                 format!(
-                    "no status over Modbus RTU: {timeouts} requests without an answer, {broken} broken answers, {refused} refused"
+                    "no status over Modbus RTU: {timeouts} requests without an answer, {broken} broken answers, {refused} refused, {echoes} \
+                     own requests echoed"
                 ),
                 "its power, the wires A and B of RS-485, and unit= and baud= behind the port",
             )

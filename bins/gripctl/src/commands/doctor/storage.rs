@@ -26,7 +26,7 @@ pub(crate) fn findings(folder: &Path) -> Vec<Finding> {
         }
         Err(error) => {
             let text = format!("the folder of recordings {shown}: {error}");
-            findings.push(Finding::fault("disk", text, format!("mkdir -p {shown}")));
+            findings.push(Finding::fault("disk", text, format!("mkdir -p '{shown}'")));
             return findings;
         }
     }
@@ -38,8 +38,8 @@ pub(crate) fn findings(folder: &Path) -> Vec<Finding> {
         }
         Err(error) => {
             let text = format!("recordings cannot be written to {shown}: {error}");
-            let remedy = format!("sudo install -d -o \"$USER\" {shown}, or name another --folder");
-            Finding::warning("disk speed", text, remedy)
+            let remedy = "record to a folder of your own, and name it here: --folder NAME";
+            Finding::warning("disk speed", text, remedy.to_owned())
         }
     });
     findings
@@ -85,6 +85,10 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
         let absent = findings(&folder.path().join("none"));
         assert!(absent.len() == 1 && absent[0].verdict == Verdict::Fault);
+        // Nobody writes there, root neither; a folder of somebody else is not given away.
+        let foreign = findings(Path::new("/proc"));
+        let remedy = foreign[1].remedy.as_ref().unwrap();
+        assert!(remedy.contains("--folder") && !remedy.contains("sudo"), "{remedy}");
     }
 
     #[test]

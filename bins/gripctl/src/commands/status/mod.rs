@@ -72,6 +72,7 @@ fn greet(client: &mut Client, args: &StatusArgs) -> anyhow::Result<Report> {
 fn ask(client: &mut Client, mut report: Report, args: &StatusArgs) -> anyhow::Result<Report> {
     client.query()?;
     collect(client, args, &mut report, |report| report.answered)?;
+    report.judge_sensors();
     Ok(report)
 }
 

@@ -2,7 +2,7 @@
 
 use grip_link::message::Versions;
 use grip_link::message::daemon::{NoticeKind, ToClient, Welcome, WelcomeFlags};
-use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport};
+use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport, unread};
 use serde::Serialize;
 use slip_core::units::Micros;
 
@@ -58,6 +58,22 @@ impl Report {
                 self.goodbye = Some(notice.as_str().to_owned());
             }
             _ => {}
+        }
+    }
+
+    /// Whether samples come.
+    pub(super) fn flows(&self) -> bool {
+        self.gripper.as_ref().is_some_and(|gripper| matches!(gripper.link, "stream" | "degraded"))
+    }
+
+    /// Sensors of which no samples come are not good.
+    pub(super) fn judge_sensors(&mut self) {
+        let flows = self.flows();
+        let Some(state) = self.state.as_mut().filter(|_| !flows) else { return };
+        for health in
+            [&mut state.stylus, &mut state.travel, &mut state.pressure, &mut state.reference]
+        {
+            *health = unread(health);
         }
     }
 

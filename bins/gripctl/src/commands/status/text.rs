@@ -8,12 +8,14 @@ pub(super) fn lines(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     lines.extend(report.daemon.as_ref().map(daemon));
     lines.extend(report.gripper.as_ref().map(gripper));
-    let flows = |gripper: &GripperReport| matches!(gripper.link, "stream" | "degraded");
-    if report.state.is_some() && !report.gripper.as_ref().is_some_and(flows) {
+    if report.state.is_some() && !report.flows() {
         lines.push("NO SAMPLES  what follows is how it was when the last one came".to_owned());
     }
     match &report.state {
-        Some(state) => lines.extend(grip(state)),
+        Some(state) => {
+            let signal = report.gripper.as_ref().and_then(|gripper| gripper.stylus);
+            lines.extend(grip(state, signal == Some("vibration")));
+        }
         None => lines.push("grip       no samples yet".to_owned()),
     }
     lines.extend(report.object.as_ref().map(|object| format!("object     {object}")));
@@ -52,7 +54,7 @@ fn gripper(gripper: &GripperReport) -> String {
     )
 }
 
-fn grip(state: &StateReport) -> Vec<String> {
+fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
     let mut lines = vec![format!(
         "grip       {}, scene {}, gripper {}, statistic {} of its threshold",
         state.grip,
@@ -71,18 +73,13 @@ fn grip(state: &StateReport) -> Vec<String> {
         lines.push(format!("FAULT      {:04x} is latched", state.fault));
     }
     let sensors = [
-        ("stylus", state.stylus),
+        (if vibrates { "vibration" } else { "stylus" }, state.stylus),
         ("travel", state.travel),
         ("pressure", state.pressure),
         ("reference", state.reference),
     ];
-    let bad: Vec<String> = sensors
-        .iter()
-        .filter(|(_, health)| *health != "good")
-        .map(|(name, health)| format!("{name} {health}"))
-        .collect();
-    let reported = if bad.is_empty() { "all good".to_owned() } else { bad.join(", ") };
-    lines.push(format!("sensors    {reported}"));
+    let sensors = sensors.map(|(name, health)| format!("{name} {health}"));
+    lines.push(format!("sensors    {}", sensors.join(", ")));
     lines
 }
 
@@ -162,6 +159,7 @@ pub(crate) fn event(event: &EventReport) -> String {
             duration_s,
             ..
         } => {
+            let method = if *method == "stylus" { "vibration" } else { method };
             let mut text = match duration_s {
                 Some(s) => format!("{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * s),
                 None => format!(

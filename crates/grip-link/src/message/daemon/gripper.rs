@@ -1,6 +1,7 @@
 //! GRIPPER: which gripper the daemon holds.
 
 use super::LinkState;
+use crate::message::Unit;
 use slip_msg::message;
 
 message! {
@@ -11,7 +12,8 @@ message! {
         20 rate_hz: u32, "Hz, in force; 0 = none yet", "Sample rate in force.";
         24 force_max_n as "force_max": Option<f32>, "N, largest force of the controller", "Largest force of the controller.";
         28 link: LinkState, "link state", "State of the link.";
-        29 taxels: u8, "of its array", "Taxels of its array.", reserved 2;
+        29 taxels: u8, "of its array", "Taxels of its array.";
+        30 stylus: Unit, "unit", "Unit of the stylus: metres, or none where it is a vibration in a unit of its own.", reserved 1;
     }
 }
 
@@ -24,5 +26,6 @@ impl Gripper {
         force_max_n: None,
         link: LinkState::Closed,
         taxels: 0,
+        stylus: Unit::None,
     };
 }

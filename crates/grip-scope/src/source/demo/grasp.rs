@@ -5,7 +5,10 @@ use crate::feed::{EventMark, Feed, Level};
 use crate::source::outlet::Outlet;
 use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
-use grip_link::message::daemon::{Gripper, SlipReport};
+use grip_link::message::{
+    Unit,
+    daemon::{Gripper, SlipReport},
+};
 use grip_session::model::default_estimator;
 use grip_session::report::Event;
 use grip_session::{HostConfig, Session, SessionOptions, Update};
@@ -103,6 +106,7 @@ impl Grasp {
             force_max_n,
             link: link.state(),
             taxels: u8::try_from(self.session.taxels()).unwrap_or(u8::MAX),
+            stylus: Unit::Metre,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Stop, deliver};
 use crate::derive::Observer;
-use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings};
+use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
 
@@ -11,7 +11,8 @@ use grip_session::replay::pipeline_config;
 use grip_session::report::EventLog;
 use grip_session::{HostConfig, report::Event};
 
-use grip_record::{CsvError, CsvOptions, Recording, files, parse_csv};
+use grip_link::message::Unit;
+use grip_record::{CsvError, CsvOptions, Recording, StylusKind, files, parse_csv};
 use slip_core::{PipelineState, units::Micros};
 
 use slip_core::{Sample, Step};
@@ -96,16 +97,18 @@ fn too_long(file: &Path, what: &str, most: u64) -> String {
 fn sentence(error: &CsvError) -> String {
     match error {
         CsvError::NoTime { file, .. } | CsvError::NoRate { file, .. } => format!(
-            "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl replay --rate HZ` does without)",
-            file.display()
+            "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl import {} --rate HZ -o run.csv` makes a recording of it)",
+            file.display(),
+            named(file)
         ),
         CsvError::NoStylus { file, found } if found.iter().any(|name| !is_text(name)) => {
             no_text(file)
         }
         CsvError::NoText { file } => no_text(file),
         CsvError::NoStylus { file, found } => format!(
-            "{}: no column stylus, vibration, travel_m or pressure_0; rename one in the header (`gripctl replay --map stylus=NAME` does without); the file has: {}",
+            "{}: no column stylus, vibration, travel_m or pressure_0; `gripctl import {} --map vibration=NAME -o run.csv` makes a recording of it; the file has: {}",
             file.display(),
+            named(file),
             found.join(", ")
         ),
         CsvError::Ambiguous { file, first, second } => format!(
@@ -117,7 +120,16 @@ fn sentence(error: &CsvError) -> String {
 }
 
 fn no_text(file: &Path) -> String {
-    format!("{}: is no table: its first line is no text", file.display())
+    format!(
+        "{}: is no table: its first line is no text; `gripctl import {} -o run.csv` may read it",
+        file.display(),
+        named(file)
+    )
+}
+
+/// A file as an argument of a command that is pasted.
+pub(super) fn named(file: &Path) -> String {
+    format!("'{}'", file.display().to_string().replace('\'', r"'\''"))
 }
 
 /// Whether a name may be one: what is no text could not be read.
@@ -206,6 +218,12 @@ impl Tape {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let (rate_hz, step_us) = (recording.rate_hz as u32, (1e6 / recording.rate_hz) as u64);
         (self.rate_hz, self.step_us) = (rate_hz, step_us.max(1));
+        let unit = match recording.channels.stylus {
+            StylusKind::Displacement => Unit::Metre,
+            StylusKind::Vibration | StylusKind::Absent => Unit::None,
+        };
+        let axes = recording.channels.axes.clone();
+        deliver(outlet, vec![Feed::Stylus(StylusInfo { unit, axes })], 0.0)?;
         let config = pipeline_config(recording, &HostConfig::default(), true);
         let observer = default_estimator()
             .map_err(|error| error.to_string())

@@ -1,15 +1,16 @@
 //! What an MCAP recording holds in, items for the model out.
 
 use crate::derive::Observer;
-use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings};
+use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
 use crate::source::stream::Stream;
 
 use grip_session::HostEstimator;
 use grip_session::model::{default_estimator, parse_estimator};
 use grip_session::recording::{MODEL_NAME, UNRECORDED, beginning};
 
+use grip_link::message::Unit;
 use grip_record::mcap::{Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
-use slip_core::units::Micros;
+use slip_core::{Signal, units::Micros};
 
 /// Rows of a block.
 const BLOCK: usize = 2048;
@@ -89,6 +90,11 @@ impl Entries {
                 return self.note(Level::Warning, text);
             }
         };
+        let unit = match begun.config.signal {
+            Signal::Displacement => Unit::Metre,
+            Signal::Vibration => Unit::None,
+        };
+        self.updates.push(Feed::Stylus(StylusInfo::one(unit)));
         let observer = self
             .model
             .clone()

@@ -1,7 +1,7 @@
 //! An MCAP recording in; a picture of all of it first, then everything in it, out.
 
 use super::entries::Entries;
-use super::{Stop, deliver, preview};
+use super::{Stop, csv::named, deliver, preview};
 use crate::damage::Damage;
 use crate::feed::Feed;
 use crate::source::outlet::Outlet;
@@ -11,8 +11,8 @@ use std::path::Path;
 
 /// Reads the recording to its end; damaged parts are passed over, reported and counted.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
-    let failed = |error: &dyn core::fmt::Display| Stop::Failed(error.to_string());
-    let mut reader = McapReader::open(file).map_err(|error| failed(&error))?;
+    let mut reader =
+        McapReader::open(file).map_err(|error| Stop::Failed(sentence(file, &error)))?;
     let unreadable = |error: std::io::Error| {
         Stop::Failed(format!("{}: cannot be read ({error})", file.display()))
     };
@@ -48,16 +48,27 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     }
     let rest: Vec<Feed> = entries.take();
     deliver(outlet, rest, 1.0)?;
-    verdict(damage, seen)
+    verdict(file, damage, seen)
+}
+
+/// What is wrong; a file of another program goes through an import first.
+fn sentence(file: &Path, error: &McapError) -> String {
+    let McapError::Foreign { what, .. } = error else { return error.to_string() };
+    let (shown, named) = (file.display(), named(file));
+    format!(
+        "{shown}: was not recorded by gripd: {what}; `gripctl import {named} -o run.csv` makes a recording of it"
+    )
 }
 
 /// What was read stands, unless nothing was.
-fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
+fn verdict(file: &Path, damage: Damage, seen: bool) -> Result<(), Stop> {
+    let sentence = |error: McapError| sentence(file, &error);
     let parts = |first: McapError| match damage.passed {
+        _ if !seen => sentence(first),
         1 => format!("1 damaged part was passed over: {first}"),
         count => format!("{count} damaged parts were passed over, the first one: {first}"),
     };
-    let reported = [damage.first.map(parts), damage.end.map(|error| error.to_string())];
+    let reported = [damage.first.map(parts), damage.end.map(sentence)];
     let reported: Vec<String> = reported.into_iter().flatten().collect();
     match (seen, reported.is_empty()) {
         (true, true) => Ok(()),

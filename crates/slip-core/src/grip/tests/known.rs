@@ -81,6 +81,22 @@ fn what_is_found_is_reported_once_with_the_force_it_is_held_with() {
 }
 
 #[test]
+fn what_is_held_with_the_largest_force_is_not_found() {
+    for limit in
+        [GripConfig { f_max_n: 6.0, ..config() }, GripConfig { fragile_n: 6.0, ..config() }]
+    {
+        let mut grip = grasped(GripConfig { relax_per_s: 0.0, ..limit }, 0.0);
+        for _ in 0..400 {
+            grip.step(&slipping(1e-3, Some(20.0)));
+        }
+        assert_eq!(until(&mut grip, GripEvent::Limited, 2000), Some(6.0));
+        for event in [GripEvent::Limited, GripEvent::Found] {
+            assert_eq!(until(&mut grip, event, 1000), None, "once, and it is not known");
+        }
+    }
+}
+
+#[test]
 fn the_end_of_the_search_is_found_too() {
     let config = GripConfig { relax_per_s: 1.0, ..config() };
     let mut grip = grasped(config, 0.0);

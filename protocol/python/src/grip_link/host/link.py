@@ -71,6 +71,11 @@ _LINKED = (HostState.CONFIG, HostState.STREAM, HostState.DEGRADED)
 _STREAMING = (HostState.STREAM, HostState.DEGRADED)
 
 
+def _is_text(data: bytes) -> bool:
+    """Whether they are printable lines."""
+    return len(data) > 3 and all(byte in b"\r\n\t" or 32 <= byte < 127 for byte in data)
+
+
 class HostLink:
     """The computer's end of the link."""
 
@@ -99,7 +104,7 @@ class HostLink:
         self._rows = RowCount()
         self._greet_again = False
         self._hello_since_us = self._hello_due_us = self._hellos = 0
-        self._bytes = 0
+        self._bytes, self._last = 0, b""
         self._at_open = Counters()
         self._pings = self._ping_due_us = 0
         self._samples_us = self._frame_us = 0
@@ -115,7 +120,7 @@ class HostLink:
             raise ValueError(f"session {session}: expected 1..65535")
         self._decoder.restart()
         self._at_open = replace(self._decoder.counters)
-        self._bytes = 0
+        self._bytes, self._last = 0, b""
         self._rows = RowCount()
         self._events.clear()
         self.state = HostState.OPEN
@@ -209,6 +214,8 @@ class HostLink:
     def receive(self, now_us: int, data: bytes = b"") -> list[HostEvent]:
         """Takes bytes and the time; what came of them."""
         self._bytes += len(data)
+        if self.state is HostState.HELLO:
+            self._last = (self._last + data)[-64:]
         self._announce()
         for block in self._decoder.feed(data):
             if block.verdict is Verdict.OK and block.frame is not None and self.state is not HostState.CLOSED:
@@ -401,7 +408,9 @@ class HostLink:
         return CloseReason(
             "no_answer",
             f"{self._hellos} HELLOs written; {self._bytes} bytes came, {now.garbage_bytes - before.garbage_bytes} of"
-            f" them in no frame, {now.echo - before.echo} echoes, {others} frames of others",
+            f" them in broken frames, {now.echo - before.echo} echoes, {others} third-party frames"
+            + (f"; none is an answer, the last are {self._last!r}" if self._last else "")
+            + ("; a device that sends text is read as rows: docs/rows.md" if _is_text(self._last) else ""),
         )
 
     def poll_transmit(self, now_us: int) -> Optional[bytes]:

@@ -92,6 +92,7 @@ class SensorHealth(OpenCode):
     COARSE = 9
     LATE = 10
     UNCOUPLED = 11
+    ABSENT = 12
 
 
 class LinkState(OpenCode):

@@ -7,7 +7,7 @@ import struct
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from ..codes import DeviceState
+from ..codes import DeviceState, Unit
 from ..wire import BadValue, pack, unpack
 from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource, Unsure
 
@@ -18,7 +18,7 @@ _STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
 _LATE = struct.Struct("<f")
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
 _APPENDED = struct.Struct("<ffq" + 24 * "Q")
-_GRIPPER = struct.Struct("<16sIIfBBH")
+_GRIPPER = struct.Struct("<16sIIfBBBB")
 _ESTIMATES = struct.Struct("<IQQfffHH")
 
 
@@ -214,12 +214,14 @@ class Gripper:
     """N"""
     link: LinkState
     taxels: int
+    stylus: Unit = Unit.NONE
+    """Metres; a vibration in a unit of its own has none."""
 
     @classmethod
     def parse(cls, payload: bytes) -> Gripper:
         """Reads a payload; raises PayloadError."""
         v = _finite(_GRIPPER, payload)
-        values: list[Any] = [*v[:4], LinkState(v[4]), v[5]]
+        values: list[Any] = [*v[:4], LinkState(v[4]), v[5], Unit(v[6])]
         return cls(*values)
 
     def pack(self) -> bytes:
