@@ -37,17 +37,13 @@ pub(super) trait End: Send {
     /// How it is.
     fn condition(&self, now_us: u64) -> Condition;
 
-    /// What is odd about a line that works.
+    /// What is odd about a line that works; each note is reported once.
     fn note(&self) -> Option<&'static str> {
         None
     }
 
     /// Whether the line is to be opened again.
     fn is_lost(&self) -> bool;
-    /// What people should know of it, once.
-    fn note(&mut self) -> Option<&'static str> {
-        None
-    }
 }
 
 /// The loop of an end.
@@ -61,6 +57,7 @@ pub(super) struct LineLoop<E, C> {
     was_ready: bool,
     /// The last condition that was reported.
     reported: Option<Condition>,
+    noted: Option<&'static str>,
     begun_us: u64,
 }
 
@@ -75,6 +72,7 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
             backoff: Backoff::default(),
             was_ready: false,
             reported: None,
+            noted: None,
             begun_us,
         }
     }
@@ -145,9 +143,6 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
     fn judge(&mut self) -> Result<(), EndFault> {
         let now_us = (self.context.clock)();
         let condition = self.end.condition(now_us);
-        if let Some(text) = self.end.note() {
-            let _sent = self.context.reports.send(format!("{}: {text}", self.name));
-        }
         match &condition {
             Condition::Ready => {
                 self.backoff.reset();
@@ -169,6 +164,11 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
             }
             Condition::Waiting(_) => self.report(condition),
         }
+        let note = self.end.note().filter(|note| self.noted != Some(note));
+        if let Some(text) = note {
+            self.noted = note;
+            let _sent = self.context.reports.send(format!("{}: {text}", self.name));
+        }
         Ok(())
     }
 
@@ -177,10 +177,9 @@ impl<E: End, C: Fn() -> u64> LineLoop<E, C> {
             return;
         }
         let name = &self.name;
-        let note = self.end.note().map_or_else(String::new, |note| format!("; {note}"));
         let text = match &condition {
-            Condition::Ready if self.was_ready => format!("{name}: found again{note}"),
-            Condition::Ready => format!("{name}: found{note}"),
+            Condition::Ready if self.was_ready => format!("{name}: found again"),
+            Condition::Ready => format!("{name}: found"),
             Condition::Waiting(text) => format!("{name}: {text}"),
             Condition::Busy(text) => format!("{name}: {text}"),
         };
