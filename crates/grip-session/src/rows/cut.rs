@@ -190,9 +190,7 @@ impl RowCutter {
             if self.skipping || end.unwrap_or(left.len()) > LONGEST {
                 self.start += end.map_or(left.len(), |end| end + 1);
                 if core::mem::replace(&mut self.skipping, end.is_none()) {
-                    if end.is_none() {
-                        return None;
-                    }
+                    end?;
                     continue;
                 }
                 self.row += 1;
