@@ -13,9 +13,7 @@ const PREFIXES: [(f64, &str); 9] = [
     (1e-15, "f"),
 ];
 /// Units that take no prefix.
-const PLAIN: [&str; 5] = ["", "%", "dB", "s^-1", OWN_UNITS];
-/// The unit of a sensor whose unit nobody stated.
-pub const OWN_UNITS: &str = "own units";
+const PLAIN: [&str; 4] = ["", "%", "dB", "s^-1"];
 
 /// A number and its unit, ready to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -90,6 +90,10 @@ fn sensors(ui: &mut Ui, seen: &Seen<'_>) {
     row(ui, "controller", state.grip.name());
     let unread = seen.model.info().gripper.is_some_and(|gripper| !gripper.link.streams());
     for ((name, channels), health) in SENSORS.into_iter().zip(state.sensors) {
+        let name = channels
+            .first()
+            .filter(|_| name == "stylus")
+            .map_or(name, |of| seen.model.info().name(*of));
         let absent = health == SensorHealth::Good && !ever(seen, channels);
         if absent || health == SensorHealth::Absent {
             row(ui, name, ABSENT);

@@ -1,6 +1,6 @@
 //! When the view shall stop and show: level and edge of a channel, or an event.
 
-use super::{Seen, heading, readout, row, sentence};
+use super::{Seen, heading, row, sentence};
 use crate::action::Action;
 use crate::form::{Condition, TriggerForm};
 use eframe::egui::{ComboBox, DragValue, Ui};

@@ -37,7 +37,6 @@ use crate::feed::{
     DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StudyCurves,
     StylusInfo, Turn,
 };
-use crate::format::OWN_UNITS;
 use crate::span::Span;
 use gaps::Gaps;
 use grip_link::message::{Unit, daemon::Gripper};
@@ -69,17 +68,18 @@ pub struct Info {
 }
 
 impl Info {
-    /// Unit of a channel of this source: E_sc has that of the reading that is shown, a stylus metres or a unit of its own.
+    /// Unit of a channel of this source: E_sc has that of the reading that is shown, a stylus metres, a vibration none.
     #[must_use]
     pub fn unit(&self, channel: Channel) -> &'static str {
         match (channel, &self.stylus) {
             (Channel::Esc | Channel::OwnEsc | Channel::EscLow | Channel::EscHigh, _) => {
                 self.state.map_or("W", |state| state.esc_kind.unit())
             }
-            (Channel::Stylus | Channel::SecondStylus, Some(stylus)) => match stylus.unit {
-                Unit::Metre => "m",
-                _ => OWN_UNITS,
-            },
+            (Channel::Stylus | Channel::SecondStylus, Some(stylus))
+                if stylus.unit == Unit::Metre =>
+            {
+                "m"
+            }
             _ => channel.unit(),
         }
     }
@@ -97,10 +97,10 @@ impl Info {
     /// What stands over the curve of the stylus; of several axes which one it is.
     #[must_use]
     pub fn stylus_title(&self) -> String {
-        let name = if self.vibrates() { "Vibration" } else { "Stylus" };
+        let name = if self.vibrates() { "Vibration, own units" } else { "Stylus" };
         match self.stylus.as_ref().map(|stylus| stylus.axes.as_slice()) {
             Some([first, rest @ ..]) if !rest.is_empty() => {
-                format!("{name}: {first}, one of {} axes", rest.len() + 1)
+                format!("{name}: {first} of {} axes", rest.len() + 1)
             }
             _ => name.to_owned(),
         }
