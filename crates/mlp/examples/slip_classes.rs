@@ -116,7 +116,7 @@ fn judged(net: &(LargeModel, Vec<String>), touches: &[&Touch]) -> Fallible<[f64;
             f64::from(u8::from(best.is_some_and(|(at, _)| names[at] == touch.class)))
         };
         for row in predict(model, &touch.windows)?.0.rows() {
-            let mut scores: Vec<f64> = row.iter().copied().map(f64::from).collect();
+            let mut scores: Vec<f64> = row.to_vec();
             counts[0] += is_right(&scores);
             counts[1] += 1.0;
             softmax(&mut scores);

@@ -215,7 +215,7 @@ fn fit(
         .map(|repeat| fitting.run_timed(repeat, &elapsed))
         .collect();
     epochs.finish_and_clear();
-    Ok(fitting.finish(runs, test)?)
+    Ok(fitting.finish(runs, test)?.learned()?)
 }
 
 /// The bar of several trainings, and that of the epochs of a single one; on a terminal only.

@@ -8,7 +8,7 @@ use super::init::nguyen_widrow;
 use super::metrics::{EvaluateError, Evaluation, evaluate};
 use super::objective::{NetworkObjective, Objective, count};
 use super::real::Real;
-use super::run::{Run, RunConfig, Training, run};
+use super::run::{Run, RunConfig, Stop, Training, run};
 use super::scaling::{Method, Scaling, as_min_max, columns};
 use super::setting::SettingError;
 use super::topology::Topology;
@@ -151,6 +151,21 @@ pub struct Fit {
     pub test: Option<Evaluation>,
     /// What speaks against the model: [`warnings`] of its rows and, with `r2`, of its answers.
     pub warnings: Vec<String>,
+}
+
+impl Fit {
+    /// The same, unless its run diverged before any epoch was better than the random start: a study counts such runs, a user wants no
+    /// such model.
+    ///
+    /// # Errors
+    /// [`FitError::Diverged`].
+    pub fn learned(self) -> Result<Self, FitError> {
+        let at_once = |run: &Run| run.best_epoch == 0 && matches!(run.stop, Stop::Diverged { .. });
+        match self.runs.get(self.chosen).is_some_and(at_once) {
+            true => Err(FitError::Diverged { runs: self.runs.len() }),
+            false => Ok(self),
+        }
+    }
 }
 
 /// What speaks against rows for a model of `weights` weights: columns that do not vary, and as few rows as it can learn by heart.
@@ -360,7 +375,7 @@ impl<'a> Fitting<'a> {
 /// Trains `config.repeats` times, one after the other, and keeps the chosen model.
 ///
 /// # Errors
-/// As [`Fitting::new`] and [`Fitting::finish`].
+/// As [`Fitting::new`], [`Fitting::finish`] and [`Fit::learned`].
 pub fn fit(
     train: &DataSet,
     validation: Option<&DataSet>,
@@ -369,20 +384,14 @@ pub fn fit(
 ) -> Result<Fit, FitError> {
     let fitting = Fitting::new(train, validation, config)?;
     let runs = (0..config.repeats).map(|repeat| fitting.run(repeat)).collect();
-    fitting.finish(runs, test)
+    fitting.finish(runs, test)?.learned()
 }
 
-/// Place of the run to keep, among those with a finite error that did not diverge at once.
+/// Place of the run to keep, among those with a finite error.
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
-    let at_once =
-        |run: &Run| run.best_epoch == 0 && matches!(run.stop, super::run::Stop::Diverged { .. });
-    let finite: Vec<(usize, f64)> = runs
-        .iter()
-        .enumerate()
-        .filter(|(_, run)| run.mse.is_finite() && !at_once(run))
-        .map(|(place, run)| (place, run.mse))
-        .collect();
+    let finite: Vec<(usize, f64)> =
+        runs.iter().map(|run| run.mse).enumerate().filter(|(_, mse)| mse.is_finite()).collect();
     let centre = match choice {
         Choice::Best => f64::NEG_INFINITY,
         Choice::NearestAverage => {
