@@ -12,6 +12,7 @@
 
 use crate::{
     ImportOptions,
+    arrays::ArrayRows,
     error::ImportError,
     stream::{Stream, Times, reading},
     words,
@@ -47,18 +48,20 @@ pub struct Imported {
     pub unused: Vec<String>,
     /// What else is to be known.
     pub notes: Vec<String>,
-    /// The recording.
+    /// The recording; without its samples, where [`Imported::rows`] gives them.
     pub recording: Recording,
+    /// Its samples, as the file is read.
+    pub rows: Option<ArrayRows>,
 }
 
 /// A signal: number of its stream, and place in it.
-type At = (usize, usize);
+pub(crate) type At = (usize, usize);
 
 struct Assignment<'a> {
     file: &'a Path,
     streams: &'a [Stream],
     /// Column of the recording -> signal and what its numbers are multiplied by.
-    taken: BTreeMap<String, (At, f64, String)>,
+    taken: Taken,
     used: BTreeSet<At>,
     /// What renamings have named.
     mapped: Vec<String>,
@@ -68,6 +71,34 @@ struct Assignment<'a> {
 const FAR_S: f64 = 1e6;
 /// A reading is kept for so many steps of its own stream.
 const HELD_STEPS: i64 = 10;
+
+/// A signal that is used: where it is, what its numbers are multiplied by, and its unit.
+pub(crate) type Taken = BTreeMap<String, (At, f64, String)>;
+
+/// The channels among the signals of streams.
+pub(crate) struct Found {
+    pub(crate) taken: Taken,
+    pub(crate) uses: Vec<Use>,
+    pub(crate) unused: Vec<String>,
+    /// The stream that gives the times.
+    base: usize,
+}
+
+/// Finds the channels by the names of the signals.
+pub(crate) fn find(
+    file: &Path,
+    streams: &[Stream],
+    options: &ImportOptions,
+) -> Result<Found, ImportError> {
+    let mapped = options.map.iter().map(|(ours, _)| ours.clone()).collect();
+    let (taken, used) = (BTreeMap::new(), BTreeSet::new());
+    let mut found = Assignment { file, streams, taken, used, mapped };
+    found.by_map(options)?;
+    found.by_name()?;
+    found.by_words()?;
+    let (base, uses, unused) = (found.base()?, found.uses(), found.unused());
+    Ok(Found { taken: found.taken, uses, unused, base })
+}
 
 /// Finds the channels and makes the recording.
 ///
@@ -79,16 +110,7 @@ pub fn assign(
     mut streams: Vec<Stream>,
     options: &ImportOptions,
 ) -> Result<Imported, ImportError> {
-    let mapped = options.map.iter().map(|(ours, _)| ours.clone()).collect();
-    let (taken, used) = (BTreeMap::new(), BTreeSet::new());
-    let mut found = Assignment { file, streams: &streams, taken, used, mapped };
-    found.by_map(options)?;
-    found.by_name()?;
-    found.by_words()?;
-    let base = found.base()?;
-    let uses = found.uses();
-    let unused = found.unused();
-    let taken = found.taken;
+    let Found { taken, uses, unused, base } = find(file, &streams, options)?;
     let mut notes: Vec<String> =
         streams.iter_mut().flat_map(|stream| core::mem::take(&mut stream.notes)).collect();
     sort(&mut streams, &mut notes);
@@ -97,15 +119,10 @@ pub fn assign(
         Times::Stamps(times) => zero(times, &mut notes),
         _ => 0,
     };
-    let rate_hz = match streams[base].times {
-        #[expect(clippy::cast_possible_truncation, reason = "a rate has 24 bits")]
-        Times::Rate(rate_hz) => options.rate_hz.or(Some(rate_hz as f32)),
-        _ => options.rate_hz,
-    };
     let columns = columns(streams, base, &taken, zero_ns);
-    let csv = CsvOptions { rate_hz, map: Vec::new() };
+    let csv = CsvOptions { rate_hz: options.rate_hz, map: Vec::new() };
     let recording = Recording::of_columns(file, &columns, &csv)?;
-    Ok(Imported { format, clock, uses, unused, notes, recording })
+    Ok(Imported { format, clock, uses, unused, notes, recording, rows: None })
 }
 
 impl Assignment<'_> {
@@ -365,7 +382,11 @@ fn sort(streams: &mut [Stream], notes: &mut Vec<String>) {
 
 /// What is taken off the times (ns).
 fn zero(times: &[i64], notes: &mut Vec<String>) -> i64 {
-    let first = times.first().copied().unwrap_or(0);
+    first_time(times.first().copied().unwrap_or(0), notes)
+}
+
+/// What is taken off times that begin with `first` (ns).
+pub(crate) fn first_time(first: i64, notes: &mut Vec<String>) -> i64 {
     let seconds = first as f64 / 1e9;
     if (0.0..FAR_S).contains(&seconds) {
         return 0;
@@ -378,12 +399,7 @@ fn zero(times: &[i64], notes: &mut Vec<String>) -> i64 {
     first
 }
 
-fn columns(
-    mut streams: Vec<Stream>,
-    base: usize,
-    taken: &BTreeMap<String, (At, f64, String)>,
-    zero_ns: i64,
-) -> Columns {
+fn columns(mut streams: Vec<Stream>, base: usize, taken: &Taken, zero_ns: i64) -> Columns {
     let stamps = |stream: &Stream| match &stream.times {
         Times::Stamps(times) => times.clone(),
         _ => Vec::new(),

@@ -145,7 +145,7 @@ fn named(cells: &[&str]) -> Vec<String> {
 }
 
 /// The column of times: named by the caller, or by itself.
-fn time_column(names: &[String], options: &ImportOptions) -> Option<usize> {
+pub(crate) fn time_column(names: &[String], options: &ImportOptions) -> Option<usize> {
     if let Some((_, theirs)) = options.map.iter().find(|(ours, _)| ours == "t_s") {
         return names.iter().position(|name| name == theirs);
     }

@@ -2,17 +2,19 @@
 //!
 //! | file | its signals | times |
 //! |---|---|---|
-//! | `.wav` | `channel_1`, .. (share of full scale) | the rate in its header |
+//! | `.wav`, `.w64` | `channel_1`, .. (share of full scale) | the rate in its header |
 //! | `.npy`, one or two dimensions | `column_0`, .. | the first column, or a rate |
+//! | `.npy` of structures, `.npz` | its fields, its arrays | a field or array in s, ms, us or ns, or a rate |
 //! | `.csv`, `.txt`, `.tsv` with `,`, `;` or tabs | its columns | a column in s, ms, us or ns, or a rate |
 //! | Robotiq TSF-85 `.csv` | its dynamic channel and taxels | `Time(ms)` |
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
-//! among them and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
-//! is 4 bytes a number and 8 a time, at most [`MOST_VALUES`] numbers.
+//! Numbers of a fixed size, WAV, NPY and NPZ, are read row by row, in files of any length ([`open`], [`ArrayRows`]). Every
+//! other format becomes [`Stream`]s of named numbers ([`read_streams`]), of which 4 bytes a number and 8 a time are kept, at
+//! most [`MOST_VALUES`] numbers. [`assign`](mod@assign) finds the channels among them and puts them on the times of the first.
 
+mod arrays;
 pub mod assign;
 mod csv_file;
 mod db3;
@@ -28,6 +30,7 @@ mod tsf85;
 mod wav;
 mod words;
 
+pub use arrays::ArrayRows;
 pub use assign::{Imported, Use};
 pub use error::ImportError;
 pub use stream::{MOST_VALUES, Stream, Times};
@@ -54,7 +57,7 @@ pub struct ImportOptions {
 /// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to name it.
 #[must_use]
 pub fn is_foreign(file: &Path) -> bool {
-    ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
+    ["wav", "w64", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
         || file.join("metadata.yaml").is_file()
 }
 
@@ -62,13 +65,30 @@ fn has_ending(file: &Path, wanted: &str) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted))
 }
 
-/// Reads `file` and finds its channels.
+/// Reads `file`, finds its channels and holds its samples.
 ///
 /// # Errors
 /// Where the file cannot be read, or nothing in it can be used.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let (format, streams) = read_streams(file, options)?;
-    let imported = assign::assign(file, format, streams, options)?;
+    find(file, options, true)
+}
+
+/// The same; where [`Imported::rows`] gives the samples they are not held, so that a file of any length can be read.
+///
+/// # Errors
+/// Where the file cannot be read, or nothing in it can be used.
+pub fn open(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    find(file, options, false)
+}
+
+fn find(file: &Path, options: &ImportOptions, hold: bool) -> Result<Imported, ImportError> {
+    let imported = match array(file) {
+        Some(array) => array?.import(file, options, hold)?,
+        None => {
+            let (format, streams) = read_streams(file, options)?;
+            assign::assign(file, format, streams, options)?
+        }
+    };
     let rate_hz = imported.recording.rate_hz;
     if rate_hz > PipelineConfig::HIGHEST_RATE_HZ {
         return Err(ImportError::TooFast { file: file.to_owned(), rate_hz });
@@ -76,7 +96,18 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportEr
     Ok(imported)
 }
 
-/// What kind of file it is, and every signal in it.
+/// A file of numbers of a fixed size.
+fn array(file: &Path) -> Option<Result<arrays::Array, ImportError>> {
+    if has_ending(file, "wav") || has_ending(file, "w64") {
+        return Some(wav::read(file));
+    }
+    if has_ending(file, "npy") {
+        return Some(npy::read(file));
+    }
+    has_ending(file, "npz").then(|| npy::read_npz(file))
+}
+
+/// What kind of file it is, and every signal in it; not of WAV, NPY and NPZ.
 ///
 /// # Errors
 /// Where the file cannot be read, or holds no numbers.
@@ -85,11 +116,7 @@ pub fn read_streams(
     options: &ImportOptions,
 ) -> Result<(&'static str, Vec<Stream>), ImportError> {
     let file = &bag_in(file)?;
-    let (format, streams) = if has_ending(file, "wav") {
-        ("WAV", wav::read(file)?)
-    } else if has_ending(file, "npy") {
-        ("NPY", npy::read(file, options)?)
-    } else if has_ending(file, "mcap") {
+    let (format, streams) = if has_ending(file, "mcap") {
         ("MCAP", mcap_file::read(file, options)?)
     } else if has_ending(file, "db3") {
         ("rosbag2", db3::read(file, options)?)

@@ -12,8 +12,6 @@ pub const MOST_VALUES: usize = 1 << 28;
 pub enum Times {
     /// At these times (ns), in the order of the file.
     Stamps(Vec<i64>),
-    /// At equal steps (samples per second).
-    Rate(f64),
     /// Only the caller knows.
     Unknown,
 }

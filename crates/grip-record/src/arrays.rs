@@ -3,16 +3,18 @@
 //! Columns have the names, units and meanings of a CSV recording. A NaN is an empty cell, as NumPy has no other, but for the
 //! stylus, where it is a bad reading.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, Array2};
 use ndarray_npy::WriteNpzError;
+use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
 use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
-use crate::npz::{Npz, create};
+use crate::npz::{NpzArrays, NpzError, create};
+use crate::numbers::{NumberRows, NumberTable, Pick};
 use crate::recording::{Cells, Gathering, Recording};
 use crate::taxels::PREFIX;
 
@@ -20,38 +22,144 @@ const NONE: &Vec<String> = &Vec::new();
 
 /// Reads the recording in an `.npz`; arrays that are no columns of a recording are left alone.
 pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
-    let mut npz = Npz::open(file)?;
-    let header = npz.names().to_vec();
-    let mut gathering = Gathering::new(file, &header, options)?;
-    let columns: Vec<Option<Array1<f64>>> = header
-        .iter()
-        .enumerate()
-        .map(|(at, name)| gathering.layout.uses(at).then(|| npz.numbers(name)).transpose())
-        .collect::<Result<_, _>>()?;
-    let (stylus, rows) = (gathering.layout.stylus, npz.rows());
-    for row in 0..rows {
-        gathering.push(&ArrayRow { file, header: &header, columns: &columns, stylus, row })?;
-    }
-    gathering.finish()
+    NumberSamples::of_npz(file, options)?.hold()
 }
 
-/// One row of an `.npz`.
+/// The samples of a table of numbers one after the other, as the file is read: the memory does not depend on its length.
+#[derive(Debug)]
+pub struct NumberSamples {
+    file: PathBuf,
+    header: Vec<String>,
+    rows: NumberRows,
+    gathering: Gathering,
+    row: Vec<f64>,
+    count: u64,
+}
+
+impl NumberSamples {
+    /// The recording in an `.npz`; arrays that are no columns of a recording are left alone.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or its columns or an option is not usable.
+    pub fn of_npz(file: &Path, options: &CsvOptions) -> Result<Self, CsvError> {
+        let mut npz = NpzArrays::open(file)?;
+        let header = npz.names().to_vec();
+        let gathering = Gathering::new(file, &header, options)?;
+        let mut table = NumberTable::new(file);
+        let mut picks = Vec::new();
+        for (at, name) in header.iter().enumerate() {
+            let place = table.columns.len();
+            let used = gathering.layout.uses(at);
+            picks.push(Pick { column: used.then_some(place), ..Pick::plain(place) });
+            if used {
+                let column = npz.table(at)?;
+                check_column(&table, &column, name)?;
+                table.append(column);
+            }
+        }
+        Self::gathered(&table, header, &picks, gathering)
+    }
+
+    /// The columns of `table` that are picked, each under its name in `header`: those of a CSV recording, `t_s` in seconds.
+    ///
+    /// # Errors
+    /// As [`NumberSamples::of_npz`].
+    pub fn open(
+        table: &NumberTable,
+        header: Vec<String>,
+        picks: &[Pick],
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
+        let gathering = Gathering::new(&table.file, &header, options)?;
+        Self::gathered(table, header, picks, gathering)
+    }
+
+    fn gathered(
+        table: &NumberTable,
+        header: Vec<String>,
+        picks: &[Pick],
+        mut gathering: Gathering,
+    ) -> Result<Self, CsvError> {
+        let file = table.file.clone();
+        let rows = table.rows(picks);
+        let rows = rows.map_err(|source| CsvError::Unreadable { file: file.clone(), source })?;
+        gathering.notes.cut.clone_from(&table.cut);
+        Ok(Self { file, header, rows, gathering, row: Vec::new(), count: 0 })
+    }
+
+    /// The next sample and the frame of taxels that came with it, which is empty where none did; `None` at the end.
+    ///
+    /// # Errors
+    /// Where a row is not usable, or the file cannot be read on.
+    pub fn next_sample(&mut self) -> Result<Option<(Sample, &[f32])>, CsvError> {
+        let sample = self.next()?;
+        Ok(sample.map(|sample| (sample, self.gathering.frame())))
+    }
+
+    fn next(&mut self) -> Result<Option<Sample>, CsvError> {
+        let Self { file, header, rows, gathering, row, count } = self;
+        let more = rows.next_row(row);
+        if !more.map_err(|source| CsvError::Unreadable { file: file.clone(), source })? {
+            return Ok(None);
+        }
+        *count += 1;
+        let stylus = gathering.layout.stylus;
+        gathering.sample(&ArrayRow { file, header, row, stylus, line: *count }).map(Some)
+    }
+
+    /// The recording without its samples: channels, rate and what is odd about it. Reads what is left of the file.
+    ///
+    /// # Errors
+    /// Where a row is not usable, there is none, or no rate.
+    pub fn survey(mut self) -> Result<Recording, CsvError> {
+        while self.next()?.is_some() {}
+        self.gathering.finish()
+    }
+
+    /// The recording with its samples.
+    ///
+    /// # Errors
+    /// As [`NumberSamples::survey`]; where there are more samples than are held, before any is read.
+    pub fn hold(mut self) -> Result<Recording, CsvError> {
+        self.gathering.check_room(self.rows.left())?;
+        while let Some(sample) = self.next()? {
+            self.gathering.keep(sample)?;
+        }
+        self.gathering.finish()
+    }
+}
+
+/// Whether `column` is one, and as long as those before it.
+fn check_column(table: &NumberTable, column: &NumberTable, name: &str) -> Result<(), NpzError> {
+    let (file, array) = (table.file.clone(), name.to_owned());
+    if column.columns.len() != 1 {
+        let fault = format!("has {} columns; one is expected", column.columns.len());
+        return Err(NpzError::Array { file, array, fault });
+    }
+    match table.columns.first() {
+        Some(first) if table.rows != column.rows => Err(NpzError::Length {
+            file,
+            array,
+            rows: column.rows,
+            first: first.name.clone(),
+            expected: table.rows,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// One row of numbers.
 struct ArrayRow<'a> {
     file: &'a Path,
     header: &'a [String],
-    columns: &'a [Option<Array1<f64>>],
+    row: &'a [f64],
     stylus: Option<usize>,
-    row: usize,
+    line: u64,
 }
 
 impl ArrayRow<'_> {
     fn value(&self, column: usize) -> f64 {
-        let column = self.columns.get(column).and_then(Option::as_ref);
-        column.and_then(|column| column.get(self.row)).copied().unwrap_or(f64::NAN)
-    }
-
-    fn line(&self) -> u64 {
-        self.row as u64 + 1
+        self.row.get(column).copied().unwrap_or(f64::NAN)
     }
 
     fn name(&self, column: usize) -> String {
@@ -61,7 +169,7 @@ impl ArrayRow<'_> {
 
 impl Cells for ArrayRow<'_> {
     fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
-        let (file, line, seconds) = (self.file.to_owned(), self.line(), self.value(column));
+        let (file, line, seconds) = (self.file.to_owned(), self.line, self.value(column));
         let column = self.name(column);
         let Some(time) = micros(1e6 * seconds) else {
             let text = excerpt(&seconds.to_string());
@@ -90,7 +198,7 @@ impl Cells for ArrayRow<'_> {
         let whole = micros(value).filter(|_| value.fract() == 0.0);
         whole.map(Some).ok_or_else(|| CsvError::NotANumber {
             file: self.file.to_owned(),
-            line: self.line(),
+            line: self.line,
             column: self.name(column),
             text: excerpt(&value.to_string()),
             remedy: "write whole microseconds",

@@ -53,6 +53,8 @@ mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
 mod number;
+#[cfg(feature = "arrays")]
+mod numbers;
 mod phases;
 mod profile;
 mod recording;
@@ -60,6 +62,8 @@ mod table;
 mod taxels;
 mod travel;
 
+#[cfg(feature = "arrays")]
+pub use arrays::NumberSamples;
 pub use axes::is_axis;
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
 pub use columns::{Columns, Rows};
@@ -71,9 +75,11 @@ pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use labels_write::{Relabel, write_label};
 pub use notes::{HUGE_READING, Notes};
 #[cfg(feature = "arrays")]
-pub use npy::parse_npy;
+pub use npy::npy_table;
 #[cfg(feature = "arrays")]
-pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
+pub use npz::{MOST_UNPACKED, Npz, NpzArrays, NpzError, is_npz, write_columns};
+#[cfg(feature = "arrays")]
+pub use numbers::{Cell, Coding, NumberColumn, NumberRows, NumberTable, Packed, Pick, Strand};
 pub use phases::{Phase, PhaseError, read_alarms, read_phases};
 pub use profile::HeightProfile;
 pub use recording::{MOST_HELD, Recording};

@@ -37,6 +37,8 @@ pub struct Notes {
     pub blank_lines: usize,
     /// Whether every line ends with a comma (an unnamed last column).
     pub trailing_comma: bool,
+    /// What is missing at the end of a file that was cut off.
+    pub cut: Option<String>,
     /// Columns of the file nothing is read from.
     pub ignored_columns: Vec<String>,
 }
@@ -151,6 +153,7 @@ impl fmt::Display for Notes {
         {
             phrases.push(format!("rate given: {given} Hz, by the times: {measured} Hz"));
         }
+        phrases.extend(self.cut.clone());
         if self.trailing_comma {
             phrases.push("every line ends with a comma".to_owned());
         }

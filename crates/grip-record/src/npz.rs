@@ -4,16 +4,18 @@
 //! writes them. Of an array that nobody asks for only the name is read.
 
 use std::fs::File;
-use std::io::{BufWriter, Cursor, Read as _};
+use std::io::{BufReader, BufWriter, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, ArrayRef2};
 use ndarray_npy::{NpzWriter, WritableElement, WriteNpzError};
-use zip::ZipArchive;
+use zip::{CompressionMethod, ZipArchive};
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
+use crate::files;
 use crate::npy::Npy;
+use crate::numbers::{NumberTable, Packed, Strand};
 
 /// Most bytes that the columns read from one file may take, unpacked and as doubles, all together: a small file can hold
 /// terabytes of zeros.
@@ -64,11 +66,11 @@ pub enum NpzError {
         /// The array.
         array: String,
         /// Its values.
-        rows: usize,
+        rows: u64,
         /// The column read before it.
         first: String,
         /// The values of that.
-        expected: usize,
+        expected: u64,
     },
 }
 
@@ -108,18 +110,7 @@ impl Npz {
     /// # Errors
     /// [`NpzError::Archive`].
     pub fn parse(file: &Path, bytes: Vec<u8>) -> Result<Self, NpzError> {
-        let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
-        if bytes.starts_with(b"\x93NUMPY") {
-            let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
-            return Err(no_archive(message.to_owned()));
-        }
-        let archive =
-            ZipArchive::new(Cursor::new(bytes)).map_err(|error| no_archive(error.to_string()))?;
-        let name = |at: usize| {
-            let name = archive.name_for_index(at).unwrap_or_default();
-            name.strip_suffix(".npy").unwrap_or(name).to_owned()
-        };
-        let names = (0..archive.len()).map(name).collect();
+        let (archive, names) = archive(file, Cursor::new(bytes))?;
         Ok(Self { file: file.to_owned(), archive, names, left: MOST_UNPACKED, first: None })
     }
 
@@ -140,7 +131,7 @@ impl Npz {
     /// # Errors
     /// [`NpzError::Missing`], [`NpzError::Array`]; [`NpzError::Length`] where an earlier column had another length.
     pub fn numbers(&mut self, name: &str) -> Result<Array1<f64>, NpzError> {
-        let numbers = self.column(name, NUMBER, |npy| npy.numbers())?;
+        let numbers = self.column(name, NUMBER, Npy::numbers)?;
         self.check_length(name, numbers.len())?;
         Ok(numbers)
     }
@@ -150,7 +141,7 @@ impl Npz {
     /// # Errors
     /// As [`Npz::numbers`].
     pub fn texts(&mut self, name: &str) -> Result<Vec<String>, NpzError> {
-        let texts = self.column(name, TEXT, |npy| npy.texts())?;
+        let texts = self.column(name, TEXT, Npy::texts)?;
         self.check_length(name, texts.len())?;
         Ok(texts)
     }
@@ -159,16 +150,17 @@ impl Npz {
         &mut self,
         name: &str,
         size: usize,
-        read: impl Fn(&Npy<'_>) -> Result<T, String>,
+        read: impl Fn(&Npy, &[u8]) -> Result<T, String>,
     ) -> Result<T, NpzError> {
         let Some(at) = self.names.iter().position(|other| other == name) else {
             let (file, found) = (self.file.clone(), self.names.clone());
             return Err(NpzError::Missing { file, array: name.to_owned(), found });
         };
         let read = self.unpack(at).and_then(|bytes| {
-            let npy = Npy::open(&bytes)?;
-            self.take(npy.rows().saturating_mul(size).max(bytes.len()))?;
-            read(&npy)
+            let mut data = &bytes[..];
+            let npy = Npy::read(&mut data)?;
+            self.take(npy.values().saturating_mul(size).max(bytes.len()))?;
+            read(&npy, data)
         });
         let (file, array) = (self.file.clone(), name.to_owned());
         read.map_err(|fault| NpzError::Array { file, array, fault })
@@ -198,8 +190,108 @@ impl Npz {
         if rows == *expected {
             return Ok(());
         }
-        let (file, first, expected) = (self.file.clone(), first.clone(), *expected);
-        Err(NpzError::Length { file, array: name.to_owned(), rows, first, expected })
+        let (file, first, array) = (self.file.clone(), first.clone(), name.to_owned());
+        let (rows, expected) = (rows as u64, *expected as u64);
+        Err(NpzError::Length { file, array, rows, first, expected })
+    }
+}
+
+/// The archive in `input`, and the names of its arrays.
+fn archive<R: Read + Seek>(
+    file: &Path,
+    mut input: R,
+) -> Result<(ZipArchive<R>, Vec<String>), NpzError> {
+    let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
+    let mut magic = [0; 6];
+    if input.read_exact(&mut magic).is_ok() && magic == *b"\x93NUMPY" {
+        let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
+        return Err(no_archive(message.to_owned()));
+    }
+    let archive = ZipArchive::new(input).map_err(|error| no_archive(error.to_string()))?;
+    let name = |at: usize| {
+        let name = archive.name_for_index(at).unwrap_or_default();
+        name.strip_suffix(".npy").unwrap_or(name).to_owned()
+    };
+    let names = (0..archive.len()).map(name).collect();
+    Ok((archive, names))
+}
+
+/// The arrays of an `.npz`, nothing but their headers read.
+#[derive(Debug)]
+pub struct NpzArrays {
+    file: PathBuf,
+    archive: ZipArchive<BufReader<File>>,
+    names: Vec<String>,
+}
+
+impl NpzArrays {
+    /// Opens `file`, of any size.
+    ///
+    /// # Errors
+    /// [`NpzError::File`] and [`NpzError::Archive`].
+    pub fn open(file: &Path) -> Result<Self, NpzError> {
+        let input = files::open(file)
+            .map_err(|source| Box::new(CsvError::Unreadable { file: file.to_owned(), source }))?;
+        let (archive, names) = archive(file, BufReader::new(input))?;
+        Ok(Self { file: file.to_owned(), archive, names })
+    }
+
+    /// The names of all arrays, in the order of the file.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Where the columns of the array at `at` lie: one of one dimension is one column.
+    ///
+    /// # Errors
+    /// [`NpzError::Array`].
+    pub fn table(&mut self, at: usize) -> Result<NumberTable, NpzError> {
+        let name = self.names.get(at).cloned().unwrap_or_default();
+        self.member(at, &name).map_err(|fault| {
+            let (file, array) = (self.file.clone(), name);
+            NpzError::Array { file, array, fault }
+        })
+    }
+
+    fn member(&mut self, at: usize, name: &str) -> Result<NumberTable, String> {
+        let damaged = |error: zip::result::ZipError| format!("is damaged: {error}");
+        let mut member = self.archive.by_index(at).map_err(damaged)?;
+        let npy = Npy::read(&mut member)?;
+        let deflated = match member.compression() {
+            CompressionMethod::Stored => false,
+            CompressionMethod::Deflated => true,
+            other => return Err(format!("is packed by {other}; DEFLATE is read")),
+        };
+        let packed = Packed {
+            deflated,
+            bytes: member.compressed_size(),
+            before: npy.length,
+            crc: member.crc32(),
+        };
+        let place = Strand { offset: member.data_start(), frame: 1, packed: Some(packed) };
+        let table = npy.table(&self.file, name, place)?;
+        let found = member.size().saturating_sub(npy.length);
+        let announced = table.bytes().filter(|announced| *announced == found);
+        announced.map(|_| ()).ok_or_else(|| {
+            let frame = table.strands.iter().map(|strand| strand.frame).sum::<usize>();
+            format!("has {found} bytes where {} values of {frame} bytes were announced", table.rows)
+        })?;
+        Ok(table)
+    }
+}
+
+impl NumberTable {
+    /// Takes over the columns of `other`, of the same file and with as many rows.
+    pub fn append(&mut self, other: Self) {
+        let before = self.strands.len();
+        self.rows = other.rows;
+        self.strands.extend(other.strands);
+        self.notes.extend(other.notes);
+        self.columns.extend(other.columns.into_iter().map(|mut column| {
+            column.strand += before;
+            column
+        }));
     }
 }
 

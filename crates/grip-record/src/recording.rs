@@ -147,13 +147,19 @@ impl Gathering {
 
     /// Puts a sample and the last frame by.
     pub(crate) fn keep(&mut self, sample: Sample) -> Result<(), CsvError> {
-        let bytes = size_of::<Sample>() + 4 * self.layout.taxels.len();
-        if self.samples.len() >= MOST_HELD / bytes {
-            return Err(CsvError::TooManyRows { file: self.file.clone(), most: MOST_HELD / bytes });
-        }
+        self.check_room(self.samples.len() as u64 + 1)?;
         self.samples.push(sample);
         self.taxels.push(&self.frame);
         Ok(())
+    }
+
+    /// Whether so many samples may be held.
+    pub(crate) fn check_room(&self, rows: u64) -> Result<(), CsvError> {
+        let most = MOST_HELD / (size_of::<Sample>() + 4 * self.layout.taxels.len());
+        if rows <= most as u64 {
+            return Ok(());
+        }
+        Err(CsvError::TooManyRows { file: self.file.clone(), most })
     }
 
     pub(crate) fn push(&mut self, row: &impl Cells) -> Result<(), CsvError> {

@@ -1,12 +1,16 @@
 //! `gripctl import`: a recording of another program as one of this project.
 
-use super::{csv_options, replay::is_mcap};
+use super::{
+    csv_options,
+    replay::is_mcap,
+    source::{About, Source},
+};
 use crate::{
     cli::{self, import::ImportArgs},
     output,
 };
 use anyhow::Context as _;
-use grip_import::{ImportOptions, Imported, TimeUnit, Use};
+use grip_import::{ImportError, ImportOptions, Imported, TimeUnit, Use};
 use grip_record::{
     ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
     mcap::{McapWriter, Record, SampleRecord},
@@ -16,11 +20,12 @@ use grip_session::{
     exit::{Exit, WrongArgument},
     model,
     recording::{ABOUT, PART, RUN, event_record, pipeline_record},
-    replay::{self, Replay},
+    replay,
     report::EventLog,
     session::Beginning,
 };
 use serde::Serialize;
+use slip_core::Pipeline;
 use std::{
     collections::BTreeMap,
     fs::File,
@@ -68,28 +73,42 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         finger: args.finger,
         ..import_options(&csv_options(&args.csv)?)
     };
-    let imported = import(&args.file, &options)?;
+    let wrong = |error: ImportError| WrongArgument(error.to_string());
+    let mut imported = grip_import::open(&args.file, &options).map_err(wrong)?;
+    if args.output.as_deref().is_some_and(is_npz) && imported.rows.is_some() {
+        // Its arrays stand one behind the other.
+        imported = grip_import::import(&args.file, &options).map_err(wrong)?;
+    }
+    let (about, source) = Source::of(imported);
     if let Some(output) = &args.output {
-        refuse_axes(&imported.recording, output)?;
-        write(&imported.recording, output)
-            .with_context(|| format!("cannot write {}", output.display()))?;
+        refuse_axes(&source.recording, output)?;
+        write(&source, output).with_context(|| format!("cannot write {}", output.display()))?;
     }
-    show(&imported, args)?;
-    Ok(Exit::Done)
+    show(&about, &source, args)?;
+    Ok(if source.recording.notes.cut.is_some() { Exit::DataLost } else { Exit::Done })
 }
 
-/// Reads a recording of another program; a file that cannot be used is a wrong argument.
-fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
-    grip_import::import(file, options).map_err(|error| WrongArgument(error.to_string()))
-}
-
-/// The recording in a file of another program; what is taken for what, on standard error.
+/// A recording of another program with its samples; what is taken for what, on standard error.
 pub(super) fn shown(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
-    let imported = import(file, &import_options(csv))?;
-    for line in use_lines(&imported.uses) {
-        eprintln!("{}: {}", file.display(), line.trim_start());
+    let imported = grip_import::import(file, &import_options(csv));
+    Ok(said(file, imported)?.recording)
+}
+
+/// The same; its samples are held only where the file cannot be read a second time.
+pub(super) fn opened(file: &Path, csv: &CsvOptions) -> Result<Imported, WrongArgument> {
+    said(file, grip_import::open(file, &import_options(csv)))
+}
+
+/// A file that cannot be used is a wrong argument.
+fn said(file: &Path, imported: Result<Imported, ImportError>) -> Result<Imported, WrongArgument> {
+    let imported = imported.map_err(|error| WrongArgument(error.to_string()))?;
+    let uses = use_lines(&imported.uses);
+    for line in
+        uses.iter().map(|line| line.trim_start()).chain(imported.notes.iter().map(String::as_str))
+    {
+        eprintln!("{}: {line}", file.display());
     }
-    Ok(imported.recording)
+    Ok(imported)
 }
 
 fn import_options(csv: &CsvOptions) -> ImportOptions {
@@ -128,9 +147,10 @@ fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument
 }
 
 /// The recording as gripd would have made it, with the events of the shipped settings: what `replay` of the CSV shows.
-fn write_mcap(recording: &Recording, file: &Path) -> anyhow::Result<()> {
+fn write_mcap(source: &Source, file: &Path) -> anyhow::Result<()> {
+    let recording = &source.recording;
     let config = replay::pipeline_config(recording, &HostConfig::default(), false);
-    let mut events = Replay::new(recording, config, Some(model::default_estimator()?))?;
+    let mut events = Pipeline::new(config, Some(model::default_estimator()?))?;
     let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
     let mut writer = McapWriter::new(BufWriter::new(File::create(file)?), program, 0)?;
     let facts = [("program", program), (RUN, &recording.name), (PART, "0")];
@@ -145,43 +165,46 @@ fn write_mcap(recording: &Recording, file: &Path) -> anyhow::Result<()> {
     };
     let (mut json, mut log) = (Vec::new(), EventLog::default());
     writer.write(0, &Record::Pipeline(pipeline_record(&beginning, &mut json)?))?;
-    let bar = output::progress(recording.samples.len(), "samples");
-    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
-        let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
-        let index = u32::try_from(at % (1 << 32))?;
+    let bar = output::progress(source.count, "samples");
+    let mut index = 0_u32;
+    source.each(|sample, taxels| {
         let record = SampleRecord { index, sample: *sample, taxels };
         writer.write(sample.t.0, &Record::Sample(record))?;
-        let Some(step) = events.next() else { continue };
+        let step = events.handle_with(sample, taxels);
         for line in log.events(&step).into_iter().flatten() {
             writer.write(sample.t.0, &Record::Event(event_record(&line, &mut json)?))?;
         }
-    }
+        index = index.wrapping_add(1);
+        bar.inc(1);
+        Ok(())
+    })?;
+    bar.finish_and_clear();
     writer.finish()?;
     Ok(())
 }
 
-fn write(recording: &Recording, file: &Path) -> anyhow::Result<()> {
+fn write(source: &Source, file: &Path) -> anyhow::Result<()> {
     if is_mcap(file) {
-        return write_mcap(recording, file);
+        return write_mcap(source, file);
     }
     if is_npz(file) {
-        return Ok(recording.write_npz(file)?);
+        return Ok(source.recording.write_npz(file)?);
     }
     let out = BufWriter::new(File::create(file)?);
-    let mut writer = CsvWriter::new(out, &recording.channels)?;
-    let bar = output::progress(recording.samples.len(), "samples");
-    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
-        let frame = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
-        writer.write_with(sample, frame)?;
-    }
+    let mut writer = CsvWriter::new(out, &source.recording.channels)?;
+    let bar = output::progress(source.count, "samples");
+    source.each(|sample, frame| {
+        bar.inc(1);
+        Ok(writer.write_with(sample, frame)?)
+    })?;
+    bar.finish_and_clear();
     writer.finish()?.flush()?;
     Ok(())
 }
 
-fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
-    let Imported { format, clock, uses, unused, notes, recording } = imported;
-    let first = recording.samples.first().map_or(0.0, |sample| sample.t.as_seconds());
-    let last = recording.samples.last().map_or(0.0, |sample| sample.t.as_seconds());
+fn show(about: &About, source: &Source, args: &ImportArgs) -> anyhow::Result<()> {
+    let About { format, clock, uses, unused, notes } = about;
+    let (recording, samples, duration_s) = (&source.recording, source.count, source.duration_s()?);
     let times = if clock.is_empty() { "--rate" } else { clock };
     let mut notes = notes.clone();
     notes.extend(Some(recording.notes.to_string()).filter(|text| !text.is_empty()));
@@ -194,8 +217,8 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
             format,
             times,
             rate_hz: recording.rate_hz,
-            samples: recording.samples.len(),
-            duration_s: last - first,
+            samples,
+            duration_s,
             gaps: recording.notes.gaps,
             unused,
             notes: &notes,
@@ -215,10 +238,8 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
     for note in &notes {
         output::line(&format!("  {note}"))?;
     }
-    let samples = recording.samples.len();
     output::line(&format!(
-        "{samples} samples in {:.3} s at {:.1} Hz{}",
-        last - first,
+        "{samples} samples in {duration_s:.3} s at {:.1} Hz{}",
         recording.rate_hz,
         output.map_or_else(
             || "; nothing written without -o FILE.csv, FILE.npz or FILE.mcap".to_owned(),

@@ -36,6 +36,7 @@ pub(crate) mod score;
 mod score_curve;
 pub(crate) mod search;
 pub(crate) mod sim;
+mod source;
 pub(crate) mod status;
 pub(crate) mod study;
 pub(crate) mod train;
