@@ -170,7 +170,7 @@ pub(crate) fn rows(name: &str, channels: &[String], rate_hz: f64) -> PyResult<Ro
     )))
 }
 
-/// A recording from a file: .csv, .npz, .mcap of gripd; .wav, .npy, .mcap with JSON or ROS 2 messages, .db3 or the
+/// A recording from a file: .csv, .npz, .mcap of gripd; .wav, .w64, .npy, .npz, .mcap with JSON or ROS 2 messages, .db3 or the
 /// folder of a bag. `channels` maps names of channels to names in the file, as --map of gripctl does:
 /// {"vibration": "acceleration"}. `rate_hz` (Hz) is needed where the file has no times.
 #[pyfunction]
@@ -199,7 +199,7 @@ fn open(path: &Path, options: &CsvOptions) -> Result<Recording, String> {
             // One of another program, where that reader finds a sensor in it.
             return import(path, options).map_err(|_| text(&own));
         }
-        None if mcap || grip_import::is_foreign(path) => {
+        None if mcap || grip_import::is_foreign(path, options) => {
             return import(path, options).map_err(|error| text(&error));
         }
         None => {}

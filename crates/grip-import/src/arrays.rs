@@ -8,8 +8,8 @@ use crate::{
     stream::Stream,
     time::TimeUnit,
 };
-use grip_record::{CsvError, CsvOptions, NumberSamples, NumberTable, Pick};
-use std::path::Path;
+use grip_record::{Coding, CsvError, CsvOptions, NumberSamples, NumberTable, Pick};
+use std::{io, path::Path};
 
 /// Rows whose times show their unit.
 const FIRST_ROWS: usize = 1 << 16;
@@ -61,7 +61,12 @@ impl Array {
         let names: Vec<String> =
             self.table.columns.iter().map(|column| column.name.clone()).collect();
         let time = if self.rate.is_some() { None } else { self.time_column(&names, options) };
-        let signals: Vec<usize> = (0..names.len()).filter(|at| Some(*at) != time).collect();
+        let ramp = self.ramp(file, time, options, &mut notes)?;
+        let free = |at: &usize| Some(*at) != time && Some(*at) != ramp;
+        let signals: Vec<usize> = (0..names.len()).filter(free).collect();
+        if signals.is_empty() {
+            return Err(ImportError::nothing(file, "it holds no numbers beside times"));
+        }
         let mut stream = Stream::new("", signals.iter().map(|at| names[*at].clone()).collect());
         stream.units.fill(self.unit);
         if names.iter().enumerate().all(|(k, name)| is_numbered(name, k)) {
@@ -105,6 +110,37 @@ impl Array {
         typed.filter(|_| !given).or_else(|| time_column(names, options))
     }
 
+    /// The first numbers of a column.
+    fn first(&self, at: usize) -> io::Result<Vec<f64>> {
+        let mut rows = self.table.rows(&[Pick::plain(at)])?;
+        let (mut row, mut first) = (Vec::new(), Vec::new());
+        while first.len() < FIRST_ROWS && rows.next_row(&mut row)? {
+            first.extend(row.first());
+        }
+        Ok(first)
+    }
+
+    /// A first column without a name that only rises, beside others and with a rate given: no vibration does.
+    fn ramp(
+        &self,
+        file: &Path,
+        time: Option<usize>,
+        options: &ImportOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<usize>, ImportError> {
+        let [first, _, ..] = &self.table.columns[..] else { return Ok(None) };
+        let asked = options.map.iter().any(|(_, theirs)| *theirs == first.name);
+        if time.is_some() || asked || first.name != "column_0" {
+            return Ok(None);
+        }
+        let numbers = self.first(0).map_err(ImportError::unreadable(file))?;
+        if numbers.len() < 3 || !numbers.is_sorted_by(|one, next| one < next) {
+            return Ok(None);
+        }
+        notes.push("column_0 only rises: times or a counter, not used beside --rate".to_owned());
+        Ok(Some(0))
+    }
+
     /// How the times are read, in seconds.
     fn time(
         &mut self,
@@ -118,21 +154,16 @@ impl Array {
         let name = column.name.clone();
         let fault =
             |fault: &str| ImportError::nothing(file, &format!("the times in {name} {fault}"));
-        let mut first = Vec::new();
-        let mut rows =
-            self.table.rows(&[Pick::plain(at)]).map_err(ImportError::unreadable(file))?;
-        let mut row = Vec::new();
-        while first.len() < FIRST_ROWS
-            && rows.next_row(&mut row).map_err(ImportError::unreadable(file))?
-        {
-            first.extend(row.first());
+        if (column.cell.coding, column.cell.size) == (Coding::Float, 2) {
+            return Err(fault("are float16, which keeps 3 digits; give --rate HZ"));
         }
+        let first = self.first(at).map_err(ImportError::unreadable(file))?;
         if name == "column_0" && !first.is_sorted() {
             let what = "column_0 never decreasing would be its times, but it does; give --rate HZ where there are none";
             return Err(ImportError::nothing(file, what));
         }
         let (ns, unit) = match column.times_ns {
-            Some(ns) => (ns, "its type"),
+            Some(ns) => (ns, "datetime64"),
             None => {
                 let unit = options.time_unit.or_else(|| TimeUnit::of_name(&name));
                 let unit = unit.map_or_else(|| TimeUnit::of_numbers(&first), Ok);

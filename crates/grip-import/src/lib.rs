@@ -36,6 +36,7 @@ pub use error::ImportError;
 pub use stream::{MOST_VALUES, Stream, Times};
 pub use time::TimeUnit;
 
+use grip_record::{CsvError, CsvOptions, NumberSamples};
 use slip_core::PipelineConfig;
 use std::path::{Path, PathBuf};
 
@@ -54,9 +55,14 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to name it.
+/// Whether a file of this name, the folder of a bag, or an `.npz` without the names of a recording, is one that only this
+/// crate reads, so that nobody has to name it.
 #[must_use]
-pub fn is_foreign(file: &Path) -> bool {
+pub fn is_foreign(file: &Path, options: &CsvOptions) -> bool {
+    if has_ending(file, "npz") {
+        let own = NumberSamples::of_npz(file, options);
+        return matches!(own, Err(CsvError::NoStylus { .. } | CsvError::NoTime { .. }));
+    }
     ["wav", "w64", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
         || file.join("metadata.yaml").is_file()
 }

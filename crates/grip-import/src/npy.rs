@@ -1,7 +1,7 @@
 //! Arrays of NumPy in: one signal a column, a field, or an array of an archive.
 
 use crate::{arrays::Array, error::ImportError};
-use grip_record::{CsvError, NpzArrays, NumberTable, npy_table};
+use grip_record::{CsvError, NpzArrays, NpzError, NumberTable, npy_table};
 use std::path::Path;
 
 /// A single array.
@@ -19,7 +19,10 @@ pub(crate) fn read_npz(file: &Path) -> Result<Array, ImportError> {
     for (at, name) in npz.names().to_vec().into_iter().enumerate() {
         match npz.table(at) {
             Ok(array) => found.push((name, array)),
-            Err(fault) => table.notes.push(format!("not used: {fault}")),
+            Err(NpzError::Array { array, fault, .. }) => {
+                table.notes.push(format!("not used: {array}, which {fault}"));
+            }
+            Err(fault) => return Err(CsvError::from(fault).into()),
         }
     }
     let longest = found.iter().map(|(_, array)| array.rows).max().unwrap_or(0);

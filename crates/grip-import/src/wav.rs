@@ -13,7 +13,7 @@ const MOST_CHANNELS: usize = 256;
 const MOST_CHUNKS: usize = 10_000;
 /// From here on a length is what a program writes that does not know it: 2^31 less a page, 2^31, 2^32 - 1.
 const NO_LENGTH: u64 = 0x7fff_f000;
-/// What follows `riff`, `wave`, `fmt ` and `data` in the names of Wave64, but for two bytes.
+/// What follows `wave`, `fmt ` and `data` in the names of Wave64.
 const W64: [u8; 8] = [0xf3, 0xac, 0xd3, 0x11, 0x8c, 0xd1, 0x00, 0xc0];
 
 /// What stands in the header.
@@ -56,7 +56,10 @@ pub(crate) fn read(file: &Path) -> Result<Array, ImportError> {
     let no_wav = |what: String| ImportError::nothing(file, &what);
     let (header, table) = reader.table(file).map_err(no_wav)?;
     let rate = f64::from(header.rate_hz);
-    let place = format!("the header: {} Hz, {}", header.rate_hz, header.kind);
+    let place = match header.rate_hz {
+        0 => "its header states 0 samples a second".to_owned(),
+        rate_hz => format!("the header: {rate_hz} Hz, {}", header.kind),
+    };
     let unit = Some("share of full scale");
     Ok(Array { format: "WAV", table, unit, rate: Some((rate, place)) })
 }
@@ -70,7 +73,7 @@ impl Reader {
             let Some(chunk) = self.chunk(at) else { break };
             at = chunk.at.saturating_add(chunk.length);
             match &chunk.name {
-                b"fmt " if header.is_none() => header = Some(self.header(&chunk)?),
+                b"fmt " if header.is_none() => header = Some(self.header(&chunk, file)?),
                 b"ds64" => long = Some(u64::from_le_bytes(self.bytes(chunk.at + 8)?)),
                 b"data" if data.is_none() => {
                     let length = self.data_length(&chunk, long);
@@ -162,7 +165,7 @@ impl Reader {
             Chunks::W64 => {
                 let name: [u8; 16] = self.bytes(at).ok()?;
                 let length = u64::from_le_bytes(self.bytes(at + 16).ok()?);
-                let known = name[6..14] == W64;
+                let known = name[4..12] == W64;
                 let name = if known { [name[0], name[1], name[2], name[3]] } else { [0; 4] };
                 Some(Chunk { name, at: at + 24, length: length.saturating_sub(24) })
             }
@@ -206,7 +209,7 @@ impl Reader {
         })
     }
 
-    fn header(&mut self, chunk: &Chunk) -> Result<Header, String> {
+    fn header(&mut self, chunk: &Chunk, file: &Path) -> Result<Header, String> {
         let big_endian = matches!(self.chunks, Chunks::Riff { big_endian: true });
         let word = |bytes: [u8; 2]| {
             if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) }
@@ -236,7 +239,7 @@ impl Reader {
             (3, 4 | 8) => (Coding::Float, 0, "floats"),
             (6, 1) => (Coding::ALaw, 0, "A-law"),
             (7, 1) => (Coding::MuLaw, 0, "mu-law"),
-            _ => return Err(not_read(tag, size)),
+            _ => return Err(not_read(tag, size, file)),
         };
         let scale = match coding {
             #[expect(
@@ -262,7 +265,7 @@ impl Reader {
 }
 
 /// What a format is whose samples are not read.
-fn not_read(tag: u16, size: usize) -> String {
+fn not_read(tag: u16, size: usize, file: &Path) -> String {
     let name = match tag {
         1 | 3 => return format!("has samples of {size} bytes in format {tag}, which is not read"),
         2 => "MS ADPCM",
@@ -273,7 +276,9 @@ fn not_read(tag: u16, size: usize) -> String {
         _ => "unknown",
     };
     format!(
-        "is compressed (format {tag:#06x}, {name}); unpack it and import that, for example \
-         `ffmpeg -i FILE.wav -c:a pcm_f32le FILE-plain.wav`"
+        "is compressed (format {tag:#06x}, {name}); unpack it and import that: \
+         `ffmpeg -i '{}' -c:a pcm_f32le '{}'`",
+        file.display(),
+        file.with_extension("plain.wav").display()
     )
 }

@@ -104,7 +104,12 @@ impl NumberSamples {
         }
         *count += 1;
         let stylus = gathering.layout.stylus;
-        gathering.sample(&ArrayRow { file, header, row, stylus, line: *count }).map(Some)
+        let sample = gathering.sample(&ArrayRow { file, header, row, stylus, line: *count });
+        if sample.is_err() {
+            // Damaged bytes make odd numbers: that is then the fault.
+            rows.drain().map_err(|source| CsvError::Unreadable { file: file.clone(), source })?;
+        }
+        sample.map(Some)
     }
 
     /// The recording without its samples: channels, rate and what is odd about it. Reads what is left of the file.

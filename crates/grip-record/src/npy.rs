@@ -212,6 +212,9 @@ impl Npy {
     }
 
     fn sizes(&self) -> String {
+        if self.shape.is_empty() {
+            return "no dimension, being a single value".to_owned();
+        }
         let sizes: Vec<String> = self.shape.iter().map(ToString::to_string).collect();
         format!("{} dimensions ({})", sizes.len(), sizes.join(" x "))
     }

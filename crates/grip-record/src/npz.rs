@@ -207,7 +207,11 @@ fn archive<R: Read + Seek>(
         let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
         return Err(no_archive(message.to_owned()));
     }
-    let archive = ZipArchive::new(input).map_err(|error| no_archive(error.to_string()))?;
+    let archive = ZipArchive::new(input).map_err(|error| {
+        // The directory is written last.
+        let cut = if magic.starts_with(b"PK") { " (it was cut off: save it again)" } else { "" };
+        no_archive(format!("{error}{cut}"))
+    })?;
     let name = |at: usize| {
         let name = archive.name_for_index(at).unwrap_or_default();
         name.strip_suffix(".npy").unwrap_or(name).to_owned()

@@ -273,6 +273,16 @@ impl NumberRows {
         self.left
     }
 
+    /// Reads on to the end, where checksums stand.
+    ///
+    /// # Errors
+    /// As [`NumberRows::next_row`].
+    pub(crate) fn drain(&mut self) -> io::Result<()> {
+        let mut row = Vec::new();
+        while self.next_row(&mut row)? {}
+        Ok(())
+    }
+
     /// Puts the next row into `row`; `false` at the end.
     ///
     /// # Errors
@@ -375,7 +385,10 @@ impl Read for Checked {
         let read = self.input.read(buffer)?;
         self.crc.update(buffer.get(..read).unwrap_or_default());
         if read == 0 && !buffer.is_empty() && self.crc.clone().finalize() != self.wanted {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "its checksum is another one"));
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                "it is damaged: the checksum of its bytes is another one",
+            ));
         }
         Ok(read)
     }

@@ -96,7 +96,7 @@ fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
         return Ok(grip_session::recording::read_mcap(file)?);
     }
     let csv = csv_options(csv)?;
-    if grip_import::is_foreign(file) {
+    if grip_import::is_foreign(file, &csv) {
         return import::shown(file, &csv);
     }
     Ok(read_recording(file, &csv)?)

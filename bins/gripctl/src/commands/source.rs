@@ -36,7 +36,7 @@ impl Source {
     /// A recording that is no MCAP. A file is read twice, so that one of any length can be replayed: for its rate and its
     /// faults, and then for its samples.
     pub(super) fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<Self> {
-        if grip_import::is_foreign(file) {
+        if grip_import::is_foreign(file, csv) {
             return Ok(Self::of(import::opened(file, csv)?).1);
         }
         let (recording, count, samples) = if is_npz(file) {

@@ -38,6 +38,11 @@ pub enum SpecError {
         "{0:?} is no address: tcp:HOST:PORT, where HOST is localhost or a number as 127.0.0.1 or [::1] (names are not looked up), or unix:PATH"
     )]
     Address(String),
+    /// The file is one that is imported first.
+    #[error(
+        "{0:?} is no recording of gripd: `gripctl import '{0}' -o '{0}.csv'` makes one of it, which opens here"
+    )]
+    Foreign(String),
     /// The file is of no kind that is known.
     #[error(
         "{0:?} is neither a recording (.mcap, .csv) nor the report of a study (.json), and no address: those begin with tcp: or unix:"
@@ -72,6 +77,9 @@ impl SourceSpec {
         match extension(Path::new(text)).as_str() {
             "mcap" | "csv" => Ok(Self::Recording(text.into())),
             "json" => Ok(Self::Study(text.into())),
+            "wav" | "w64" | "npy" | "npz" | "db3" | "txt" | "tsv" | "xlsx" => {
+                Err(SpecError::Foreign(text.to_owned()))
+            }
             _ => Err(SpecError::Kind(text.to_owned())),
         }
     }
