@@ -108,7 +108,7 @@ fn wav_of_every_kind() {
             let [first, second, _] = recording.samples[1].vibration();
             let expected = if tag < 6 { -0.25 } else { 0.0 };
             assert!(
-                (first - 0.5).abs() < 0.012 && (second - expected).abs() < 0.001,
+                (first - 0.5).abs() < 0.02 && (second - expected).abs() < 0.001,
                 "{tag} {size}"
             );
             assert!(tag >= 6 || first == 0.5, "{tag} {size}");
@@ -129,7 +129,7 @@ fn wav_of_every_layout() {
     let long = |magic: &[u8], bytes: &[u8]| {
         let sizes = [&[0; 8][..], &(pcm.len() as u64).to_le_bytes(), &[0; 12]].concat();
         let head = [magic, &[0xff; 4], b"WAVE", &whole(b"ds64", &sizes)].concat();
-        [&head, &format, &chunk(b"data", u32::MAX, bytes)].concat()
+        [&head[..], &format, &chunk(b"data", u32::MAX, bytes)].concat()
     };
     let w64 = |name: &[u8], bytes: &[u8]| {
         let tail = [0xf3, 0xac, 0xd3, 0x11, 0x8c, 0xd1, 0x00, 0xc0, 0x4f, 0x8e, 0xdb, 0x8a];

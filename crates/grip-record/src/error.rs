@@ -193,7 +193,8 @@ pub enum CsvError {
     },
     /// More samples than are held in memory.
     #[error(
-        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any length)",
+        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any \
+         length, and `gripctl import` writes that of WAV, NPY and NPZ as .csv or .mcap)",
         file.display()
     )]
     TooManyRows {

@@ -74,11 +74,10 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         ..import_options(&csv_options(&args.csv)?)
     };
     let wrong = |error: ImportError| WrongArgument(error.to_string());
-    let mut imported = grip_import::open(&args.file, &options).map_err(wrong)?;
-    if args.output.as_deref().is_some_and(is_npz) && imported.rows.is_some() {
-        // Its arrays stand one behind the other.
-        imported = grip_import::import(&args.file, &options).map_err(wrong)?;
-    }
+    // The arrays of an .npz stand one behind the other, so its samples are held.
+    let hold = args.output.as_deref().is_some_and(is_npz);
+    let read = if hold { grip_import::import } else { grip_import::open };
+    let imported = read(&args.file, &options).map_err(wrong)?;
     let (about, source) = Source::of(imported);
     if let Some(output) = &args.output {
         refuse_axes(&source.recording, output)?;
