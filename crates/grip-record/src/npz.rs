@@ -336,7 +336,7 @@ mod tests {
     fn zeros(count: usize, left: u64) -> Npz {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         let options =
-            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
         for name in ["a", "b"] {
             let mut npy = Vec::new();
             let zeros = Array1::<u8>::zeros(count);
