@@ -48,6 +48,7 @@ mod layout;
 mod lines;
 pub mod mcap;
 mod notes;
+pub mod pace;
 #[cfg(feature = "arrays")]
 mod npy;
 #[cfg(feature = "arrays")]
