@@ -79,7 +79,8 @@ impl PaceFinder {
             sum.rows += look.rows;
             if look.coarse || !sum.coarse {
                 let first = !sum.coarse;
-                sum.gap_ns = if look.coarse && first { look.gap_ns } else { look.gap_ns.max(sum.gap_ns) };
+                sum.gap_ns =
+                    if look.coarse && first { look.gap_ns } else { look.gap_ns.max(sum.gap_ns) };
                 sum.usual_ns = look.usual_ns;
             }
             sum.coarse |= look.coarse;
@@ -117,7 +118,8 @@ impl Look {
         let (short, long) = (share(1)?, share(9)?);
         let gap_ns = if 10 * long <= 21 * short { long + long / 2 } else { long.saturating_mul(4) };
         let near = spans.iter().filter(|(_, ns)| *ns <= gap_ns);
-        let (rows, ns) = near.fold((0.0, 0.0), |(rows, ns), (r, n)| (rows + *r as f64, ns + *n as f64));
+        let (rows, ns) =
+            near.fold((0.0, 0.0), |(rows, ns), (r, n)| (rows + *r as f64, ns + *n as f64));
         let mut look = Self { ns, rows, gap_ns, usual_ns: usual, coarse: false };
         if stamps.len() < FEWEST {
             look.coarse = usual == 0;
@@ -128,7 +130,10 @@ impl Look {
             let steps = **step as f64 / usual as f64;
             steps >= 0.5 && (steps - steps.round()).abs() <= 0.2
         };
-        let contradicts = |period: f64| (period / usual as f64 - 1.0).abs() > CONTRADICTS;
+        // A microsecond is what times of a recording are rounded to.
+        let contradicts = |period: f64| {
+            (period / usual as f64 - 1.0).abs() > CONTRADICTS && (period - usual as f64).abs() > 1e3
+        };
         if repeats as f64 > REPEATS * steps.len() as f64 || usual == 0 {
             look.coarse = true;
         } else if steps.iter().filter(on_grid).count() * 50 >= steps.len() * 49 {
@@ -181,6 +186,14 @@ impl Pace {
         let mut finder = PaceFinder::default();
         stamps.iter().for_each(|stamp| finder.push(*stamp));
         finder.finish()
+    }
+
+    /// That of rows which all have one stamp.
+    #[must_use]
+    pub fn at_rate(rate_hz: f32) -> Self {
+        let period_ns = 1e9 / f64::from(rate_hz);
+        let (usual_ns, gap_ns) = (0, i64::MAX);
+        Self { period_ns, coarse: true, usual_ns, gap_ns, repeated: 0, rows: 0, drawn: false }
     }
 
     /// The same with a rate that the caller knows. Regular stamps stay as they are.
@@ -250,7 +263,11 @@ pub struct Placer {
 
 impl Placer {
     /// The time of the row with this stamp (ns): later than that of the row before.
-    #[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "differences in ns")]
+    #[expect(
+        clippy::cast_precision_loss,
+        clippy::cast_possible_truncation,
+        reason = "differences in ns"
+    )]
     pub fn place(&mut self, stamp_ns: i64) -> i64 {
         let Pace { period_ns, gap_ns, drawn, .. } = self.pace;
         let Some((place, fraction, stamp)) = self.last else {
@@ -281,7 +298,8 @@ mod tests {
 
     /// A generator of numbers in 0..1, and rows at `rate` with stamps of `resolution_ns`.
     fn random(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (*state >> 40) as f64 / f64::from(1 << 24)
     }
 
@@ -294,7 +312,11 @@ mod tests {
     fn is_placed(stamps: &[i64], rate: f64, within_ns: f64) -> Vec<i64> {
         let pace = Pace::of(stamps).unwrap();
         assert!(pace.coarse, "{pace:?}");
-        assert!((f64::from(pace.rate_hz()) / rate - 1.0).abs() < 0.005, "{rate} {pace:?} {}", stamps.len());
+        assert!(
+            (f64::from(pace.rate_hz()) / rate - 1.0).abs() < 0.005,
+            "{rate} {pace:?} {}",
+            stamps.len()
+        );
         let placed = pace.placed(stamps.to_vec());
         let period = S / rate;
         for pair in placed.windows(2) {
@@ -368,9 +390,13 @@ mod tests {
         for lost in [0.001, 0.02, 0.05, 0.12] {
             for resolution in [1.0, 1e6] {
                 let rows = stamps(20_000, 1000.0, resolution);
-                let rows: Vec<i64> = rows.into_iter().filter(|_| random(&mut state) > lost).collect();
+                let rows: Vec<i64> =
+                    rows.into_iter().filter(|_| random(&mut state) > lost).collect();
                 let pace = Pace::of(&rows).unwrap();
-                assert!(!pace.coarse && pace.to_string().is_empty(), "{lost} {resolution} {pace:?}");
+                assert!(
+                    !pace.coarse && pace.to_string().is_empty(),
+                    "{lost} {resolution} {pace:?}"
+                );
                 assert_eq!(pace.placed(rows.clone()), rows);
             }
         }
@@ -378,7 +404,8 @@ mod tests {
         jitter.iter_mut().for_each(|t| *t += (random(&mut state) * 3e5) as i64);
         assert!(!Pace::of(&jitter).unwrap().coarse);
         // Another rate from the middle on is no contradiction.
-        let slower = (0..6000_i64).map(|k| if k < 3000 { k * 1_000_000 } else { k * 2_000_000 - 3_000_000_000 });
+        let slower = (0..6000_i64)
+            .map(|k| if k < 3000 { k * 1_000_000 } else { k * 2_000_000 - 3_000_000_000 });
         assert!(!Pace::of(&slower.collect::<Vec<_>>()).unwrap().coarse);
     }
 
