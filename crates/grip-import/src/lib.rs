@@ -9,12 +9,11 @@
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
-//! among them and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
+//! Tables are read by grip-record, which finds their channels and times. Every other format becomes [`Stream`]s of named numbers;
+//! [`assign`](mod@assign) finds the channels among them by the same rules and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
 //! is 4 bytes a number and 8 a time, at most [`MOST_VALUES`] numbers.
 
 pub mod assign;
-mod csv_file;
 mod db3;
 mod error;
 mod json;
@@ -22,24 +21,25 @@ mod mcap_file;
 mod npy;
 mod ros;
 mod stream;
-mod time;
 mod topic;
-mod tsf85;
 mod wav;
-mod words;
 
-pub use assign::{Imported, Use};
+pub use assign::Imported;
 pub use error::ImportError;
+pub use grip_record::{TimeUnit, Use};
 pub use stream::{MOST_VALUES, Stream, Times};
-pub use time::TimeUnit;
 
+use grip_record::{CsvOptions, CsvSamples, is_npz, read_recording};
 use slip_core::PipelineConfig;
-use std::path::{Path, PathBuf};
+use std::{
+    mem,
+    path::{Path, PathBuf},
+};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
-    /// Samples per second, where the file has no times.
+    /// Samples per second, where the file has no times, or only coarse ones.
     pub rate_hz: Option<f32>,
     /// Renamings: (known name, the file's signal).
     pub map: Vec<(String, String)>,
@@ -67,8 +67,10 @@ fn has_ending(file: &Path, wanted: &str) -> bool {
 /// # Errors
 /// Where the file cannot be read, or nothing in it can be used.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let (format, streams) = read_streams(file, options)?;
-    let imported = assign::assign(file, format, streams, options)?;
+    let imported = match read_streams(file, options)? {
+        Some((format, streams)) => assign::assign(file, format, streams, options)?,
+        None => table(file, options)?,
+    };
     let rate_hz = imported.recording.rate_hz;
     if rate_hz > PipelineConfig::HIGHEST_RATE_HZ {
         return Err(ImportError::TooFast { file: file.to_owned(), rate_hz });
@@ -76,14 +78,11 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportEr
     Ok(imported)
 }
 
-/// What kind of file it is, and every signal in it.
-///
-/// # Errors
-/// Where the file cannot be read, or holds no numbers.
-pub fn read_streams(
+/// What kind of file it is, and every signal in it; `None` for a table.
+fn read_streams(
     file: &Path,
     options: &ImportOptions,
-) -> Result<(&'static str, Vec<Stream>), ImportError> {
+) -> Result<Option<(&'static str, Vec<Stream>)>, ImportError> {
     let file = &bag_in(file)?;
     let (format, streams) = if has_ending(file, "wav") {
         ("WAV", wav::read(file)?)
@@ -94,12 +93,29 @@ pub fn read_streams(
     } else if has_ending(file, "db3") {
         ("rosbag2", db3::read(file, options)?)
     } else {
-        csv_file::read(file, options)?
+        return Ok(None);
     };
     if streams.iter().all(|stream| stream.rows() == 0 || stream.names.is_empty()) {
         return Err(ImportError::nothing(file, "it holds no numbers"));
     }
-    Ok((format, streams))
+    Ok(Some((format, streams)))
+}
+
+/// A table, or an `.npz`.
+fn table(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let ImportOptions { rate_hz, map, time_unit, finger, .. } = options.clone();
+    let csv = CsvOptions { rate_hz, map, time_unit, finger };
+    let (format, clock, mut recording) = if is_npz(file) {
+        ("NPZ", "\"t_s\" (s)".to_owned(), read_recording(file, &csv)?)
+    } else {
+        let samples = CsvSamples::open(file, &csv)?;
+        let (format, clock) = samples.kind();
+        (format, clock.to_owned(), samples.hold()?)
+    };
+    let notes = &mut recording.notes;
+    let (uses, unused) = (mem::take(&mut notes.uses), mem::take(&mut notes.ignored_columns));
+    let notes = mem::take(&mut notes.remarks);
+    Ok(Imported { format, clock, uses, unused, notes, recording })
 }
 
 /// The file itself, or the only file of messages in the folder of a bag.

@@ -11,7 +11,6 @@ use slip_core::sample::Sample;
 use crate::channels::Scale;
 use crate::error::{CsvError, excerpt};
 use crate::files;
-use crate::find::Use;
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::recording::{Cells, Gathering, Recording};
@@ -118,12 +117,6 @@ impl<R: Read> CsvSamples<R> {
         Ok(Self { table, gathering, plan, one_column, skip, blank: 0, behind: None })
     }
 
-    /// What the columns are taken for.
-    #[must_use]
-    pub fn uses(&self) -> &[Use] {
-        &self.plan.found.uses
-    }
-
     /// What kind of table it is, and where its times come from; the latter is empty where a rate gives them.
     #[must_use]
     pub fn kind(&self) -> (&'static str, &str) {
@@ -160,18 +153,22 @@ impl<R: Read> CsvSamples<R> {
         self.next()
     }
 
-    /// The recording without its samples: channels, rate and what is odd about it; and the pace of all its stamps, which the
-    /// first rows may not show. Reads what is left of the file.
+    /// The recording without its samples: channels, rate and what is odd about it; and the pace to [open](CsvSamples::open_paced)
+    /// it with again, where its first rows did not show that its stamps are coarse. Reads what is left of the file.
     ///
     /// # Errors
     /// Where a row is not usable, there is none, or no rate.
     pub fn survey(mut self) -> Result<(Recording, Option<Pace>), CsvError> {
         while self.next()?.is_some() {}
-        let pace = self.gathering.pace();
+        let pace = self.gathering.unseen_pace();
         Ok((self.finish()?, pace))
     }
 
-    fn hold(mut self) -> Result<Recording, CsvError> {
+    /// The recording with all of its samples.
+    ///
+    /// # Errors
+    /// Where a row is not usable, there is none, no rate, or more samples than are held.
+    pub fn hold(mut self) -> Result<Recording, CsvError> {
         while let Some(sample) = self.next()? {
             self.gathering.keep(sample)?;
         }
