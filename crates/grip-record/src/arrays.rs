@@ -12,9 +12,12 @@ use slip_core::units::Micros;
 use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
+use crate::find::Signal;
 use crate::npz::{Npz, create};
+use crate::plan::{Head, Plan};
 use crate::recording::{Cells, Gathering, Recording};
 use crate::taxels::PREFIX;
+use crate::time::TimeUnit;
 
 const NONE: &Vec<String> = &Vec::new();
 
@@ -22,7 +25,18 @@ const NONE: &Vec<String> = &Vec::new();
 pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
     let mut npz = Npz::open(file)?;
     let header = npz.names().to_vec();
-    let mut gathering = Gathering::new(file, &header, options)?;
+    let signal = |name: &String| Signal {
+        name: name.clone(),
+        unit: grip_table::of_name(name).map(|(_, unit)| unit),
+        ..Signal::default()
+    };
+    let signals = header.iter().map(signal).collect();
+    let head = Head { signals, named: true, nameless: Vec::new() };
+    let plan = Plan::find(file, &head, options, |column| {
+        let times = header.get(column).map(|name| npz.numbers(name));
+        times.and_then(Result::ok).map(|times| times.to_vec()).unwrap_or_default()
+    })?;
+    let mut gathering = Gathering::planned(file, &plan, options)?;
     let columns: Vec<Option<Array1<f64>>> = header
         .iter()
         .enumerate()
@@ -32,6 +46,7 @@ pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, C
     for row in 0..rows {
         gathering.push(&ArrayRow { file, header: &header, columns: &columns, stylus, row })?;
     }
+    gathering.notes.remarks.extend(plan.found.notes);
     gathering.finish()
 }
 
@@ -60,26 +75,23 @@ impl ArrayRow<'_> {
 }
 
 impl Cells for ArrayRow<'_> {
-    fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
-        let (file, line, seconds) = (self.file.to_owned(), self.line(), self.value(column));
-        let column = self.name(column);
-        let Some(time) = micros(1e6 * seconds) else {
-            let text = excerpt(&seconds.to_string());
-            return Err(CsvError::TimeOutOfRange { file, line, column, text });
-        };
-        match previous.filter(|before| *before > time) {
-            None => Ok(time),
-            Some(before) => Err(CsvError::TimeBackwards { file, line, column, before, time }),
-        }
+    fn stamp(&self, column: usize, unit: TimeUnit) -> Result<i64, CsvError> {
+        let value = self.value(column);
+        unit.to_ns(value).ok_or_else(|| CsvError::TimeOutOfRange {
+            file: self.file.to_owned(),
+            line: self.line(),
+            column: self.name(column),
+            text: excerpt(&value.to_string()),
+        })
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a Sample")]
+    fn place(&self, column: usize) -> (&Path, u64, String) {
+        (self.file, self.line(), self.name(column))
+    }
+
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
-        let value = match scale {
-            Scale::Same => self.value(column),
-            Scale::MilliToUnit => self.value(column) / 1000.0,
-        };
-        Ok(Some(value as f32).filter(|value| Some(column) == self.stylus || !value.is_nan()))
+        let value = scale.narrow(self.value(column));
+        Ok(Some(value).filter(|value| Some(column) == self.stylus || !value.is_nan()))
     }
 
     fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError> {

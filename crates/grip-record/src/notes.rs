@@ -39,6 +39,10 @@ pub struct Notes {
     pub trailing_comma: bool,
     /// Columns of the file nothing is read from.
     pub ignored_columns: Vec<String>,
+    /// Whether rows at the end of the file are lost.
+    pub cut: bool,
+    /// What else is to be known: of the clock, of lines that were left out.
+    pub remarks: Vec<String>,
 }
 
 impl Notes {
@@ -157,6 +161,7 @@ impl fmt::Display for Notes {
         if !self.ignored_columns.is_empty() {
             phrases.push(format!("columns not used: {}", self.ignored_columns.join(", ")));
         }
+        phrases.extend(self.remarks.iter().cloned());
         f.write_str(&phrases.join("; "))
     }
 }

@@ -11,6 +11,7 @@ fn options(rate_hz: Option<f32>, map: &[(&str, &str)]) -> CsvOptions {
     CsvOptions {
         rate_hz,
         map: map.iter().map(|(ours, theirs)| ((*ours).to_owned(), (*theirs).to_owned())).collect(),
+        ..CsvOptions::default()
     }
 }
 
