@@ -25,7 +25,7 @@ pub struct Column {
     pub given: String,
     /// Its unit: that of a row of units, or of the name (`Time (ms)`, `acc [g]`, `t/ms`, `height_mm`).
     pub unit: Option<String>,
-    /// Whether its first cells are text and no numbers. Its cells are not looked at unless asked for.
+    /// Whether text stands in its first cells, and not in few of them by mistake. Its cells are not looked at unless asked for.
     pub is_text: bool,
     /// The earlier column of the same name.
     pub(crate) repeats: Option<usize>,
@@ -230,7 +230,7 @@ impl Candidate {
                 .take_while(|line| line.cells.first().is_some_and(|cell| comment(cell).is_some()));
             let header = comments.count().min(self.lines.len() - 1);
             let first = self.lines.get(header).unwrap_or(first_line).line + 1;
-            return Some(self.finish(Some(header), None, header + 1, first));
+            return Some(self.finish(&[], Some(header), None, header + 1, first));
         }
         let width = self.cells.get(self.run.start).map_or(0, Vec::len);
         let numbers = self.number_columns(width);
@@ -248,7 +248,7 @@ impl Candidate {
         let mut start = found.unwrap_or(self.run.start);
         if after == 0 && self.is_numbers_above(start, width) {
             let line = self.lines.get(start + 1).map_or(0, |line| line.line);
-            return Some(self.finish(Some(start), None, start + 1, line));
+            return Some(self.finish(&numbers, Some(start), None, start + 1, line));
         }
         let mut header = self.header_above(start, after, width);
         // A line with numbers and text below a line of text is a row with a fault.
@@ -271,7 +271,7 @@ impl Candidate {
             header = Some(above);
         }
         let line = self.lines.get(start).map_or(0, |line| line.line);
-        Some(self.finish(header, units, start, line))
+        Some(self.finish(&numbers, header, units, start, line))
     }
 
     /// Whether `0,5` is one number here and two cells in `pairs`: below a name of one column, where no point is decimal.
@@ -332,14 +332,19 @@ impl Candidate {
             .any(|column| kinds.and_then(|kinds| kinds.get(*column)) == Some(&Cell::Number))
     }
 
+    /// Whether a line holds units: below the names of numbers units alone, or numbers in columns that have none below (Rigol).
     fn is_units(&self, at: usize, numbers: &[usize]) -> bool {
-        let Some(line) = self.lines.get(at) else { return false };
+        let (Some(line), Some(kinds)) = (self.lines.get(at), self.cells.get(at)) else {
+            return false;
+        };
+        let elsewhere =
+            |(column, kind): (usize, &Cell)| *kind == Cell::Number && !numbers.contains(&column);
+        if kinds.iter().enumerate().any(elsewhere) {
+            return true;
+        }
         let of = |column: &usize| line.cells.get(*column).filter(|cell| !cell.is_empty());
-        let mut any = false;
-        numbers.iter().filter_map(of).all(|cell| {
-            any = true;
-            unit::of_cell(&text(cell)).is_some()
-        }) && any
+        let mut cells = numbers.iter().filter_map(of).peekable();
+        cells.peek().is_some() && cells.all(|cell| unit::of_cell(&text(cell)).is_some())
     }
 
     fn is_bracketed(&self, at: usize) -> bool {
@@ -368,9 +373,10 @@ impl Candidate {
         rows.iter().all(|row| if unnamed { first(row) } else { fractions(row) })
     }
 
-    /// The form, where the names stand in the line `header` and the rows begin at the line `start`.
+    /// The form, where these columns hold numbers, the names stand in the line `header` and the rows begin at the line `start`.
     fn finish(
         self,
+        numbers: &[usize],
         header: Option<usize>,
         units: Option<usize>,
         start: usize,
@@ -382,7 +388,7 @@ impl Candidate {
             .map(|line| line.cells.iter().enumerate().map(|(at, cell)| name(cell, at)).collect())
             .unwrap_or_default();
         let widths = || rows.iter().map(|row| row.cells.len());
-        let usual = usual(widths()).unwrap_or(given.len());
+        let usual = usual(&widths()).unwrap_or(given.len());
         let all = |wanted: usize| widths().count() > 0 && widths().all(|width| width == wanted);
         let ends_blank = rows.iter().all(|row| row.cells.last().is_some_and(Vec::is_empty));
         let mut least = given.len();
@@ -409,20 +415,11 @@ impl Candidate {
                 .and_then(|line| self.lines.get(line)?.cells.get(at))
                 .and_then(|cell| unit::of_cell(&text(cell)));
             let unit = of_row.or_else(|| unit::of_name(&given).map(|(_, unit)| unit));
-            let kinds = || {
-                rows.iter()
-                    .filter_map(|row| row.cells.get(at))
-                    .map(|cell| cell_of(cell, self.decimal))
-            };
-            let first = kinds().find(|kind| *kind != Cell::Blank);
-            let [numbers, texts] = [Cell::Number, Cell::Text]
-                .map(|wanted| kinds().filter(|kind| *kind == wanted).count());
-            let grouped = || {
-                rows.iter()
-                    .filter_map(|row| row.cells.get(at))
-                    .any(|cell| number::has_thousands(&text(cell)))
-            };
-            let is_text = first == Some(Cell::Text) && texts >= numbers && !grouped();
+            let cells = || rows.iter().filter_map(|row| row.cells.get(at));
+            let has_text = cells().any(|cell| cell_of(cell, self.decimal) == Cell::Text);
+            let is_text = has_text
+                && !numbers.contains(&at)
+                && !cells().any(|cell| number::has_thousands(&text(cell)));
             columns.push(Column { name, given, unit, is_text, repeats });
         }
         let mut last_column = Digits::default();
@@ -492,7 +489,7 @@ fn longest_run(cells: &[Vec<Cell>]) -> core::ops::Range<usize> {
 }
 
 /// The number of cells that most rows have.
-fn usual(widths: impl Iterator<Item = usize> + Clone) -> Option<usize> {
+fn usual(widths: &(impl Iterator<Item = usize> + Clone)) -> Option<usize> {
     widths.clone().max_by_key(|width| widths.clone().filter(|other| other == width).count())
 }
 

@@ -35,7 +35,7 @@ pub use detect::{Column, Header};
 pub use error::{TableError, excerpt};
 pub use number::Decimal;
 pub use records::Delimiter;
-pub use unit::{Quantity, scale};
+pub use unit::{Quantity, of_name, scale};
 
 use std::{
     borrow::Cow,

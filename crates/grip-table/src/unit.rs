@@ -102,7 +102,8 @@ pub fn scale(unit: &str) -> Option<(Quantity, f64)> {
 }
 
 /// The unit in a name: in brackets (any), or a known one behind `/`, `_` or a blank at its end. With it the name without.
-pub(crate) fn of_name(name: &str) -> Option<(String, String)> {
+#[must_use]
+pub fn of_name(name: &str) -> Option<(String, String)> {
     for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
         if let Some((before, unit)) =
             name.strip_suffix(close).and_then(|name| name.rsplit_once(open))
