@@ -4,7 +4,7 @@ use crate::{
     input::{Block, Names, exists, rate, refused, times},
     output::dictionary,
 };
-use grip_record::{CsvOptions, Rows, read_recording};
+use grip_record::{CsvOptions, Rows, Use, read_recording};
 use grip_session::tape::{Played, Tape, TapeOptions};
 use numpy::{PyArray1, PyArray2, ToPyArray as _};
 use pyo3::{
@@ -183,7 +183,8 @@ pub(crate) fn read(
 ) -> PyResult<Recording> {
     exists(&path)?;
     let rate_hz = rate_hz.map(rate).transpose()?;
-    let options = CsvOptions { rate_hz, map: channels.unwrap_or_default().into_iter().collect() };
+    let map = channels.unwrap_or_default().into_iter().collect();
+    let options = CsvOptions { rate_hz, map, ..CsvOptions::default() };
     py.detach(|| open(&path, &options)).map_err(refused)
 }
 
@@ -199,13 +200,14 @@ fn open(path: &Path, options: &CsvOptions) -> Result<Recording, String> {
             // One of another program, where that reader finds a sensor in it.
             return import(path, options).map_err(|_| text(&own));
         }
-        None if mcap || grip_import::is_foreign(path, options) => {
+        None if mcap || grip_import::is_foreign(path) => {
             return import(path, options).map_err(|error| text(&error));
         }
         None => {}
     }
     let read = read_recording(path, options).map_err(|error| text(&error))?;
-    Ok(Recording::new(read, Vec::new()))
+    let uses = taken(&read.notes.uses);
+    Ok(Recording::new(read, uses))
 }
 
 fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::ImportError> {
@@ -215,11 +217,15 @@ fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::I
         ..grip_import::ImportOptions::default()
     };
     let imported = grip_import::import(path, &options)?;
-    let uses = imported
-        .uses
-        .iter()
-        .map(|used| format!("{} -> {} ({})", used.theirs, used.ours, used.unit));
-    Ok(Recording::new(imported.recording, uses.chain(imported.notes).collect()))
+    let notes = taken(&imported.uses).into_iter().chain(imported.notes).collect();
+    Ok(Recording::new(imported.recording, notes))
+}
+
+/// What was taken for what, where the file has names or units of its own.
+fn taken(uses: &[Use]) -> Vec<String> {
+    let own = |used: &&Use| used.ours != used.theirs || used.unit.starts_with("taken");
+    let line = |used: &Use| format!("{} -> {} ({})", used.theirs, used.ours, used.unit);
+    uses.iter().filter(own).map(line).collect()
 }
 
 /// The events of an .mcap of gripd, replayed with the settings and the model that are recorded in it, as

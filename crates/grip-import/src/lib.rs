@@ -4,46 +4,45 @@
 //! |---|---|---|
 //! | `.wav`, `.w64` | `channel_1`, .. (share of full scale) | the rate in its header |
 //! | `.npy`, one or two dimensions | `column_0`, .. | the first column, or a rate |
-//! | `.npy` of structures, `.npz` | its fields, its arrays | a field or array in s, ms, us or ns, or a rate |
+//! | `.npy` of structures, `.npz` | its fields, its arrays | as in a table, or `datetime64` |
 //! | `.csv`, `.txt`, `.tsv` with `,`, `;` or tabs | its columns | a column in s, ms, us or ns, or a rate |
 //! | Robotiq TSF-85 `.csv` | its dynamic channel and taxels | `Time(ms)` |
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Numbers of a fixed size, WAV, NPY and NPZ, are read row by row, in files of any length ([`open`], [`ArrayRows`]). Every
-//! other format becomes [`Stream`]s of named numbers ([`read_streams`]), of which 4 bytes a number and 8 a time are kept, at
-//! most [`MOST_VALUES`] numbers. [`assign`](mod@assign) finds the channels among them and puts them on the times of the first.
+//! Tables are read by grip-record, which finds their channels and times, and so are numbers of a fixed size: WAV, NPY and NPZ of
+//! any length, row by row ([`open`], [`ArrayRows`]). Every other format becomes [`Stream`]s of named numbers, of which 4 bytes a
+//! number and 8 a time are kept, at most [`MOST_VALUES`] numbers; [`assign`](mod@assign) finds the channels among them by the
+//! same rules and puts them on the times of the first.
 
 mod arrays;
 pub mod assign;
-mod csv_file;
 mod db3;
 mod error;
 mod json;
 mod mcap_file;
-mod npy;
 mod ros;
 mod stream;
-mod time;
 mod topic;
-mod tsf85;
 mod wav;
-mod words;
 
 pub use arrays::ArrayRows;
-pub use assign::{Imported, Use};
+pub use assign::Imported;
 pub use error::ImportError;
+pub use grip_record::{TimeUnit, Use};
 pub use stream::{MOST_VALUES, Stream, Times};
-pub use time::TimeUnit;
 
-use grip_record::{CsvError, CsvOptions, NumberSamples};
+use grip_record::{CsvOptions, CsvSamples, Recording};
 use slip_core::PipelineConfig;
-use std::path::{Path, PathBuf};
+use std::{
+    mem,
+    path::{Path, PathBuf},
+};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
-    /// Samples per second, where the file has no times.
+    /// Samples per second, where the file has no times, or only coarse ones.
     pub rate_hz: Option<f32>,
     /// Renamings: (known name, the file's signal).
     pub map: Vec<(String, String)>,
@@ -55,15 +54,10 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name, the folder of a bag, or an `.npz` without the names of a recording, is one that only this
-/// crate reads, so that nobody has to name it.
+/// Whether a file of this name, or the folder of a bag, is no table, so that nobody has to name it.
 #[must_use]
-pub fn is_foreign(file: &Path, options: &CsvOptions) -> bool {
-    if has_ending(file, "npz") {
-        let own = NumberSamples::of_npz(file, options);
-        return matches!(own, Err(CsvError::NoStylus { .. } | CsvError::NoTime { .. }));
-    }
-    ["wav", "w64", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
+pub fn is_foreign(file: &Path) -> bool {
+    ["wav", "w64", "npy", "npz", "db3"].into_iter().any(|ending| has_ending(file, ending))
         || file.join("metadata.yaml").is_file()
 }
 
@@ -88,11 +82,12 @@ pub fn open(file: &Path, options: &ImportOptions) -> Result<Imported, ImportErro
 }
 
 fn find(file: &Path, options: &ImportOptions, hold: bool) -> Result<Imported, ImportError> {
-    let imported = match array(file) {
-        Some(array) => array?.import(file, options, hold)?,
-        None => {
-            let (format, streams) = read_streams(file, options)?;
-            assign::assign(file, format, streams, options)?
+    let imported = if let Some((format, table)) = arrays::table(file)? {
+        arrays::import(format, table, options, hold)?
+    } else {
+        match read_streams(file, options)? {
+            Some((format, streams)) => assign::assign(file, format, streams, options)?,
+            None => table(file, options)?,
         }
     };
     let rate_hz = imported.recording.rate_hz;
@@ -102,37 +97,47 @@ fn find(file: &Path, options: &ImportOptions, hold: bool) -> Result<Imported, Im
     Ok(imported)
 }
 
-/// A file of numbers of a fixed size.
-fn array(file: &Path) -> Option<Result<arrays::Array, ImportError>> {
-    if has_ending(file, "wav") || has_ending(file, "w64") {
-        return Some(wav::read(file));
-    }
-    if has_ending(file, "npy") {
-        return Some(npy::read(file));
-    }
-    has_ending(file, "npz").then(|| npy::read_npz(file))
-}
-
-/// What kind of file it is, and every signal in it; not of WAV, NPY and NPZ.
-///
-/// # Errors
-/// Where the file cannot be read, or holds no numbers.
-pub fn read_streams(
+/// What kind of file it is, and every signal in it; `None` for a table.
+fn read_streams(
     file: &Path,
     options: &ImportOptions,
-) -> Result<(&'static str, Vec<Stream>), ImportError> {
+) -> Result<Option<(&'static str, Vec<Stream>)>, ImportError> {
     let file = &bag_in(file)?;
     let (format, streams) = if has_ending(file, "mcap") {
         ("MCAP", mcap_file::read(file, options)?)
     } else if has_ending(file, "db3") {
         ("rosbag2", db3::read(file, options)?)
     } else {
-        csv_file::read(file, options)?
+        return Ok(None);
     };
     if streams.iter().all(|stream| stream.rows() == 0 || stream.names.is_empty()) {
         return Err(ImportError::nothing(file, "it holds no numbers"));
     }
-    Ok((format, streams))
+    Ok(Some((format, streams)))
+}
+
+/// A table.
+fn table(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let samples = CsvSamples::open(file, &options.csv())?;
+    let (format, clock) = samples.kind();
+    let clock = clock.to_owned();
+    Ok(Imported::of(format, clock, samples.hold()?))
+}
+
+impl ImportOptions {
+    fn csv(&self) -> CsvOptions {
+        let Self { rate_hz, map, time_unit, finger, .. } = self.clone();
+        CsvOptions { rate_hz, map, time_unit, finger }
+    }
+}
+
+impl Imported {
+    fn of(format: &'static str, clock: String, mut recording: Recording) -> Self {
+        let notes = &mut recording.notes;
+        let (uses, unused) = (mem::take(&mut notes.uses), mem::take(&mut notes.ignored_columns));
+        let notes = mem::take(&mut notes.remarks);
+        Self { format, clock, uses, unused, notes, recording, rows: None }
+    }
 }
 
 /// The file itself, or the only file of messages in the folder of a bag.

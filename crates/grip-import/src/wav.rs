@@ -1,6 +1,6 @@
 //! A WAV file in (RIFF, RIFX, RF64, BW64, Wave64): one signal a channel, as share of full scale.
 
-use crate::{arrays::Array, error::ImportError};
+use crate::error::ImportError;
 use grip_record::{Cell, Coding, NumberColumn, NumberTable, Strand, files};
 use std::{
     fs::File,
@@ -48,20 +48,22 @@ struct Reader {
     chunks: Chunks,
 }
 
-pub(crate) fn read(file: &Path) -> Result<Array, ImportError> {
+pub(crate) fn read(file: &Path) -> Result<NumberTable, ImportError> {
     let input = files::open(file).map_err(ImportError::unreadable(file))?;
     let length = input.metadata().map_err(ImportError::unreadable(file))?.len();
     let mut reader =
         Reader { input: BufReader::new(input), length, chunks: Chunks::Riff { big_endian: false } };
     let no_wav = |what: String| ImportError::nothing(file, &what);
-    let (header, table) = reader.table(file).map_err(no_wav)?;
+    let (header, mut table) = reader.table(file).map_err(no_wav)?;
     let rate = f64::from(header.rate_hz);
     let place = match header.rate_hz {
         0 => "its header states 0 samples a second".to_owned(),
         rate_hz => format!("the header: {rate_hz} Hz, {}", header.kind),
     };
-    let unit = Some("share of full scale");
-    Ok(Array { format: "WAV", table, unit, rate: Some((rate, place)) })
+    #[expect(clippy::cast_possible_truncation, reason = "a rate has 24 bits")]
+    let rate_hz = rate as f32;
+    (table.rate_hz, table.clock, table.named) = (Some(rate_hz), place, false);
+    Ok(table)
 }
 
 impl Reader {
@@ -98,7 +100,8 @@ impl Reader {
         for k in 0..header.channels {
             let cell = Cell { at: k * header.cell.size, ..header.cell };
             let name = format!("channel_{}", k + 1);
-            table.columns.push(NumberColumn { name, strand: 0, cell, times_ns: None });
+            let unit = Some("share of full scale");
+            table.columns.push(NumberColumn { name, strand: 0, cell, unit, is_time: false });
         }
         let rows = |bytes: u64| bytes.div_ceil(header.frame as u64);
         table.cut = match announced {

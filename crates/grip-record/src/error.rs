@@ -3,8 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 
-use slip_core::units::Micros;
-
 use crate::channels::COLUMN_NAMES;
 
 /// Why a file of columns could not be read. Lines and columns count from 1, as an editor shows them; of an `.npz` the line is
@@ -64,15 +62,18 @@ pub enum CsvError {
     },
     /// There is no column that reports a slip.
     #[error(
-        "{}: no column stylus, vibration, travel_m or pressure_0; name one with --map, for example --map vibration=NAME; the \
-         file has, separated by commas: {}",
-        file.display(), list(found)
+        "{}: nothing was taken for a vibration, a stylus, a travel or taxels; say which it is, for example --map {}; the file has: {}",
+        file.display(),
+        shell(&format!("vibration={}", example.as_deref().unwrap_or("NAME"))),
+        list(found)
     )]
     NoStylus {
         /// The file.
         file: PathBuf,
         /// The names in the header.
         found: Vec<String>,
+        /// One that could be.
+        example: Option<String>,
     },
     /// A table of labels or of travel lacks a column.
     #[error(
@@ -89,8 +90,7 @@ pub enum CsvError {
     },
     /// There is neither a time column nor a rate.
     #[error(
-        "{}: no column t_s and no rate; give --rate HZ or name the time column in seconds with --map \
-         t_s=NAME; `gripctl import` takes other units; the file has: {}",
+        "{}: no column of times and no rate; give --rate HZ, or name the times with --map t_s=NAME; the file has: {}",
         file.display(), list(found)
     )]
     NoTime {
@@ -147,6 +147,53 @@ pub enum CsvError {
         /// The other name.
         second: &'static str,
     },
+    /// Several signals could be the one.
+    #[error(
+        "{}: {what} may be any of {}; choose one with --map {}",
+        file.display(), list(found),
+        shell(&format!("{ours}={}", found.first().map_or("NAME", String::as_str)))
+    )]
+    Unclear {
+        /// The file.
+        file: PathBuf,
+        /// What is looked for.
+        what: &'static str,
+        /// Its name among the columns.
+        ours: String,
+        /// What could be it.
+        found: Vec<String>,
+    },
+    /// A column of text where numbers are wanted.
+    #[error("{}: column {column} holds text and cannot be {wanted}", file.display())]
+    Text {
+        /// The file.
+        file: PathBuf,
+        /// The column as the file names it.
+        column: String,
+        /// What it was to be.
+        wanted: String,
+    },
+    /// A table that cannot be read, or a row or cell of it.
+    #[error(transparent)]
+    Table(#[from] grip_table::TableError),
+    /// The times cannot be used as such.
+    #[error("{}: {fault}; the file has: {}", file.display(), list(found))]
+    Times {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with them, and what helps.
+        fault: String,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// The finger asked for is not there.
+    #[error("{}: {fault}", file.display())]
+    Finger {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
     /// The left side of a renaming is not a name the reader knows.
     #[error("--map {ours}={theirs}: {ours:?} is not a known column; known are: {}", COLUMN_NAMES.join(", "))]
     UnknownMapName {
@@ -156,7 +203,10 @@ pub enum CsvError {
         theirs: String,
     },
     /// The right side of a renaming is not in the file.
-    #[error("{}: --map {ours}={theirs}: no column {theirs:?}; the file has: {}", file.display(), list(found))]
+    #[error(
+        "{}: --map {}: no such signal; the file has: {}",
+        file.display(), shell(&format!("{ours}={theirs}")), list(found)
+    )]
     MapColumnAbsent {
         /// The file.
         file: PathBuf,
@@ -273,8 +323,7 @@ pub enum CsvError {
     },
     /// A time is negative, not finite or beyond 64 bits of microseconds.
     #[error(
-        "{}: line {line}, column {column}: time {text:?} is not within 0 to 1.8e13 s; remove the row or \
-         shift the times to start at 0",
+        "{}: line {line}, column {column}: {text:?} is no time; remove the row",
         file.display()
     )]
     TimeOutOfRange {
@@ -289,9 +338,9 @@ pub enum CsvError {
     },
     /// A time is earlier than that of the row before.
     #[error(
-        "{}: line {line}, column {column}: time goes backwards from {:.6} s to {:.6} s; sort the rows or \
-         split the file there",
-        file.display(), before.as_seconds(), time.as_seconds()
+        "{}: line {line}, column {column}: time goes backwards from {before} s to {time} s; split the file there, sorting would \
+         mix two recordings",
+        file.display()
     )]
     TimeBackwards {
         /// The file.
@@ -300,15 +349,32 @@ pub enum CsvError {
         line: u64,
         /// The column as the file names it.
         column: String,
-        /// Time of the row before.
-        before: Micros,
-        /// Time of this row.
-        time: Micros,
+        /// Time of the row before (s).
+        before: f64,
+        /// Time of this row (s).
+        time: f64,
     },
 }
 
+/// A word of a command line, in quotes where a shell would split or change it.
+pub(crate) fn shell(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
+    if word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// The first names: a bag may have hundreds.
 fn list(names: &[String]) -> String {
-    names.join(", ")
+    const MOST: usize = 40;
+    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST).cloned();
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// The first 40 characters of a cell: enough to find it.

@@ -4,6 +4,7 @@ use core::fmt;
 
 use std::collections::BTreeMap;
 
+use crate::find::Use;
 use slip_core::units::Micros;
 
 /// From here on a finite reading is counted as huge: beyond any 32-bit counter, and no length, force or speed
@@ -37,10 +38,14 @@ pub struct Notes {
     pub blank_lines: usize,
     /// Whether every line ends with a comma (an unnamed last column).
     pub trailing_comma: bool,
-    /// What is missing at the end of a file that was cut off.
-    pub cut: Option<String>,
     /// Columns of the file nothing is read from.
     pub ignored_columns: Vec<String>,
+    /// What the columns are taken for.
+    pub uses: Vec<Use>,
+    /// Whether rows at the end of the file are lost.
+    pub cut: bool,
+    /// What else is to be known: of the clock, of lines that were left out.
+    pub remarks: Vec<String>,
 }
 
 impl Notes {
@@ -153,13 +158,13 @@ impl fmt::Display for Notes {
         {
             phrases.push(format!("rate given: {given} Hz, by the times: {measured} Hz"));
         }
-        phrases.extend(self.cut.clone());
         if self.trailing_comma {
             phrases.push("every line ends with a comma".to_owned());
         }
         if !self.ignored_columns.is_empty() {
             phrases.push(format!("columns not used: {}", self.ignored_columns.join(", ")));
         }
+        phrases.extend(self.remarks.iter().cloned());
         f.write_str(&phrases.join("; "))
     }
 }

@@ -121,9 +121,10 @@ impl Npy {
         place: Strand,
     ) -> Result<NumberTable, String> {
         let mut table = NumberTable::new(file);
+        table.named = !name.is_empty() || matches!(self.kind, Kind::Fields(_));
         match &self.kind {
             Kind::Plain(kind) => {
-                let (cell, times_ns) = cell(kind)?;
+                let (cell, unit) = cell(kind)?;
                 self.plain(&mut table, place, &|k: Option<usize>| NumberColumn {
                     name: match (k, name) {
                         (None, "") => "column_0".to_owned(),
@@ -133,7 +134,8 @@ impl Npy {
                     },
                     strand: 0,
                     cell,
-                    times_ns,
+                    unit,
+                    is_time: unit.is_some(),
                 })?;
             }
             Kind::Fields(fields) => {
@@ -144,11 +146,12 @@ impl Npy {
                 table.strands.push(Strand { frame: fields.size, ..place });
                 for field in &fields.fields {
                     match cell(&field.kind) {
-                        Ok((cell, times_ns)) => table.columns.push(NumberColumn {
+                        Ok((cell, unit)) => table.columns.push(NumberColumn {
                             name: field.name.clone(),
                             strand: 0,
                             cell: Cell { at: field.at, ..cell },
-                            times_ns,
+                            unit,
+                            is_time: unit.is_some(),
                         }),
                         Err(what) => {
                             table.notes.push(format!("not used: {}, which {what}", field.name))
@@ -334,8 +337,8 @@ fn size(kind: &str) -> Option<usize> {
     number.checked_mul(letters).filter(|size| *size < 1 << 20)
 }
 
-/// The number that an element is, and the nanoseconds in one where it is a time.
-fn cell(kind: &str) -> Result<(Cell, Option<f64>), String> {
+/// The number that an element is, and its unit where it is a time.
+fn cell(kind: &str) -> Result<(Cell, Option<&'static str>), String> {
     let bare = kind.trim_start_matches(['<', '>', '|', '=']);
     let coding = match bare {
         "f2" | "f4" | "f8" => Coding::Float,
@@ -345,10 +348,10 @@ fn cell(kind: &str) -> Result<(Cell, Option<f64>), String> {
         _ => return Err(no_number(kind)),
     };
     let time = bare.split_once('[').map(|(_, unit)| match unit {
-        "ns]" => Ok(1.0),
-        "us]" => Ok(1e3),
-        "ms]" => Ok(1e6),
-        "s]" => Ok(1e9),
+        "ns]" => Ok("ns"),
+        "us]" => Ok("us"),
+        "ms]" => Ok("ms"),
+        "s]" => Ok("s"),
         _ => Err(no_number(kind)),
     });
     let size = size(kind).ok_or_else(|| no_number(kind))?;

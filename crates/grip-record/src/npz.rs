@@ -11,6 +11,7 @@ use ndarray::{Array1, ArrayRef2};
 use ndarray_npy::{NpzWriter, WritableElement, WriteNpzError};
 use zip::{CompressionMethod, ZipArchive};
 
+use crate::channels::COLUMN_NAMES;
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
 use crate::files;
@@ -220,83 +221,86 @@ fn archive<R: Read + Seek>(
     Ok((archive, names))
 }
 
-/// The arrays of an `.npz`, nothing but their headers read.
-#[derive(Debug)]
-pub struct NpzArrays {
-    file: PathBuf,
-    archive: ZipArchive<BufReader<File>>,
-    names: Vec<String>,
+/// Where the columns of an `.npz` of any size lie: the arrays that are as long as those with the name of a recording's column, or
+/// as the longest of one dimension. Nothing but headers is read.
+///
+/// # Errors
+/// Where the file cannot be read, or an array with the name of a column has another length.
+pub fn npz_table(file: &Path) -> Result<NumberTable, NpzError> {
+    let input = files::open(file)
+        .map_err(|source| Box::new(CsvError::Unreadable { file: file.to_owned(), source }))?;
+    let (mut archive, names) = archive(file, BufReader::new(input))?;
+    let mut table = NumberTable::new(file);
+    let mut arrays = Vec::new();
+    for (at, name) in names.into_iter().enumerate() {
+        match member(&mut archive, file, at, &name) {
+            Ok(array) => arrays.push((name, array)),
+            Err(fault) if is_column(&name) => {
+                let file = file.to_owned();
+                return Err(NpzError::Array { file, array: name, fault });
+            }
+            Err(fault) => table.notes.push(format!("not used: {name}, which {fault}")),
+        }
+    }
+    let own = arrays.iter().find(|(name, _)| is_column(name)).map(|(_, array)| array.rows);
+    let longest = |plain: bool| {
+        let wanted = arrays.iter().filter(|(_, array)| !plain || array.columns.len() == 1);
+        wanted.map(|(_, array)| array.rows).max()
+    };
+    let rows = own.or_else(|| longest(true)).or_else(|| longest(false)).unwrap_or(0);
+    for (name, array) in arrays {
+        if array.rows == rows {
+            table.append(array);
+        } else if is_column(&name) {
+            let first = table.columns.first().map(|column| column.name.clone());
+            return Err(NpzError::Length {
+                file: file.to_owned(),
+                array: name,
+                rows: array.rows,
+                first: first.unwrap_or_default(),
+                expected: rows,
+            });
+        } else {
+            table.notes.push(format!("not used: {name}, of {} values", array.rows));
+        }
+    }
+    table.rows = rows;
+    Ok(table)
 }
 
-impl NpzArrays {
-    /// Opens `file`, of any size.
-    ///
-    /// # Errors
-    /// [`NpzError::File`] and [`NpzError::Archive`].
-    pub fn open(file: &Path) -> Result<Self, NpzError> {
-        let input = files::open(file)
-            .map_err(|source| Box::new(CsvError::Unreadable { file: file.to_owned(), source }))?;
-        let (archive, names) = archive(file, BufReader::new(input))?;
-        Ok(Self { file: file.to_owned(), archive, names })
-    }
-
-    /// The names of all arrays, in the order of the file.
-    #[must_use]
-    pub fn names(&self) -> &[String] {
-        &self.names
-    }
-
-    /// Where the columns of the array at `at` lie: one of one dimension is one column.
-    ///
-    /// # Errors
-    /// [`NpzError::Array`].
-    pub fn table(&mut self, at: usize) -> Result<NumberTable, NpzError> {
-        let name = self.names.get(at).cloned().unwrap_or_default();
-        self.member(at, &name).map_err(|fault| {
-            let (file, array) = (self.file.clone(), name);
-            NpzError::Array { file, array, fault }
-        })
-    }
-
-    fn member(&mut self, at: usize, name: &str) -> Result<NumberTable, String> {
-        let damaged = |error: zip::result::ZipError| format!("is damaged: {error}");
-        let mut member = self.archive.by_index(at).map_err(damaged)?;
-        let npy = Npy::read(&mut member)?;
-        let deflated = match member.compression() {
-            CompressionMethod::Stored => false,
-            CompressionMethod::Deflated => true,
-            other => return Err(format!("is packed by {other}; DEFLATE is read")),
-        };
-        let packed = Packed {
-            deflated,
-            bytes: member.compressed_size(),
-            before: npy.length,
-            crc: member.crc32(),
-        };
-        let place = Strand { offset: member.data_start(), frame: 1, packed: Some(packed) };
-        let table = npy.table(&self.file, name, place)?;
-        let found = member.size().saturating_sub(npy.length);
-        let announced = table.bytes().filter(|announced| *announced == found);
-        announced.map(|_| ()).ok_or_else(|| {
-            let frame = table.strands.iter().map(|strand| strand.frame).sum::<usize>();
-            format!("has {found} bytes where {} values of {frame} bytes were announced", table.rows)
-        })?;
-        Ok(table)
-    }
+fn is_column(name: &str) -> bool {
+    COLUMN_NAMES.contains(&name)
 }
 
-impl NumberTable {
-    /// Takes over the columns of `other`, of the same file and with as many rows.
-    pub fn append(&mut self, other: Self) {
-        let before = self.strands.len();
-        self.rows = other.rows;
-        self.strands.extend(other.strands);
-        self.notes.extend(other.notes);
-        self.columns.extend(other.columns.into_iter().map(|mut column| {
-            column.strand += before;
-            column
-        }));
+/// Where the columns of one array lie.
+fn member(
+    archive: &mut ZipArchive<BufReader<File>>,
+    file: &Path,
+    at: usize,
+    name: &str,
+) -> Result<NumberTable, String> {
+    let damaged = |error: zip::result::ZipError| format!("is damaged: {error}");
+    let mut member = archive.by_index(at).map_err(damaged)?;
+    let npy = Npy::read(&mut member)?;
+    let deflated = match member.compression() {
+        CompressionMethod::Stored => false,
+        CompressionMethod::Deflated => true,
+        other => return Err(format!("is packed by {other}; DEFLATE is read")),
+    };
+    let packed = Packed {
+        deflated,
+        bytes: member.compressed_size(),
+        before: npy.length,
+        crc: member.crc32(),
+    };
+    let place = Strand { offset: member.data_start(), frame: 1, packed: Some(packed) };
+    let table = npy.table(file, name, place)?;
+    let found = member.size().saturating_sub(npy.length);
+    if table.bytes() == Some(found) {
+        return Ok(table);
     }
+    let frame = table.strands.iter().map(|strand| strand.frame).sum::<usize>();
+    Err(format!("has {found} bytes where {} values of {frame} bytes were announced", table.rows))
 }
 
 fn too_large() -> String {
@@ -335,8 +339,7 @@ mod tests {
     /// Two arrays of as many zeros in single bytes, packed, with room for so many bytes.
     fn zeros(count: usize, left: u64) -> Npz {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let options =
-            SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
         for name in ["a", "b"] {
             let mut npy = Vec::new();
             let zeros = Array1::<u8>::zeros(count);

@@ -1,8 +1,6 @@
-//! The text of a cell in, microseconds or a reading out.
+//! The text of a cell in, microseconds out.
 
 use slip_core::units::Micros;
-
-use crate::channels::Scale;
 
 /// Why a cell is not a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,23 +48,6 @@ fn shifted_digits(decimal: &str) -> Option<u64> {
     Some(micros)
 }
 
-/// A reading in the unit of its `Sample` field; `None` if the text is no number. `NaN`, `inf` and what
-/// overflows to infinity are readings.
-pub(crate) fn parse_reading(text: &str, scale: Scale) -> Option<f32> {
-    match scale {
-        Scale::Same => text.parse().ok(),
-        Scale::MilliToUnit => text.parse::<f64>().ok().map(|milli| narrow(milli / 1000.0)),
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rounding to the precision of a Sample is the purpose"
-)]
-const fn narrow(value: f64) -> f32 {
-    value as f32
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -105,15 +86,6 @@ mod tests {
         for text in ["NaN", "inf", "-inf", "-1", "1e400", "1e30", "18446744073709.551616"] {
             assert_eq!(parse_micros(text), Err(TimeFault::OutOfRange), "{text}");
         }
-    }
-
-    #[test]
-    fn a_broken_sensor_is_a_reading() {
-        assert!(parse_reading("nan", Scale::Same).is_some_and(f32::is_nan));
-        assert_eq!(parse_reading("1e400", Scale::Same), Some(f32::INFINITY));
-        assert_eq!(parse_reading("-inf", Scale::MilliToUnit), Some(f32::NEG_INFINITY));
-        assert_eq!(parse_reading("25.5", Scale::MilliToUnit), Some(0.0255));
-        assert_eq!(parse_reading("n/a", Scale::Same), None);
     }
 
     proptest! {

@@ -10,6 +10,8 @@ use crate::files;
 
 /// Bytes that are read at once of one strand; a frame may be longer.
 const PIECE: usize = 1 << 16;
+/// Rows whose times show their unit and their pace.
+const ROWS: usize = 1 << 16;
 
 /// How a number is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,8 +158,10 @@ pub struct NumberColumn {
     pub strand: usize,
     /// Where it lies in a frame.
     pub cell: Cell,
-    /// Nanoseconds of its unit where it holds times (`datetime64`).
-    pub times_ns: Option<f64>,
+    /// Its unit, where the format knows it.
+    pub unit: Option<&'static str>,
+    /// Whether it holds times (`datetime64`).
+    pub is_time: bool,
 }
 
 /// Columns of numbers in a file, none of them read yet.
@@ -171,29 +175,16 @@ pub struct NumberTable {
     pub columns: Vec<NumberColumn>,
     /// Rows.
     pub rows: u64,
+    /// Whether its columns have names.
+    pub named: bool,
+    /// Samples per second, where the format states it, and where that stands.
+    pub rate_hz: Option<f32>,
+    /// Where the rate stands, for people.
+    pub clock: String,
     /// What else is to be known.
     pub notes: Vec<String>,
     /// What is missing at its end, where it was cut off.
     pub cut: Option<String>,
-}
-
-/// A column of a table as it is wanted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pick {
-    /// Which one; none for NaN in every row.
-    pub column: Option<usize>,
-    /// What is taken off its numbers.
-    pub zero: f64,
-    /// What they are then multiplied by.
-    pub scale: f64,
-}
-
-impl Pick {
-    /// A column as it is.
-    #[must_use]
-    pub const fn plain(column: usize) -> Self {
-        Self { column: Some(column), zero: 0.0, scale: 1.0 }
-    }
 }
 
 impl NumberTable {
@@ -205,26 +196,24 @@ impl NumberTable {
             strands: Vec::new(),
             columns: Vec::new(),
             rows: 0,
+            named: true,
+            rate_hz: None,
+            clock: String::new(),
             notes: Vec::new(),
             cut: None,
         }
     }
 
-    /// Lets a column count from its first number on: integers before they become doubles. What is still to be taken off.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
-    pub fn count_from_first(&mut self, column: usize) -> io::Result<f64> {
-        let mut rows = self.rows(&[Pick::plain(column)])?;
-        let mut row = Vec::new();
-        rows.next_row(&mut row)?;
-        let frame = rows.strands.first().map_or(&[] as &[u8], Frames::frame);
-        let Some(NumberColumn { cell, .. }) = self.columns.get_mut(column) else { return Ok(0.0) };
-        if matches!(cell.coding, Coding::Signed | Coding::Unsigned) {
-            cell.zero = i64::try_from(cell.integer(frame)).unwrap_or(0);
-            return Ok(0.0);
-        }
-        Ok(row.first().copied().unwrap_or(0.0))
+    /// Takes over the columns of `other`, of the same file and with as many rows.
+    pub(crate) fn append(&mut self, other: Self) {
+        let before = self.strands.len();
+        self.rows = other.rows;
+        self.strands.extend(other.strands);
+        self.notes.extend(other.notes);
+        self.columns.extend(other.columns.into_iter().map(|mut column| {
+            column.strand += before;
+            column
+        }));
     }
 
     /// Bytes of all frames.
@@ -233,43 +222,46 @@ impl NumberTable {
         sizes.try_fold(0_u64, |all, size| all.checked_add(size.checked_mul(self.rows)?))
     }
 
-    /// Starts to read the columns that are picked, in that order.
+    /// Starts to read the columns that are picked, in that order; none is NaN in every row.
     ///
     /// # Errors
     /// Where the file cannot be read.
-    pub fn rows(&self, picks: &[Pick]) -> io::Result<NumberRows> {
-        let wanted: Vec<(Option<&NumberColumn>, Pick)> = picks
-            .iter()
-            .map(|pick| (pick.column.and_then(|column| self.columns.get(column)), *pick))
-            .collect();
-        let mut used: Vec<usize> =
-            wanted.iter().filter_map(|(column, _)| column.map(|column| column.strand)).collect();
+    pub(crate) fn rows(&self, picks: &[Option<usize>]) -> io::Result<NumberRows> {
+        let picks: Vec<_> = picks.iter().map(|pick| self.columns.get((*pick)?)).collect();
+        let mut used: Vec<usize> = picks.iter().flatten().map(|column| column.strand).collect();
         used.sort_unstable();
         used.dedup();
-        let places = |strand: usize| used.iter().position(|used| *used == strand);
-        let picks = wanted.iter().map(|(column, pick)| {
-            let place = column.and_then(|column| Some((places(column.strand)?, column.cell)));
-            (place, *pick)
-        });
+        let place = |strand: usize| used.iter().position(|used| *used == strand);
+        let picks =
+            picks.iter().map(|column| column.and_then(|c| Some((place(c.strand)?, c.cell))));
         let picks = picks.collect();
         let strands = used.iter().filter_map(|strand| self.strands.get(*strand));
         let strands = strands.map(|strand| Frames::open(&self.file, strand));
         Ok(NumberRows { strands: strands.collect::<io::Result<_>>()?, picks, left: self.rows })
     }
+
+    /// The first numbers of a column, as many as show what times are.
+    pub(crate) fn first(&self, column: usize) -> io::Result<Vec<f64>> {
+        let mut rows = self.rows(&[Some(column)])?;
+        let (mut row, mut first) = (Vec::new(), Vec::new());
+        while first.len() < ROWS && rows.next_row(&mut row)? {
+            first.extend(row.first());
+        }
+        Ok(first)
+    }
 }
 
 /// The rows of a table one after the other: the memory does not depend on their number.
 #[derive(Debug)]
-pub struct NumberRows {
+pub(crate) struct NumberRows {
     strands: Vec<Frames>,
-    picks: Vec<(Option<(usize, Cell)>, Pick)>,
+    picks: Vec<Option<(usize, Cell)>>,
     left: u64,
 }
 
 impl NumberRows {
     /// Rows that are left.
-    #[must_use]
-    pub const fn left(&self) -> u64 {
+    pub(crate) const fn left(&self) -> u64 {
         self.left
     }
 
@@ -287,7 +279,7 @@ impl NumberRows {
     ///
     /// # Errors
     /// Where the file cannot be read, ends before, or is damaged.
-    pub fn next_row(&mut self, row: &mut Vec<f64>) -> io::Result<bool> {
+    pub(crate) fn next_row(&mut self, row: &mut Vec<f64>) -> io::Result<bool> {
         row.clear();
         if self.left == 0 {
             self.strands.iter_mut().try_for_each(Frames::end)?;
@@ -297,10 +289,9 @@ impl NumberRows {
         for strand in &mut self.strands {
             strand.advance(self.left)?;
         }
-        row.extend(self.picks.iter().map(|(place, pick)| {
+        row.extend(self.picks.iter().map(|place| {
             place.map_or(f64::NAN, |(strand, cell)| {
-                let frame = self.strands.get(strand).map_or(&[] as &[u8], Frames::frame);
-                (cell.number(frame) - pick.zero) * pick.scale
+                cell.number(self.strands.get(strand).map_or(&[] as &[u8], Frames::frame))
             })
         }));
         Ok(true)

@@ -148,8 +148,8 @@ impl Row<'_> {
                 file: self.file.to_owned(),
                 line: self.line,
                 column: self.name(column),
-                before,
-                time,
+                before: before.as_seconds(),
+                time: time.as_seconds(),
             }),
         }
     }

@@ -5,12 +5,9 @@ use super::{
     replay::is_mcap,
     source::{About, Source},
 };
-use crate::{
-    cli::{self, import::ImportArgs},
-    output,
-};
+use crate::{cli::import::ImportArgs, output};
 use anyhow::Context as _;
-use grip_import::{ImportError, ImportOptions, Imported, TimeUnit, Use};
+use grip_import::{ImportError, ImportOptions, Imported, Use};
 use grip_record::{
     ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
     mcap::{McapWriter, Record, SampleRecord},
@@ -63,12 +60,6 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         check_output(&args.file, output, args.force)?;
     }
     let options = ImportOptions {
-        time_unit: args.time_unit.map(|unit| match unit {
-            cli::import::TimeUnit::S => TimeUnit::Seconds,
-            cli::import::TimeUnit::Ms => TimeUnit::Millis,
-            cli::import::TimeUnit::Us => TimeUnit::Micros,
-            cli::import::TimeUnit::Ns => TimeUnit::Nanos,
-        }),
         topics: args.topic.clone(),
         finger: args.finger,
         ..import_options(&csv_options(&args.csv)?)
@@ -84,7 +75,7 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         write(&source, output).with_context(|| format!("cannot write {}", output.display()))?;
     }
     show(&about, &source, args)?;
-    Ok(if source.recording.notes.cut.is_some() { Exit::DataLost } else { Exit::Done })
+    Ok(if source.recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
 /// A recording of another program with its samples; what is taken for what, on standard error.
@@ -101,17 +92,28 @@ pub(super) fn opened(file: &Path, csv: &CsvOptions) -> Result<Imported, WrongArg
 /// A file that cannot be used is a wrong argument.
 fn said(file: &Path, imported: Result<Imported, ImportError>) -> Result<Imported, WrongArgument> {
     let imported = imported.map_err(|error| WrongArgument(error.to_string()))?;
-    let uses = use_lines(&imported.uses);
-    for line in
-        uses.iter().map(|line| line.trim_start()).chain(imported.notes.iter().map(String::as_str))
-    {
-        eprintln!("{}: {line}", file.display());
+    show_uses(file, &imported.uses);
+    for note in &imported.notes {
+        eprintln!("{}: {note}", file.display());
     }
     Ok(imported)
 }
 
+/// What is taken for what, on standard error; nothing where every name and unit is that of a recording.
+pub(super) fn show_uses(file: &Path, uses: &[Use]) {
+    #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
+    let own = |used: &Use| used.ours == used.theirs && used.scale == 1.0;
+    if uses.iter().all(own) {
+        return;
+    }
+    for line in use_lines(uses) {
+        eprintln!("{}: {}", file.display(), line.trim_start());
+    }
+}
+
 fn import_options(csv: &CsvOptions) -> ImportOptions {
-    ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
+    let CsvOptions { rate_hz, map, time_unit, finger } = csv.clone();
+    ImportOptions { rate_hz, map, time_unit, finger, topics: Vec::new() }
 }
 
 fn check_output(file: &Path, output: &Path, force: bool) -> Result<(), WrongArgument> {
@@ -209,7 +211,7 @@ fn show(about: &About, source: &Source, args: &ImportArgs) -> anyhow::Result<()>
     notes.extend(Some(recording.notes.to_string()).filter(|text| !text.is_empty()));
     let output = args.output.as_ref().map(|output| output.display().to_string());
     if args.json {
-        for Use { ours, theirs, unit } in uses {
+        for Use { ours, theirs, unit, .. } in uses {
             output::json(&ChannelLine { column: ours, signal: theirs, unit })?;
         }
         return output::json(&Summary {
@@ -256,7 +258,7 @@ fn use_lines(uses: &[Use]) -> Vec<String> {
     let mut lines: Vec<String> = uses
         .iter()
         .filter(|used| !is_taxel(used))
-        .map(|Use { ours, theirs, unit }| format!("  {theirs} -> {ours} ({unit})"))
+        .map(|Use { ours, theirs, unit, .. }| format!("  {theirs} -> {ours} ({unit})"))
         .collect();
     let taxels: Vec<&Use> = uses.iter().filter(is_taxel).collect();
     let place =

@@ -135,7 +135,7 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
         floor_lowered: replay.stage_counters().floor_lowered,
     };
     report(&summary, recording.rate_hz, args.json)?;
-    Ok(if summary.lost > 0 || recording.notes.cut.is_some() { Exit::DataLost } else { Exit::Done })
+    Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
 /// The last line.

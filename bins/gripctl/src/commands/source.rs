@@ -2,7 +2,7 @@
 
 use super::import;
 use grip_import::{ArrayRows, Imported, Use};
-use grip_record::{CsvError, CsvOptions, CsvSamples, NumberSamples, Recording, is_npz};
+use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, pace::Pace};
 use slip_core::Sample;
 use std::path::{Path, PathBuf};
 
@@ -27,8 +27,7 @@ pub(super) struct About {
 /// Where samples come from.
 enum Samples {
     Held,
-    Csv(PathBuf, CsvOptions),
-    Npz(PathBuf, CsvOptions),
+    Csv(PathBuf, CsvOptions, Option<Pace>),
     Rows(Box<ArrayRows>),
 }
 
@@ -36,18 +35,17 @@ impl Source {
     /// A recording that is no MCAP. A file is read twice, so that one of any length can be replayed: for its rate and its
     /// faults, and then for its samples.
     pub(super) fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<Self> {
-        if grip_import::is_foreign(file, csv) {
+        if grip_import::is_foreign(file) {
             return Ok(Self::of(import::opened(file, csv)?).1);
         }
-        let (recording, count, samples) = if is_npz(file) {
-            let mut first = NumberSamples::of_npz(file, csv)?;
-            let count = count(|| Ok(first.next_sample()?.is_some()))?;
-            (first.survey()?, count, Samples::Npz(file.to_owned(), csv.clone()))
-        } else {
-            let mut first = CsvSamples::open(file, csv)?;
-            let count = count(|| Ok(first.next_sample()?.is_some()))?;
-            (first.survey()?, count, Samples::Csv(file.to_owned(), csv.clone()))
-        };
+        let mut first = CsvSamples::open(file, csv)?;
+        let count = count(|| Ok(first.next_sample()?.is_some()))?;
+        let (mut recording, pace) = first.survey()?;
+        if pace.is_some() {
+            (recording, _) = CsvSamples::open_paced(file, csv, pace)?.survey()?;
+        }
+        import::show_uses(file, &recording.notes.uses);
+        let samples = Samples::Csv(file.to_owned(), csv.clone(), pace);
         Ok(Self { recording, count, samples })
     }
 
@@ -74,14 +72,13 @@ impl Source {
                 }
                 return Ok(());
             }
-            Samples::Csv(file, csv) => {
-                let mut samples = CsvSamples::open(file, csv)?;
+            Samples::Csv(file, csv, pace) => {
+                let mut samples = CsvSamples::open_paced(file, csv, *pace)?;
                 while let Some((sample, frame)) = samples.next_sample()? {
                     each(&sample, frame)?;
                 }
                 return Ok(());
             }
-            Samples::Npz(file, csv) => NumberSamples::of_npz(file, csv)?,
             Samples::Rows(rows) => rows.samples()?,
         };
         while let Some((sample, frame)) = rows.next_sample()? {

@@ -77,7 +77,7 @@ impl SourceSpec {
         match extension(Path::new(text)).as_str() {
             "mcap" | "csv" => Ok(Self::Recording(text.into())),
             "json" => Ok(Self::Study(text.into())),
-            "wav" | "w64" | "npy" | "npz" | "db3" | "txt" | "tsv" | "xlsx" => {
+            "wav" | "w64" | "npy" | "npz" | "db3" | "tsv" | "xlsx" => {
                 Err(SpecError::Foreign(text.to_owned()))
             }
             _ => Err(SpecError::Kind(text.to_owned())),
@@ -140,5 +140,6 @@ mod tests {
         let name = refused("tcp:gripper.local:7747").to_string();
         assert!(name.contains("localhost") && name.contains("names are not looked up"), "{name}");
         assert!(refused("notes.txt").to_string().contains(".mcap"));
+        assert!(refused("a b.WAV").to_string().contains("import 'a b.WAV' -o 'a b.WAV.csv'"));
     }
 }
