@@ -211,7 +211,10 @@ mod tests {
         assert!(of(&[("t_s", npy(&none)), ("stylus", npy(&none))]).contains("no rows"));
         for bad in [f64::NAN, f64::INFINITY] {
             let text = of(&[("t_s", npy(&arr1(&[0.0, bad]))), stylus(&[1.0, 2.0])]);
-            assert!(text.contains("rec.npz: line 2, column t_s") && text.contains("is no time"), "{text}");
+            assert!(
+                text.contains("rec.npz: line 2, column t_s") && text.contains("is no time"),
+                "{text}"
+            );
         }
         let text = of(&[("t_s", npy(&arr1(&[0.1, 0.0]))), stylus(&[1.0, 2.0])]);
         assert!(text.contains("goes backwards from 0.1 s to 0 s"), "{text}");
