@@ -224,13 +224,8 @@ impl Candidate {
     fn shape(mut self, by_hand: bool) -> Option<Shape> {
         let first_line = self.lines.first()?;
         if by_hand || self.run.is_empty() {
-            let comments = self
-                .lines
-                .iter()
-                .take_while(|line| line.cells.first().is_some_and(|cell| comment(cell).is_some()));
-            let header = comments.count().min(self.lines.len() - 1);
-            let first = self.lines.get(header).unwrap_or(first_line).line + 1;
-            return Some(self.finish(&[], Some(header), None, header + 1, first));
+            let first = first_line.line + 1;
+            return Some(self.finish(&[], Some(0), None, 1, first));
         }
         let width = self.cells.get(self.run.start).map_or(0, Vec::len);
         let numbers = self.number_columns(width);
