@@ -256,7 +256,8 @@ impl<R: Read> Table<R> {
     /// What keeps the record from being a row.
     fn fault(&self) -> Option<TableError> {
         let (expected, found) = (self.shape.columns.len(), self.records.now.len());
-        let ends_blank = found == expected + 1 && self.records.now.cell(expected).is_empty();
+        let ends_blank =
+            !self.by_hand && found == expected + 1 && self.records.now.cell(expected).is_empty();
         if !(self.shape.least..=expected).contains(&found) && !ends_blank {
             let (file, line) = (self.file.clone(), self.records.now.line);
             return Some(TableError::FieldCount { file, line, expected, found });
