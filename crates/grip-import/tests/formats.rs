@@ -238,11 +238,11 @@ fn csv_that_cannot_be_used_states_where() {
     put("vibration\n1\n2\n");
     refused(&file, &none, &["--rate HZ"]);
     put("only words\nand more\n");
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["only words (text)"]);
     put("");
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["is empty"]);
     fs::write(&file, vec![0_u8; 3 << 20]).unwrap();
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["no text"]);
     fs::remove_file(&file).unwrap();
     refused(&file, &none, &["cannot be read"]);
     refused(Path::new("/dev/zero"), &none, &["not a regular file"]);

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use grip_table::TableError;
 use ndarray::{Array1, Array2};
 use ndarray_npy::WriteNpzError;
 use slip_core::units::Micros;
@@ -101,12 +102,15 @@ impl Cells for ArrayRow<'_> {
             return Ok(None);
         }
         let whole = micros(value).filter(|_| value.fract() == 0.0);
-        whole.map(Some).ok_or_else(|| CsvError::NotANumber {
-            file: self.file.to_owned(),
-            line: self.line(),
-            column: self.name(column),
-            text: excerpt(&value.to_string()),
-            remedy: "write whole microseconds",
+        whole.map(Some).ok_or_else(|| {
+            TableError::NotANumber {
+                file: self.file.to_owned(),
+                line: self.line(),
+                column: self.name(column),
+                text: excerpt(&value.to_string()),
+                remedy: "write whole microseconds",
+            }
+            .into()
         })
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use grip_table::{Loss, Row, Table, TableError};
 use slip_core::sample::Sample;
 
-use crate::channels::Scale;
+use crate::channels::{COLUMN_NAMES, Scale};
 use crate::error::{CsvError, excerpt};
 use crate::files;
 use crate::pace::Pace;
@@ -120,6 +120,8 @@ impl<R: Read> CsvSamples<R> {
         let mut plan = Plan::of(file, Table::open(file, input()?)?, options)?;
         plan.pace = pace.or(plan.pace);
         let table = Table::open(file, input()?)?;
+        let is_mapped = |name: &str| options.map.iter().any(|(_, theirs)| theirs == name);
+        table.check_repeated(|name| COLUMN_NAMES.contains(&name) || is_mapped(name))?;
         let one_column = table.header().len() == 1;
         let mut gathering = Gathering::planned(file, &plan, options)?;
         let last = table.columns().last();

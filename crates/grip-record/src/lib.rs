@@ -48,7 +48,6 @@ mod irregularities;
 mod labels;
 mod labels_write;
 mod layout;
-mod lines;
 pub mod mcap;
 mod notes;
 #[cfg(feature = "arrays")]
@@ -61,7 +60,6 @@ mod phases;
 mod plan;
 mod profile;
 mod recording;
-mod table;
 mod taxels;
 pub mod time;
 mod travel;
