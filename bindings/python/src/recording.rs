@@ -4,7 +4,7 @@ use crate::{
     input::{Block, Names, exists, rate, refused, times},
     output::dictionary,
 };
-use grip_record::{CsvOptions, Rows, Use, read_recording};
+use grip_record::{CsvOptions, Rows, TimeUnit, Use, read_recording};
 use grip_session::tape::{Played, Tape, TapeOptions};
 use numpy::{PyArray1, PyArray2, ToPyArray as _};
 use pyo3::{
@@ -172,20 +172,44 @@ pub(crate) fn rows(name: &str, channels: &[String], rate_hz: f64) -> PyResult<Ro
 
 /// A recording from a file: .csv, .npz, .mcap of gripd; .wav, .w64, .npy, .npz, .mcap with JSON or ROS 2 messages, .db3 or the
 /// folder of a bag. `channels` maps names of channels to names in the file, as --map of gripctl does:
-/// {"vibration": "acceleration"}. `rate_hz` (Hz) is needed where the file has no times.
+/// {"vibration": "acceleration"}. `rate_hz` (Hz) is needed where the file has no times, `time_unit` ("s", "ms", "us", "ns") where
+/// neither their name nor their rate shows it.
 #[pyfunction]
-#[pyo3(signature = (path, *, rate_hz=None, channels=None))]
+#[pyo3(signature = (path, *, rate_hz=None, channels=None, time_unit=None))]
 pub(crate) fn read(
     py: Python<'_>,
     path: PathBuf,
     rate_hz: Option<f64>,
     channels: Option<BTreeMap<String, String>>,
+    time_unit: Option<&str>,
 ) -> PyResult<Recording> {
     exists(&path)?;
     let rate_hz = rate_hz.map(rate).transpose()?;
     let map = channels.unwrap_or_default().into_iter().collect();
-    let options = CsvOptions { rate_hz, map, ..CsvOptions::default() };
-    py.detach(|| open(&path, &options)).map_err(refused)
+    let unit = |name: &str| TimeUnit::ALL.into_iter().find(|unit| unit.name() == name);
+    let time_unit = time_unit.map(|name| {
+        unit(name).ok_or_else(|| refused(format!("time_unit={name:?}: it is one of s, ms, us, ns")))
+    });
+    let options =
+        CsvOptions { rate_hz, map, time_unit: time_unit.transpose()?, ..CsvOptions::default() };
+    py.detach(|| open(&path, &options)).map_err(|text| refused(words(&text)))
+}
+
+/// A message with the arguments of `read` in the place of flags.
+fn words(text: &str) -> String {
+    let mut text = text
+        .replace("--rate HZ", "rate_hz=HZ")
+        .replace("--time-unit ms (or s)", "time_unit=\"ms\" (or \"s\")")
+        .replace("--time-unit", "time_unit=");
+    while let Some((before, after)) = text.split_once("--map ") {
+        let (pair, rest) = match after.strip_prefix('\'') {
+            Some(quoted) => quoted.split_once('\'').unwrap_or((quoted, "")),
+            None => after.split_at(after.find([' ', ';', ':']).unwrap_or(after.len())),
+        };
+        let (ours, theirs) = pair.split_once('=').unwrap_or((pair, "NAME"));
+        text = format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}");
+    }
+    text
 }
 
 /// A recording of ours, or of another program.
@@ -214,6 +238,7 @@ fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::I
     let options = grip_import::ImportOptions {
         rate_hz: options.rate_hz,
         map: options.map.clone(),
+        time_unit: options.time_unit,
         ..grip_import::ImportOptions::default()
     };
     let imported = grip_import::import(path, &options)?;

@@ -85,7 +85,7 @@ pub fn assign(
     let stream = streams.get_mut(base);
     let clock = stream.as_ref().map_or_else(String::new, |stream| stream.clock.clone());
     let mut zeroed = Clock::new(TimeUnit::Nanos, false, None);
-    let mut times = None;
+    let (mut times, mut coarse_hz) = (None, None);
     match stream.map(|stream| &mut stream.times) {
         Some(Times::Stamps(stamps)) => {
             let mut pace = Pace::of(stamps);
@@ -96,7 +96,8 @@ pub fn assign(
             if let Some(pace) = pace {
                 notes.extend(Some(pace.to_string()).filter(|text| !text.is_empty()));
                 *stamps = pace.placed(core::mem::take(stamps));
-                csv.rate_hz = csv.rate_hz.or(pace.coarse.then(|| pace.rate_hz()));
+                coarse_hz = pace.coarse.then(|| pace.rate_hz());
+                csv.rate_hz = csv.rate_hz.or(coarse_hz);
             }
             times = Some(stamps.iter().map(|ns| zeroed.time(*ns).unwrap_or_default()).collect());
             notes.extend(zeroed.notes());
@@ -104,7 +105,11 @@ pub fn assign(
         _ => {}
     }
     let columns = columns(streams, base, &uses, times);
-    let recording = Recording::of_columns(file, &columns, &csv)?;
+    let mut recording = Recording::of_columns(file, &columns, &csv)?;
+    if let Some(rate_hz) = coarse_hz {
+        let notes = &mut recording.notes;
+        (notes.given_rate_hz, notes.measured_rate_hz) = (options.rate_hz, Some(rate_hz));
+    }
     Ok(Imported { format, clock, uses: found.uses, unused, notes, recording, rows: None })
 }
 

@@ -32,6 +32,8 @@ pub use error::ImportError;
 pub use grip_record::{TimeUnit, Use};
 pub use stream::{MOST_VALUES, Stream, Times};
 
+use topic::Topics;
+
 use grip_record::{CsvOptions, CsvSamples, Recording};
 use slip_core::PipelineConfig;
 use std::{
@@ -102,11 +104,21 @@ fn read_streams(
     file: &Path,
     options: &ImportOptions,
 ) -> Result<Option<(&'static str, Vec<Stream>)>, ImportError> {
-    let file = &bag_in(file)?;
-    let (format, streams) = if has_ending(file, "mcap") {
-        ("MCAP", mcap_file::read(file, options)?)
-    } else if has_ending(file, "db3") {
-        ("rosbag2", db3::read(file, options)?)
+    let (format, streams) = if has_ending(file, "mcap") || has_ending(file, "db3") || file.is_dir()
+    {
+        let mut topics = Topics::default();
+        let files = files_of(file)?;
+        for file in &files {
+            match has_ending(file, "mcap") {
+                true => mcap_file::read(file, options, &mut topics)?,
+                false => db3::read(file, options, &mut topics)?,
+            }
+        }
+        if files.len() > 1 {
+            topics.note(format!("{} files, read in the order of their numbers", files.len()));
+        }
+        let is_mcap = files.first().is_some_and(|file| has_ending(file, "mcap"));
+        (if is_mcap { "MCAP" } else { "rosbag2" }, topics.finish(file)?)
     } else {
         return Ok(None);
     };
@@ -140,30 +152,47 @@ impl Imported {
     }
 }
 
-/// The file itself, or the only file of messages in the folder of a bag.
-fn bag_in(path: &Path) -> Result<PathBuf, ImportError> {
+/// The file itself, or the files of messages in the folder of a bag, in the order of their numbers.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
     if !path.is_dir() {
-        return Ok(path.to_owned());
+        return Ok(vec![path.to_owned()]);
     }
-    let unreadable = |source| ImportError::Unreadable { file: path.to_owned(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(unreadable)? {
-        let file = entry.map_err(unreadable)?.path();
+    let (mut found, mut packed, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(path).map_err(ImportError::unreadable(path))? {
+        let file = entry.map_err(ImportError::unreadable(path))?.path();
         if has_ending(&file, "mcap") || has_ending(&file, "db3") {
             found.push(file);
+        } else if has_ending(&file, "zstd") || has_ending(&file, "zst") {
+            packed.push(file);
+        } else if ["csv", "txt", "tsv", "xlsx"].into_iter().any(|ending| has_ending(&file, ending))
+        {
+            tables.push(file);
         }
     }
-    found.sort();
-    match found.as_slice() {
-        [file] => Ok(file.clone()),
-        [] => Err(ImportError::nothing(path, "the folder holds neither .mcap nor .db3")),
-        [first, ..] => Err(ImportError::nothing(
-            path,
-            &format!(
-                "the folder holds {} files; import them one by one, for example {}",
-                found.len(),
-                first.display()
-            ),
-        )),
-    }
+    let folder = path.display();
+    let what = match (found.as_slice(), packed.as_slice(), tables.as_slice()) {
+        ([_, ..], [], _) => {
+            found.sort_by_cached_key(|file| numbered(file));
+            return Ok(found);
+        }
+        (_, [_, ..], _) => {
+            format!("its files are compressed; unpack them with: zstd -d --rm '{folder}'/*.zst*")
+        }
+        (_, _, [first, ..]) => format!(
+            "it is no bag but holds {} tables, which are recordings of their own; import one by one, for example: \
+             gripctl import '{}' -o run.csv",
+            tables.len(),
+            first.display()
+        ),
+        _ => "the folder holds neither .mcap nor .db3".to_owned(),
+    };
+    Err(ImportError::nothing(path, &what))
+}
+
+/// A name by the number at its end: `bag_10` behind `bag_9`.
+fn numbered(file: &Path) -> (String, u64, PathBuf) {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = stem.get(name.len()..).and_then(|number| number.parse().ok());
+    (name.to_owned(), number.unwrap_or(0), file.to_owned())
 }

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use grip_table::TableError;
 use ndarray::{Array1, Array2};
 use ndarray_npy::WriteNpzError;
 use slip_core::sample::Sample;
@@ -144,7 +145,7 @@ fn plan(table: &NumberTable, options: &mut CsvOptions) -> Result<Plan, CsvError>
     let mut signals: Vec<Signal> = table.columns.iter().map(signal).collect();
     let rated = table.rate_hz.is_some();
     if rated && !table.named {
-        name_axes(&mut signals);
+        name_axes(&mut signals, &[]);
     }
     let times = table.columns.iter().find(|column| column.is_time);
     if let Some(times) = times.filter(|_| !options.map.iter().any(|(ours, _)| ours == "t_s")) {
@@ -155,10 +156,11 @@ fn plan(table: &NumberTable, options: &mut CsvOptions) -> Result<Plan, CsvError>
     let plan = Plan::find(&table.file, &head, options, |column| {
         let times = table.columns.get(column);
         coarse = times.filter(|times| (times.cell.coding, times.cell.size) == (Coding::Float, 2));
-        table.first(column).unwrap_or_else(|source| {
+        let times = table.first(column).unwrap_or_else(|source| {
             fault = Some(source);
             Vec::new()
-        })
+        });
+        (times, Vec::new())
     });
     if let Some(source) = fault {
         return Err(CsvError::Unreadable { file: table.file.clone(), source });
@@ -220,12 +222,15 @@ impl Cells for ArrayRow<'_> {
             return Ok(None);
         }
         let whole = micros(value).filter(|_| value.fract() == 0.0);
-        whole.map(Some).ok_or_else(|| CsvError::NotANumber {
-            file: self.file.to_owned(),
-            line: self.line,
-            column: self.name(column),
-            text: excerpt(&value.to_string()),
-            remedy: "write whole microseconds",
+        whole.map(Some).ok_or_else(|| {
+            TableError::NotANumber {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.name(column),
+                text: excerpt(&value.to_string()),
+                remedy: "write whole microseconds",
+            }
+            .into()
         })
     }
 }

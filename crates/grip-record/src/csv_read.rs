@@ -8,7 +8,7 @@ use std::path::Path;
 use grip_table::{Loss, Row, Table, TableError};
 use slip_core::sample::Sample;
 
-use crate::channels::Scale;
+use crate::channels::{COLUMN_NAMES, Scale};
 use crate::error::{CsvError, excerpt};
 use crate::files;
 use crate::pace::Pace;
@@ -80,7 +80,7 @@ impl CsvSamples<File> {
     /// # Errors
     /// Where it cannot be read, or its header or an option is not usable.
     pub fn open(file: &Path, options: &CsvOptions) -> Result<Self, CsvError> {
-        Self::new(file, || files::open(file), options, None)
+        Self::of(file, || files::open(file), options)
     }
 
     /// The same with the pace that [`survey`](Self::survey) has found in all of the file.
@@ -97,6 +97,18 @@ impl CsvSamples<File> {
 }
 
 impl<R: Read> CsvSamples<R> {
+    /// The samples of a table whose bytes `input` gives from their start, each time it is called.
+    ///
+    /// # Errors
+    /// As [`CsvSamples::open`].
+    pub fn of(
+        file: &Path,
+        input: impl Fn() -> std::io::Result<R>,
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
+        Self::new(file, input, options, None)
+    }
+
     fn new(
         file: &Path,
         input: impl Fn() -> std::io::Result<R>,
@@ -108,6 +120,8 @@ impl<R: Read> CsvSamples<R> {
         let mut plan = Plan::of(file, Table::open(file, input()?)?, options)?;
         plan.pace = pace.or(plan.pace);
         let table = Table::open(file, input()?)?;
+        let is_mapped = |name: &str| options.map.iter().any(|(_, theirs)| theirs == name);
+        table.check_repeated(|name| COLUMN_NAMES.contains(&name) || is_mapped(name))?;
         let one_column = table.header().len() == 1;
         let mut gathering = Gathering::planned(file, &plan, options)?;
         let last = table.columns().last();
@@ -121,6 +135,20 @@ impl<R: Read> CsvSamples<R> {
     #[must_use]
     pub fn kind(&self) -> (&'static str, &str) {
         (self.plan.format, &self.plan.clock)
+    }
+
+    /// What is known before the first sample: channels, rate, and what the columns are.
+    ///
+    /// # Errors
+    /// Where no rate is given and the first rows show none.
+    pub fn about(&self) -> Result<Recording, CsvError> {
+        self.gathering.about(&self.plan)
+    }
+
+    /// What was left out so far.
+    #[must_use]
+    pub fn losses(&self) -> &[Loss] {
+        self.table.losses()
     }
 
     /// The next sample and the frame of taxels that came with it, which is empty where none did; `None` at the end.

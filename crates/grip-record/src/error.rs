@@ -21,44 +21,11 @@ pub enum CsvError {
     #[cfg(feature = "arrays")]
     #[error(transparent)]
     Arrays(#[from] crate::npz::NpzError),
-    /// The file has no header row.
-    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um", file.display())]
-    Empty {
-        /// The file.
-        file: PathBuf,
-    },
-    /// The first line is no text.
-    #[error(
-        "{}: is no text; name a file by its kind (.csv, .npz, .mcap; gripctl import reads .wav and .npy too); a sound of \
-         another kind becomes one with: ffmpeg -i FILE sound.wav",
-        file.display()
-    )]
-    NoText {
-        /// The file.
-        file: PathBuf,
-    },
     /// The file has a header row and nothing else.
     #[error("{}: has a header but no rows; record at least one row", file.display())]
     NoRows {
         /// The file.
         file: PathBuf,
-    },
-    /// Two columns have the same name.
-    #[error(
-        "{}: line {line}: columns {first} and {second} are both named {name:?}; rename or remove one of them",
-        file.display()
-    )]
-    RepeatedColumn {
-        /// The file.
-        file: PathBuf,
-        /// Line of the header.
-        line: u64,
-        /// The repeated name; empty for unnamed columns (trailing commas).
-        name: String,
-        /// Number of the first such column.
-        first: usize,
-        /// Number of the second such column.
-        second: usize,
     },
     /// There is no column that reports a slip.
     #[error(
@@ -74,19 +41,6 @@ pub enum CsvError {
         found: Vec<String>,
         /// One that could be.
         example: Option<String>,
-    },
-    /// A table of labels or of travel lacks a column.
-    #[error(
-        "{}: no column {wanted}; add it to the header; the file has, separated by commas: {}",
-        file.display(), list(found)
-    )]
-    MissingColumn {
-        /// The file.
-        file: PathBuf,
-        /// The name looked for.
-        wanted: &'static str,
-        /// The names in the header.
-        found: Vec<String>,
     },
     /// There is neither a time column nor a rate.
     #[error(
@@ -253,48 +207,6 @@ pub enum CsvError {
         /// Rows that are held.
         most: usize,
     },
-    /// A row has more or fewer cells than the header.
-    #[error(
-        "{}: line {line}: {found} fields where the header names {expected}; {}",
-        file.display(),
-        if found > expected { "remove the extra commas" } else { "add the missing fields (an empty one is a comma)" }
-    )]
-    FieldCount {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// Fields of the header.
-        expected: usize,
-        /// Fields of the row.
-        found: usize,
-    },
-    /// A cell that must hold a number holds something else.
-    #[error("{}: line {line}, column {column}: {text:?} is not a number; {remedy}", file.display())]
-    NotANumber {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// The column as the file names it.
-        column: String,
-        /// The cell, at most 40 characters of it.
-        text: String,
-        /// What to write instead.
-        remedy: &'static str,
-    },
-    /// A number that must be finite (a travel, a height) is not.
-    #[error("{}: line {line}, column {column}: {text:?} is not finite; remove the row", file.display())]
-    NotFinite {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// The column as the file names it.
-        column: String,
-        /// The cell, at most 40 characters of it.
-        text: String,
-    },
     /// A profile has fewer heights than its evaluation needs.
     #[error("{}: only {rows} rows; a profile needs at least {needed}", file.display())]
     FewRows {
@@ -377,7 +289,4 @@ fn list(names: &[String]) -> String {
     }
 }
 
-/// The first 40 characters of a cell: enough to find it.
-pub(crate) fn excerpt(text: &str) -> String {
-    text.chars().take(40).collect()
-}
+pub(crate) use grip_table::excerpt;

@@ -1,6 +1,9 @@
 //! The text of a cell in, microseconds out.
 
+use grip_table::Row;
 use slip_core::units::Micros;
+
+use crate::error::{CsvError, excerpt};
 
 /// Why a cell is not a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +24,33 @@ pub(crate) fn parse_micros(text: &str) -> Result<Micros, TimeFault> {
         return Err(TimeFault::OutOfRange);
     }
     shifted_digits(text.trim_start_matches('+')).map(Micros).ok_or(TimeFault::OutOfRange)
+}
+
+/// The cell at `column` as a time (s) that is not before `previous`.
+pub(crate) fn time(
+    row: &Row<'_>,
+    column: usize,
+    previous: Option<Micros>,
+) -> Result<Micros, CsvError> {
+    let text = row.digits(column);
+    let place = || (row.file().to_owned(), row.line, row.name(column));
+    let time = parse_micros(&text).map_err(|fault| match fault {
+        TimeFault::NotANumber => {
+            row.not_a_number(column, "write digits with a decimal point").into()
+        }
+        TimeFault::OutOfRange => {
+            let ((file, line, column), text) = (place(), excerpt(&text));
+            CsvError::TimeOutOfRange { file, line, column, text }
+        }
+    })?;
+    match previous.filter(|before| *before > time) {
+        None => Ok(time),
+        Some(before) => {
+            let (file, line, column) = place();
+            let (before, time) = (before.as_seconds(), time.as_seconds());
+            Err(CsvError::TimeBackwards { file, line, column, before, time })
+        }
+    }
 }
 
 /// The decimal `digits[.digits][e[+-]digits]` times 10^6, rounded; `None` beyond 64 bits.

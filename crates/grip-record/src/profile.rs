@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
-use crate::table::{Row, Table};
+use grip_table::{Row, Table};
 
 /// A height profile at equal steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,15 +39,15 @@ impl HeightProfile {
     pub fn parse(file: &Path, bytes: &[u8], step_m: Option<f64>) -> Result<Self, CsvError> {
         let mut table = Table::open(file, bytes)?;
         let x_column = match step_m {
-            None => Some(table.required("x_mm")?),
+            None => Some(table.quantity("x", "mm")?),
             Some(_) => None,
         };
-        let height_column = table.required("height_um")?;
+        let (height_column, height_m) = table.quantity("height", "um")?;
         let (mut heights_m, mut places) = (Vec::new(), Places::default());
         while let Some(row) = table.next_row()? {
-            heights_m.push(row.finite(height_column)? * 1e-6);
-            if let Some(column) = x_column {
-                places.push(&row, row.finite(column)?);
+            heights_m.push(row.finite(height_column)? * height_m);
+            if let Some((column, x_m)) = x_column {
+                places.push(&row, row.finite(column)? * x_m / 1e-3);
             }
         }
         if heights_m.len() < Self::FEWEST {
@@ -105,6 +105,16 @@ mod tests {
         assert!((profile.step_m - 4e-7).abs() < 1e-15);
         let given = parse("height_um\n1\n2\n3\n", Some(1e-6)).unwrap();
         assert_eq!((given.heights_m.len(), given.step_m), (3, 1e-6));
+        for text in [
+            "x_um;height_mm\n0;0,001\n0,4;-0,002\n0,8;0,0035\n",
+            "X [mm]\tHeight [nm]\n0\t1000\n0.0004\t-2000\n0.0008\t3500\n",
+            "# profilometer\nx,height\nmm,\u{b5}m\n0,1\n0.0004,-2\n0.0008,3.5\n",
+        ] {
+            let found = parse(text, None).unwrap();
+            assert!((found.step_m - 4e-7).abs() < 1e-15, "{text}: {found:?}");
+            let off = found.heights_m.iter().zip(&profile.heights_m).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-15, "{text}: {found:?}");
+        }
         let rounded =
             parse("x_mm,height_um\n0,1\n0.000356,1\n0.000712,1\n0.001069,1\n", None).unwrap();
         assert!((rounded.step_m - 3.563e-7).abs() < 1e-10, "{rounded:?}");
@@ -115,6 +125,15 @@ mod tests {
         for (text, words) in [
             ("x_mm\n0\n", "no column height_um"),
             ("height_um\n0\n", "no column x_mm"),
+            (
+                "x_mm,height\n0,1\n1,2\n",
+                "column height has no unit; name it by its unit, for example height_um",
+            ),
+            (
+                "x_mm,height [px]\n0,1\n1,2\n",
+                "column height [px] is in \"px\", which is no known unit of a length",
+            ),
+            ("x_mm,height_ms\n0,1\n1,2\n", "column height_ms is in \"ms\""),
             ("x_mm,height_um\n0,1\n1,2\n", "2 rows"),
             ("x_mm,height_um\n0,1\n1,2\n1,3\n2,4\n", "line 4"),
             ("x_mm,height_um\n0,1\n1,2\n2,3\n9,4\n", "line 5"),

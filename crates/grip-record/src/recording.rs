@@ -120,6 +120,20 @@ impl Gathering {
         })
     }
 
+    /// What is known before the first row.
+    pub(crate) fn about(&self, plan: &Plan) -> Result<Recording, CsvError> {
+        let mut notes = self.notes.clone();
+        let pace = plan.pace.filter(|_| self.layout.time.is_some());
+        let rate_hz = notes.given_rate_hz.or(pace.map(|pace| pace.rate_hz()));
+        let rate_hz =
+            rate_hz.ok_or_else(|| CsvError::NoRate { file: self.file.clone(), rows: 0 })?;
+        let said = pace.map(|pace| pace.to_string()).filter(|text| !text.is_empty());
+        notes.remarks.extend(plan.found.notes.iter().cloned().chain(said));
+        let name = self.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let channels = self.layout.channels.clone();
+        Ok(Recording { name, channels, samples: Vec::new(), taxels: None, rate_hz, notes })
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }

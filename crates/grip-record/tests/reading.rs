@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use grip_record::{Channel, CsvError, CsvOptions, Recording, StylusKind, parse_csv, read_csv};
+use grip_table::TableError;
 use proptest::prelude::*;
 use slip_core::units::Micros;
 
@@ -209,6 +210,10 @@ fn other_faults_have_their_own_kind() {
     assert!(matches!(refused("t_s,stylus\ninf,1\n"), CsvError::TimeOutOfRange { line: 2, .. }));
     assert!(matches!(refused("t_s,stylus\n0,1\n"), CsvError::NoRate { rows: 1, .. }));
     assert!(matches!(refused("t_s,stylus\n0,1\n0,1\n0,2\n"), CsvError::NoRate { rows: 3, .. }));
+    assert!(matches!(
+        refused("t_s,stylus,x,stylus\n0,1,2,3\n"),
+        CsvError::Table(TableError::Repeated { first: 2, second: 4, .. })
+    ));
     let missing =
         read_csv(Path::new("no/such.csv"), &CsvOptions::default()).unwrap_err().to_string();
     assert!(

@@ -224,13 +224,8 @@ impl Candidate {
     fn shape(mut self, by_hand: bool) -> Option<Shape> {
         let first_line = self.lines.first()?;
         if by_hand || self.run.is_empty() {
-            let comments = self
-                .lines
-                .iter()
-                .take_while(|line| line.cells.first().is_some_and(|cell| comment(cell).is_some()));
-            let header = comments.count().min(self.lines.len() - 1);
-            let first = self.lines.get(header).unwrap_or(first_line).line + 1;
-            return Some(self.finish(&[], Some(header), None, header + 1, first));
+            let first = first_line.line + 1;
+            return Some(self.finish(&[], Some(0), None, 1, first));
         }
         let width = self.cells.get(self.run.start).map_or(0, Vec::len);
         let numbers = self.number_columns(width);
@@ -263,9 +258,7 @@ impl Candidate {
         let mut units = None;
         if let Some(at) = header.filter(|at| self.is_units(*at, &numbers))
             && let Some(above) = self.header_above(at, after, width)
-            && !(width == 2
-                && self.header_above(above, after, width).is_some()
-                && !self.is_bracketed(at))
+            && !(width == 2 && self.is_pair(above) && !self.is_bracketed(at))
         {
             units = Some(at);
             header = Some(above);
@@ -345,6 +338,12 @@ impl Candidate {
         let of = |column: &usize| line.cells.get(*column).filter(|cell| !cell.is_empty());
         let mut cells = numbers.iter().filter_map(of).peekable();
         cells.peek().is_some() && cells.all(|cell| unit::of_cell(&text(cell)).is_some())
+    }
+
+    /// Whether the line above `at` is a pair too: a list of settings, not a header.
+    fn is_pair(&self, at: usize) -> bool {
+        let above = at.checked_sub(1).and_then(|above| self.lines.get(above));
+        above.is_some_and(|line| line.cells.len() == 2)
     }
 
     fn is_bracketed(&self, at: usize) -> bool {

@@ -63,7 +63,7 @@ pub enum TableError {
     },
     /// A column that is not there.
     #[error(
-        "{}: no column {wanted}; name it so in the header; the file has, separated by commas: {}",
+        "{}: no column {wanted}; the file has, separated by commas: {}",
         file.display(), found.join(", ")
     )]
     Missing {
@@ -90,6 +90,20 @@ pub enum TableError {
         first: usize,
         /// Number of the second such column.
         second: usize,
+    },
+    /// A column without a unit where one is needed.
+    #[error(
+        "{}: column {column} has no unit; name it by its unit, for example {wanted}, or write the unit in brackets behind or below the \
+         name",
+        file.display()
+    )]
+    NoUnit {
+        /// The file.
+        file: PathBuf,
+        /// The column as the file names it.
+        column: String,
+        /// A name with a unit.
+        wanted: String,
     },
     /// A unit that is not known, or of something else.
     #[error("{}: column {column} is in {unit:?}, which is no known unit of {wanted}", file.display())]

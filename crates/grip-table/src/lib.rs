@@ -232,7 +232,7 @@ impl<R: Read> Table<R> {
             }
             blank += self.records.now.blank_before;
             let Some(fault) = self.fault() else { break };
-            if self.is_comment() {
+            if self.is_comment() && !self.by_hand {
                 continue;
             }
             self.end_with(fault)?;
@@ -256,7 +256,8 @@ impl<R: Read> Table<R> {
     /// What keeps the record from being a row.
     fn fault(&self) -> Option<TableError> {
         let (expected, found) = (self.shape.columns.len(), self.records.now.len());
-        let ends_blank = found == expected + 1 && self.records.now.cell(expected).is_empty();
+        let ends_blank =
+            !self.by_hand && found == expected + 1 && self.records.now.cell(expected).is_empty();
         if !(self.shape.least..=expected).contains(&found) && !ends_blank {
             let (file, line) = (self.file.clone(), self.records.now.line);
             return Some(TableError::FieldCount { file, line, expected, found });
@@ -392,6 +393,41 @@ impl<R> Table<R> {
             wanted: name.to_owned(),
             found: self.names.clone(),
         })
+    }
+
+    /// The column of a quantity, and how much of the base unit one of its numbers is: `name_unit` itself, or the same name with
+    /// another unit of the quantity behind or below it (`height_mm`, `Height [nm]` for `height`, `um`).
+    ///
+    /// # Errors
+    /// Where there is none, or its unit is absent, not known or of something else.
+    pub fn quantity(&self, name: &str, unit: &str) -> Result<(usize, f64), TableError> {
+        let wanted = format!("{name}_{unit}");
+        let (quantity, factor) = scale(unit).unwrap_or((Quantity::Length, 1.0));
+        let is_it = |column: &Column| {
+            let bare = of_name(&column.given).map_or(column.given.clone(), |(bare, _)| bare);
+            bare.eq_ignore_ascii_case(name)
+        };
+        let found = self.position(&wanted).or_else(|| self.columns().iter().position(is_it));
+        let Some((at, column)) = found.and_then(|at| Some((at, self.columns().get(at)?))) else {
+            return self.required(&wanted).map(|at| (at, factor));
+        };
+        self.check_repeated(|given| *given == column.given)?;
+        if column.name == wanted {
+            return Ok((at, factor));
+        }
+        let (file, column_name) = (self.file.clone(), column.name.clone());
+        let Some(given) = column.unit.clone() else {
+            return Err(TableError::NoUnit { file, column: column_name, wanted });
+        };
+        match scale(&given).filter(|(found, _)| *found == quantity) {
+            Some((_, factor)) => Ok((at, factor)),
+            None => Err(TableError::Unit {
+                file,
+                column: column_name,
+                unit: given,
+                wanted: quantity.words(),
+            }),
+        }
     }
 
     /// # Errors

@@ -19,6 +19,22 @@ pub enum Quantity {
     Pressure,
 }
 
+impl Quantity {
+    /// What it is, with units that are read.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Time => "a time (s, ms, us, ns)",
+            Self::Length => "a length (m, mm, um, nm, in)",
+            Self::Force => "a force (N, mN, kN, gf)",
+            Self::Speed => "a speed (m/s, mm/s)",
+            Self::Acceleration => "an acceleration (m/s2, g, mg)",
+            Self::Voltage => "a voltage (V, mV, uV)",
+            Self::Pressure => "a pressure (Pa, kPa, bar)",
+        }
+    }
+}
+
 use Quantity::{Acceleration, Force, Length, Pressure, Speed, Time, Voltage};
 
 /// Spellings, what they measure, and how much of the base unit one is.

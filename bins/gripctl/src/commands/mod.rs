@@ -108,6 +108,7 @@ fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
     }
     let recording = read_recording(file, &csv)?;
     import::show_uses(file, &recording.notes.uses);
+    recording.notes.remarks.iter().for_each(|remark| eprintln!("{}: {remark}", file.display()));
     Ok(recording)
 }
 
