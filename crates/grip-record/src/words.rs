@@ -92,7 +92,12 @@ mod tests {
         assert_eq!(taxel("/tactile.data[12]"), Some(("/tactile.data".to_owned(), 12)));
         assert_eq!(taxel("electrode_3"), Some(("electrode".to_owned(), 3)));
         assert_eq!((taxel("pressure"), taxel("joint[3]")), (None, None));
-        assert!(is_vibration("Vib [V]") && is_vibration("/x.audio") && is_vibration("vibration, raw") && !is_vibration("vibes"));
+        assert!(
+            is_vibration("Vib [V]")
+                && is_vibration("/x.audio")
+                && is_vibration("vibration, raw")
+                && !is_vibration("vibes")
+        );
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
         assert!(is_robot("/wrist/imu.accel") && is_robot("base_a") && !is_robot("armature_a"));
     }
