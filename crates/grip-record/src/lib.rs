@@ -54,7 +54,6 @@ mod notes;
 mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
-mod number;
 pub mod pace;
 mod phases;
 mod plan;

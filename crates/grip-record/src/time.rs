@@ -252,4 +252,13 @@ mod tests {
         assert!(of(0.0, 1e10).unwrap_err().contains("--rate"));
         assert!(of(1.0, 0.0).unwrap_err().contains("never go on"));
     }
+
+    proptest::proptest! {
+        #[test]
+        fn every_digit_counts(ns in 0_i64..9_000_000_000_000_000_000) {
+            let (whole, part) = (ns / 1_000_000_000, ns % 1_000_000_000);
+            proptest::prop_assert_eq!(parse_stamp(&format!("{whole}.{part:09}"), TimeUnit::Seconds), Ok(ns));
+            proptest::prop_assert_eq!(parse_stamp(&format!("{ns}e-3"), TimeUnit::Micros), Ok(ns));
+        }
+    }
 }
