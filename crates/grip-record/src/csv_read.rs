@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use grip_table::{Loss, Row, Table, TableError};
+use grip_table::{Loss, Row, Table};
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
@@ -272,8 +272,7 @@ impl Cells for Row<'_> {
             return Ok(Some(reading));
         }
         // A spelling of a value that is missing.
-        let value =
-            self.value(column).map_err(|_| TableError::from(self.not_a_number(column, READING)))?;
+        let value = self.value(column).map_err(|_| self.not_a_number(column, READING))?;
         Ok(value.map(|value| scale.narrow(value)))
     }
 

@@ -228,7 +228,7 @@ impl<'a> Finding<'a> {
             ours.strip_prefix(plain).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
         });
         let other = |mapped: &str| {
-            let either = EITHER.iter().find(|pair| pair.iter().any(|name| mapped == *name));
+            let either = EITHER.iter().find(|pair| pair.contains(&mapped));
             either.is_some_and(|pair| pair.iter().any(|name| ours == *name || family == Some(name)))
         };
         let mut mapped = self.map.iter().map(|(mapped, _)| mapped.as_str());

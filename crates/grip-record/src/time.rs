@@ -109,9 +109,7 @@ pub(crate) fn parse_stamp(text: &str, unit: TimeUnit) -> Result<i64, TimeFault> 
         TimeUnit::Micros => 3,
         TimeUnit::Nanos => 0,
     };
-    if !((value * unit.ns()).abs() < 9.2e18) {
-        return Err(TimeFault::OutOfRange);
-    }
+    unit.to_ns(value).ok_or(TimeFault::OutOfRange)?;
     let ns = shifted_digits(text.trim_start_matches(['+', '-']), exponent);
     let ns = ns.ok_or(TimeFault::OutOfRange)?;
     Ok(if value < 0.0 { -ns } else { ns })
