@@ -248,7 +248,7 @@ fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::I
 
 /// What was taken for what, where the file has names or units of its own.
 fn taken(uses: &[Use]) -> Vec<String> {
-    let own = |used: &&Use| used.ours != used.theirs || used.unit.starts_with("taken");
+    let own = |used: &&Use| used.ours != used.theirs;
     let line = |used: &Use| format!("{} -> {} ({})", used.theirs, used.ours, used.unit);
     uses.iter().filter(own).map(line).collect()
 }

@@ -81,29 +81,11 @@ pub fn assign(
         streams.iter_mut().flat_map(|stream| core::mem::take(&mut stream.notes)).collect();
     notes.extend(found.notes.iter().cloned());
     sort(&mut streams, &mut notes);
-    let mut csv = CsvOptions { rate_hz: options.rate_hz, ..CsvOptions::default() };
+    let clock = streams.get(base).map_or_else(String::new, |stream| stream.clock.clone());
     let stream = streams.get_mut(base);
-    let clock = stream.as_ref().map_or_else(String::new, |stream| stream.clock.clone());
-    let mut zeroed = Clock::new(TimeUnit::Nanos, false, None);
-    let (mut times, mut coarse_hz) = (None, None);
-    match stream.map(|stream| &mut stream.times) {
-        Some(Times::Stamps(stamps)) => {
-            let mut pace = Pace::of(stamps);
-            if let Some(rate_hz) = options.rate_hz {
-                pace = pace.map(|pace| pace.with_rate(rate_hz));
-                pace = pace.or((stamps.len() > 1).then(|| Pace::at_rate(rate_hz)));
-            }
-            if let Some(pace) = pace {
-                notes.extend(Some(pace.to_string()).filter(|text| !text.is_empty()));
-                *stamps = pace.placed(core::mem::take(stamps));
-                coarse_hz = pace.coarse.then(|| pace.rate_hz());
-                csv.rate_hz = csv.rate_hz.or(coarse_hz);
-            }
-            times = Some(stamps.iter().map(|ns| zeroed.time(*ns).unwrap_or_default()).collect());
-            notes.extend(zeroed.notes());
-        }
-        _ => {}
-    }
+    let timing = stream.map(|stream| timing(stream, options.rate_hz, &mut notes));
+    let Timing { times, rate_hz, coarse_hz } = timing.unwrap_or_default();
+    let csv = CsvOptions { rate_hz: options.rate_hz.or(rate_hz), ..CsvOptions::default() };
     let columns = columns(streams, base, &uses, times);
     let mut recording = Recording::of_columns(file, &columns, &csv)?;
     if let Some(rate_hz) = coarse_hz {
@@ -111,6 +93,41 @@ pub fn assign(
         (notes.given_rate_hz, notes.measured_rate_hz) = (options.rate_hz, Some(rate_hz));
     }
     Ok(Imported { format, clock, uses: found.uses, unused, notes, recording, rows: None })
+}
+
+/// The times of the rows of a stream.
+#[derive(Default)]
+struct Timing {
+    times: Option<Vec<Micros>>,
+    /// Their rate, where the stamps do not show it.
+    rate_hz: Option<f32>,
+    /// The same where rows were placed by it.
+    coarse_hz: Option<f32>,
+}
+
+fn timing(stream: &mut Stream, given_hz: Option<f32>, notes: &mut Vec<String>) -> Timing {
+    let mut timing = Timing::default();
+    match &mut stream.times {
+        Times::Stamps(stamps) => {
+            let mut pace = Pace::of(stamps);
+            if let Some(rate_hz) = given_hz {
+                pace = pace.map(|pace| pace.with_rate(rate_hz));
+                pace = pace.or((stamps.len() > 1).then(|| Pace::at_rate(rate_hz)));
+            }
+            if let Some(pace) = pace {
+                notes.extend(Some(pace.to_string()).filter(|text| !text.is_empty()));
+                *stamps = pace.placed(core::mem::take(stamps));
+                timing.coarse_hz = pace.coarse.then(|| pace.rate_hz());
+                timing.rate_hz = timing.coarse_hz;
+            }
+            let mut clock = Clock::new(TimeUnit::Nanos, false, None);
+            let times = stamps.iter().map(|ns| clock.time(*ns).unwrap_or_default());
+            timing.times = Some(times.collect());
+            notes.extend(clock.notes());
+        }
+        Times::Unknown => {}
+    }
+    timing
 }
 
 /// Puts rows that are out of order, as messages of several sources may be, into the order of their times.

@@ -124,8 +124,15 @@ pub fn stamps(
     let unit = unit.map_err(|fault| format!("the times in {name:?} {fault}"))?;
     let mut clock = Clock::new(unit, false, None);
     let stamps = times.iter().enumerate().map(|(row, time)| {
-        let ns = unit.to_ns(*time).ok_or_else(|| format!("row {row}: the time in {name:?} is no number of {}", unit.name()))?;
-        clock.unwrapped(ns).map_err(|_| format!("row {row}: the time in {name:?} goes back; split the file there, or give --rate HZ where it is no time"))
+        let place = || format!("row {row} (from 0): the time in {name:?}");
+        let ns = unit.to_ns(*time);
+        let ns = ns.ok_or_else(|| format!("{} is no number of {}", place(), unit.name()))?;
+        clock.unwrapped(ns).map_err(|_| {
+            format!(
+                "{} goes back; split the file there, or give --rate HZ where it is no time",
+                place()
+            )
+        })
     });
     Ok((unit, stamps.collect::<Result<_, _>>()?))
 }

@@ -5,8 +5,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use grip_table::{Loss, Row, Table, TableError};
+use grip_table::{Loss, Row, Table};
 use slip_core::sample::Sample;
+use slip_core::units::Micros;
 
 use crate::channels::{COLUMN_NAMES, Scale};
 use crate::error::{CsvError, excerpt};
@@ -217,6 +218,29 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, CsvError> {
         .map_err(|source| CsvError::Unreadable { file: file.to_owned(), source })
 }
 
+/// The cell at `column` as a time (s), from 0 on, that is not before `previous`.
+pub(crate) fn time(
+    row: &Row<'_>,
+    column: usize,
+    previous: Option<Micros>,
+) -> Result<Micros, CsvError> {
+    let stamp = Cells::stamp(row, column, TimeUnit::Seconds)?;
+    let (file, line, name) = (row.file().to_owned(), row.line, row.name(column));
+    // Halves are rounded up.
+    let time = u64::try_from((stamp + 500).div_euclid(1000)).map(Micros);
+    let Ok(time) = time else {
+        let text = excerpt(&row.cell(column));
+        return Err(CsvError::TimeOutOfRange { file, line, column: name, text });
+    };
+    match previous.filter(|before| *before > time) {
+        None => Ok(time),
+        Some(before) => {
+            let (before, time) = (before.as_seconds(), time.as_seconds());
+            Err(CsvError::TimeBackwards { file, line, column: name, before, time })
+        }
+    }
+}
+
 const READING: &str = "write digits with a decimal point, NaN for a bad reading";
 
 impl Cells for Row<'_> {
@@ -248,17 +272,16 @@ impl Cells for Row<'_> {
             return Ok(Some(reading));
         }
         // A spelling of a value that is missing.
-        let value =
-            self.value(column).map_err(|_| TableError::from(self.not_a_number(column, READING)))?;
+        let value = self.value(column).map_err(|_| self.not_a_number(column, READING))?;
         Ok(value.map(|value| scale.narrow(value)))
     }
 
-    fn micros(&self, column: usize) -> Result<Option<slip_core::units::Micros>, CsvError> {
+    fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError> {
         let text = self.cell(column);
         if text.is_empty() {
             return Ok(None);
         }
         let wrong = |_| self.not_a_number(column, "write whole microseconds");
-        Ok(text.parse().map(|us| Some(slip_core::units::Micros(us))).map_err(wrong)?)
+        Ok(text.parse().map(|us| Some(Micros(us))).map_err(wrong)?)
     }
 }

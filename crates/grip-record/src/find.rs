@@ -151,6 +151,8 @@ impl<'a> Finding<'a> {
                 }));
             }
             (Some(_), ..) if ours == "travel_mm" => (1.0, "mm".to_owned()),
+            // A column of a recording has the unit of its name.
+            (Some((_, base)), ..) if signal.name == ours => (1.0, base.to_owned()),
             (Some((_, base)), ..) => (1.0, format!("taken as {base}")),
             (None, Some((Quantity::Acceleration, scale)), Some(unit)) if unit.ends_with('g') => {
                 (scale, "m/s2".to_owned())
@@ -226,7 +228,7 @@ impl<'a> Finding<'a> {
             ours.strip_prefix(plain).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
         });
         let other = |mapped: &str| {
-            let either = EITHER.iter().find(|pair| pair.iter().any(|name| mapped == *name));
+            let either = EITHER.iter().find(|pair| pair.contains(&mapped));
             either.is_some_and(|pair| pair.iter().any(|name| ours == *name || family == Some(name)))
         };
         let mut mapped = self.map.iter().map(|(mapped, _)| mapped.as_str());

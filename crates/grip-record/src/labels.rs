@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::{CsvError, excerpt};
-use crate::number::time;
 use grip_table::{Row, Table, TableError};
 
 /// What happens in a recording.

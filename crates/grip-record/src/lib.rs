@@ -54,7 +54,6 @@ mod notes;
 mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
-mod number;
 #[cfg(feature = "arrays")]
 mod numbers;
 pub mod pace;

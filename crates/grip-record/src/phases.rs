@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::number::time;
 use grip_table::{Table, TableError};
 
 /// A stretch of a recording with a cause that is no slip: `closing`, `arm`, `knock` or any other word.

@@ -8,8 +8,8 @@ use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::number::time;
 use grip_table::Table;
 
 /// Prefix of the columns of an array in a recording.

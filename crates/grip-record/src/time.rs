@@ -109,9 +109,7 @@ pub(crate) fn parse_stamp(text: &str, unit: TimeUnit) -> Result<i64, TimeFault> 
         TimeUnit::Micros => 3,
         TimeUnit::Nanos => 0,
     };
-    if !((value * unit.ns()).abs() < 9.2e18) {
-        return Err(TimeFault::OutOfRange);
-    }
+    unit.to_ns(value).ok_or(TimeFault::OutOfRange)?;
     let ns = shifted_digits(text.trim_start_matches(['+', '-']), exponent);
     let ns = ns.ok_or(TimeFault::OutOfRange)?;
     Ok(if value < 0.0 { -ns } else { ns })
@@ -251,5 +249,14 @@ mod tests {
         assert!(of(0.0, 28.0).unwrap_err().contains("--time-unit"));
         assert!(of(0.0, 1e10).unwrap_err().contains("--rate"));
         assert!(of(1.0, 0.0).unwrap_err().contains("never go on"));
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn every_digit_counts(ns in 0_i64..9_000_000_000_000_000_000) {
+            let (whole, part) = (ns / 1_000_000_000, ns % 1_000_000_000);
+            proptest::prop_assert_eq!(parse_stamp(&format!("{whole}.{part:09}"), TimeUnit::Seconds), Ok(ns));
+            proptest::prop_assert_eq!(parse_stamp(&format!("{ns}e-3"), TimeUnit::Micros), Ok(ns));
+        }
     }
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::number::time;
 use grip_table::Table;
 
 /// The true motion beside a recording: columns `t_s` and `travel_mm` at their own, possibly irregular rate.

@@ -179,12 +179,12 @@ fn messages_name_line_column_text_and_remedy() {
             "dir/rec.csv: line 3, column t_s: \"\" is not a number; write digits with a decimal point",
         ),
         (
-            "t_s,stylus\n0,1\n1,2,\n",
+            "t_s,stylus\n0,1\n1,2,3\n2,1\n",
             "dir/rec.csv: line 3: 3 fields where the header names 2; remove the extra commas",
         ),
         (
-            "t_s,stylus\n0\n",
-            "dir/rec.csv: line 2: 1 fields where the header names 2; add the missing fields (an empty one is a comma)",
+            "t_s,stylus\n0,1\n0\n2,1\n",
+            "dir/rec.csv: line 3: 1 fields where the header names 2; add the missing fields (an empty one is a comma)",
         ),
         (
             "t_s,stylus\n0.3,1\n0.1,2\n",
