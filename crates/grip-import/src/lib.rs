@@ -9,12 +9,11 @@
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
-//! among them and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
+//! Tables are read by grip-record, which finds their channels and times. Every other format becomes [`Stream`]s of named numbers;
+//! [`assign`](mod@assign) finds the channels among them by the same rules and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
 //! is 4 bytes a number and 8 a time, at most [`MOST_VALUES`] numbers.
 
 pub mod assign;
-mod csv_file;
 mod db3;
 mod error;
 mod json;
@@ -22,24 +21,27 @@ mod mcap_file;
 mod npy;
 mod ros;
 mod stream;
-mod time;
 mod topic;
-mod tsf85;
 mod wav;
-mod words;
 
-pub use assign::{Imported, Use};
+pub use assign::Imported;
 pub use error::ImportError;
+pub use grip_record::{TimeUnit, Use};
 pub use stream::{MOST_VALUES, Stream, Times};
-pub use time::TimeUnit;
 
+use topic::Topics;
+
+use grip_record::{CsvOptions, CsvSamples, is_npz, read_recording};
 use slip_core::PipelineConfig;
-use std::path::{Path, PathBuf};
+use std::{
+    mem,
+    path::{Path, PathBuf},
+};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
-    /// Samples per second, where the file has no times.
+    /// Samples per second, where the file has no times, or only coarse ones.
     pub rate_hz: Option<f32>,
     /// Renamings: (known name, the file's signal).
     pub map: Vec<(String, String)>,
@@ -67,8 +69,10 @@ fn has_ending(file: &Path, wanted: &str) -> bool {
 /// # Errors
 /// Where the file cannot be read, or nothing in it can be used.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let (format, streams) = read_streams(file, options)?;
-    let imported = assign::assign(file, format, streams, options)?;
+    let imported = match read_streams(file, options)? {
+        Some((format, streams)) => assign::assign(file, format, streams, options)?,
+        None => table(file, options)?,
+    };
     let rate_hz = imported.recording.rate_hz;
     if rate_hz > PipelineConfig::HIGHEST_RATE_HZ {
         return Err(ImportError::TooFast { file: file.to_owned(), rate_hz });
@@ -76,56 +80,96 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportEr
     Ok(imported)
 }
 
-/// What kind of file it is, and every signal in it.
-///
-/// # Errors
-/// Where the file cannot be read, or holds no numbers.
-pub fn read_streams(
+/// What kind of file it is, and every signal in it; `None` for a table.
+fn read_streams(
     file: &Path,
     options: &ImportOptions,
-) -> Result<(&'static str, Vec<Stream>), ImportError> {
-    let file = &bag_in(file)?;
+) -> Result<Option<(&'static str, Vec<Stream>)>, ImportError> {
     let (format, streams) = if has_ending(file, "wav") {
         ("WAV", wav::read(file)?)
     } else if has_ending(file, "npy") {
         ("NPY", npy::read(file, options)?)
-    } else if has_ending(file, "mcap") {
-        ("MCAP", mcap_file::read(file, options)?)
-    } else if has_ending(file, "db3") {
-        ("rosbag2", db3::read(file, options)?)
+    } else if has_ending(file, "mcap") || has_ending(file, "db3") || file.is_dir() {
+        let mut topics = Topics::default();
+        let files = files_of(file)?;
+        for file in &files {
+            match has_ending(file, "mcap") {
+                true => mcap_file::read(file, options, &mut topics)?,
+                false => db3::read(file, options, &mut topics)?,
+            }
+        }
+        if files.len() > 1 {
+            topics.note(format!("{} files, read in the order of their numbers", files.len()));
+        }
+        let is_mcap = files.first().is_some_and(|file| has_ending(file, "mcap"));
+        (if is_mcap { "MCAP" } else { "rosbag2" }, topics.finish(file)?)
     } else {
-        csv_file::read(file, options)?
+        return Ok(None);
     };
     if streams.iter().all(|stream| stream.rows() == 0 || stream.names.is_empty()) {
         return Err(ImportError::nothing(file, "it holds no numbers"));
     }
-    Ok((format, streams))
+    Ok(Some((format, streams)))
 }
 
-/// The file itself, or the only file of messages in the folder of a bag.
-fn bag_in(path: &Path) -> Result<PathBuf, ImportError> {
+/// A table, or an `.npz`.
+fn table(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let ImportOptions { rate_hz, map, time_unit, finger, .. } = options.clone();
+    let csv = CsvOptions { rate_hz, map, time_unit, finger };
+    let (format, clock, mut recording) = if is_npz(file) {
+        ("NPZ", "\"t_s\" (s)".to_owned(), read_recording(file, &csv)?)
+    } else {
+        let samples = CsvSamples::open(file, &csv)?;
+        let (format, clock) = samples.kind();
+        (format, clock.to_owned(), samples.hold()?)
+    };
+    let notes = &mut recording.notes;
+    let (uses, unused) = (mem::take(&mut notes.uses), mem::take(&mut notes.ignored_columns));
+    let notes = mem::take(&mut notes.remarks);
+    Ok(Imported { format, clock, uses, unused, notes, recording })
+}
+
+/// The file itself, or the files of messages in the folder of a bag, in the order of their numbers.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
     if !path.is_dir() {
-        return Ok(path.to_owned());
+        return Ok(vec![path.to_owned()]);
     }
-    let unreadable = |source| ImportError::Unreadable { file: path.to_owned(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(unreadable)? {
-        let file = entry.map_err(unreadable)?.path();
+    let (mut found, mut packed, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(path).map_err(ImportError::unreadable(path))? {
+        let file = entry.map_err(ImportError::unreadable(path))?.path();
         if has_ending(&file, "mcap") || has_ending(&file, "db3") {
             found.push(file);
+        } else if has_ending(&file, "zstd") || has_ending(&file, "zst") {
+            packed.push(file);
+        } else if ["csv", "txt", "tsv", "xlsx"].into_iter().any(|ending| has_ending(&file, ending))
+        {
+            tables.push(file);
         }
     }
-    found.sort();
-    match found.as_slice() {
-        [file] => Ok(file.clone()),
-        [] => Err(ImportError::nothing(path, "the folder holds neither .mcap nor .db3")),
-        [first, ..] => Err(ImportError::nothing(
-            path,
-            &format!(
-                "the folder holds {} files; import them one by one, for example {}",
-                found.len(),
-                first.display()
-            ),
-        )),
-    }
+    let folder = path.display();
+    let what = match (found.as_slice(), packed.as_slice(), tables.as_slice()) {
+        ([_, ..], [], _) => {
+            found.sort_by_cached_key(|file| numbered(file));
+            return Ok(found);
+        }
+        (_, [_, ..], _) => {
+            format!("its files are compressed; unpack them with: zstd -d --rm '{folder}'/*.zst*")
+        }
+        (_, _, [first, ..]) => format!(
+            "it is no bag but holds {} tables, which are recordings of their own; import one by one, for example: \
+             gripctl import '{}' -o run.csv",
+            tables.len(),
+            first.display()
+        ),
+        _ => "the folder holds neither .mcap nor .db3".to_owned(),
+    };
+    Err(ImportError::nothing(path, &what))
+}
+
+/// A name by the number at its end: `bag_10` behind `bag_9`.
+fn numbered(file: &Path) -> (String, u64, PathBuf) {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = stem.get(name.len()..).and_then(|number| number.parse().ok());
+    (name.to_owned(), number.unwrap_or(0), file.to_owned())
 }

@@ -4,9 +4,8 @@ use crate::{
     ImportOptions,
     error::ImportError,
     stream::{Stream, Times, reading},
-    time::TimeUnit,
 };
-use grip_record::{files, parse_npy};
+use grip_record::{clock, files, parse_npy};
 use std::path::Path;
 
 /// More rows than columns is what a recording has; an array of at most so many rows lies on its side.
@@ -25,7 +24,9 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
         values.get(at).copied().unwrap_or(f64::NAN)
     };
     let column = |column: usize| (0..rows).map(move |row| value(row, column));
-    let first_is_time = options.rate_hz.is_none();
+    // A first column that never decreases is times, or counts rows; with a rate it is no signal either.
+    let first: Vec<f64> = column(0).collect();
+    let first_is_time = width > 1 && first.is_sorted() && first.first() < first.last();
     let from = usize::from(first_is_time);
     let mut stream = Stream::new("", (from..width).map(|k| format!("column_{k}")).collect());
     if sideways {
@@ -33,24 +34,17 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
             "an array of {width} x {rows}, taken as {rows} samples of {width} columns"
         ));
     }
-    if first_is_time {
-        if width < 2 {
-            return Err(ImportError::nothing(file, "one column without times; give --rate HZ"));
+    match clock::stamps("column_0", &first, options.time_unit) {
+        Ok((unit, stamps)) if first_is_time => {
+            stream.clock = format!("column_0 ({})", unit.name());
+            stream.times = Times::Stamps(stamps);
         }
-        let times: Vec<f64> = column(0).collect();
-        if !times.is_sorted() {
-            let what = "column_0 never decreasing would be its times, but it does; give --rate HZ where there are none";
+        _ if options.rate_hz.is_some() => {}
+        Err(fault) if first_is_time => return Err(ImportError::nothing(file, &fault)),
+        _ => {
+            let what = "no column of times, which would be a first one that never decreases; give --rate HZ";
             return Err(ImportError::nothing(file, what));
         }
-        let unit = options.time_unit.map_or_else(|| TimeUnit::of_numbers(&times), Ok);
-        let unit = unit.map_err(|fault| {
-            ImportError::nothing(file, &format!("the times in column_0 {fault}"))
-        })?;
-        stream.clock = format!("column_0 ({})", unit.name());
-        let stamps: Option<Vec<i64>> = times.into_iter().map(|t| unit.to_ns(t)).collect();
-        let stamps =
-            stamps.ok_or_else(|| ImportError::nothing(file, "a time in column_0 is no number"))?;
-        stream.times = Times::Stamps(stamps);
     }
     stream.values = (from..width).map(|k| column(k).map(reading).collect()).collect();
     Ok(vec![stream.without_names()])

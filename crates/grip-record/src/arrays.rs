@@ -35,7 +35,8 @@ pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, C
     let head = Head { signals, named: true, nameless: Vec::new() };
     let plan = Plan::find(file, &head, options, |column| {
         let times = header.get(column).map(|name| npz.numbers(name));
-        times.and_then(Result::ok).map(|times| times.to_vec()).unwrap_or_default()
+        let times = times.and_then(Result::ok).map(|times| times.to_vec());
+        (times.unwrap_or_default(), Vec::new())
     })?;
     let mut gathering = Gathering::planned(file, &plan, options)?;
     let columns: Vec<Option<Array1<f64>>> = header

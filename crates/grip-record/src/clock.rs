@@ -159,6 +159,6 @@ mod tests {
         };
         assert_eq!(first(false, 1_700_000_000_000_000_000), (0, 1));
         assert_eq!(first(true, 1_700_000_000_000_000_000), (1_700_000_000_000_000, 0));
-        assert_eq!((first(true, -500), first(false, 1_499)), ((0, 1), (1, 0)));
+        assert_eq!((first(true, -5000), first(false, 1_499)), ((0, 1), (1, 0)));
     }
 }

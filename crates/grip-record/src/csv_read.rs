@@ -11,7 +11,6 @@ use slip_core::sample::Sample;
 use crate::channels::{COLUMN_NAMES, Scale};
 use crate::error::{CsvError, excerpt};
 use crate::files;
-use crate::find::Use;
 use crate::pace::Pace;
 use crate::plan::Plan;
 use crate::recording::{Cells, Gathering, Recording};
@@ -81,7 +80,7 @@ impl CsvSamples<File> {
     /// # Errors
     /// Where it cannot be read, or its header or an option is not usable.
     pub fn open(file: &Path, options: &CsvOptions) -> Result<Self, CsvError> {
-        Self::new(file, || files::open(file), options, None)
+        Self::of(file, || files::open(file), options)
     }
 
     /// The same with the pace that [`survey`](Self::survey) has found in all of the file.
@@ -98,6 +97,18 @@ impl CsvSamples<File> {
 }
 
 impl<R: Read> CsvSamples<R> {
+    /// The samples of a table whose bytes `input` gives from their start, each time it is called.
+    ///
+    /// # Errors
+    /// As [`CsvSamples::open`].
+    pub fn of(
+        file: &Path,
+        input: impl Fn() -> std::io::Result<R>,
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
+        Self::new(file, input, options, None)
+    }
+
     fn new(
         file: &Path,
         input: impl Fn() -> std::io::Result<R>,
@@ -120,16 +131,24 @@ impl<R: Read> CsvSamples<R> {
         Ok(Self { table, gathering, plan, one_column, skip, blank: 0, behind: None })
     }
 
-    /// What the columns are taken for.
-    #[must_use]
-    pub fn uses(&self) -> &[Use] {
-        &self.plan.found.uses
-    }
-
     /// What kind of table it is, and where its times come from; the latter is empty where a rate gives them.
     #[must_use]
     pub fn kind(&self) -> (&'static str, &str) {
         (self.plan.format, &self.plan.clock)
+    }
+
+    /// What is known before the first sample: channels, rate, and what the columns are.
+    ///
+    /// # Errors
+    /// Where no rate is given and the first rows show none.
+    pub fn about(&self) -> Result<Recording, CsvError> {
+        self.gathering.about(&self.plan)
+    }
+
+    /// What was left out so far.
+    #[must_use]
+    pub fn losses(&self) -> &[Loss] {
+        self.table.losses()
     }
 
     /// The next sample and the frame of taxels that came with it, which is empty where none did; `None` at the end.
@@ -162,18 +181,22 @@ impl<R: Read> CsvSamples<R> {
         self.next()
     }
 
-    /// The recording without its samples: channels, rate and what is odd about it; and the pace of all its stamps, which the
-    /// first rows may not show. Reads what is left of the file.
+    /// The recording without its samples: channels, rate and what is odd about it; and the pace to [open](CsvSamples::open_paced)
+    /// it with again, where its first rows did not show that its stamps are coarse. Reads what is left of the file.
     ///
     /// # Errors
     /// Where a row is not usable, there is none, or no rate.
     pub fn survey(mut self) -> Result<(Recording, Option<Pace>), CsvError> {
         while self.next()?.is_some() {}
-        let pace = self.gathering.pace();
+        let pace = self.gathering.unseen_pace();
         Ok((self.finish()?, pace))
     }
 
-    fn hold(mut self) -> Result<Recording, CsvError> {
+    /// The recording with all of its samples.
+    ///
+    /// # Errors
+    /// Where a row is not usable, there is none, no rate, or more samples than are held.
+    pub fn hold(mut self) -> Result<Recording, CsvError> {
         while let Some(sample) = self.next()? {
             self.gathering.keep(sample)?;
         }

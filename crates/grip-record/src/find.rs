@@ -131,8 +131,10 @@ impl<'a> Finding<'a> {
         let stated = signal.unit.as_deref().filter(|unit| !is_remark(unit));
         let mut ours = ours;
         let (scale, unit) = match (wanted, stated.and_then(grip_table::scale), stated) {
-            (Some((quantity, _)), Some((found, scale)), Some(unit)) if found == quantity => {
-                if ours == "travel_mm" && unit == "mm" {
+            (Some((quantity, base)), Some((found, scale)), Some(unit)) if found == quantity => {
+                if scale == 1.0 {
+                    (1.0, base.to_owned())
+                } else if ours == "travel_mm" && unit == "mm" {
                     (1.0, "mm".to_owned())
                 } else {
                     ours = if ours == "travel_mm" { "travel_m" } else { ours };

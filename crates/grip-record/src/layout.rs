@@ -100,7 +100,7 @@ impl Layout {
                 _ => None,
             })
             .collect();
-        let arrival = arrival_columns(header);
+        let arrival = arrival_columns(sources);
         let channels = ChannelSet {
             axes: names(&vibration),
             reference_axes: names(&reference),

@@ -1,7 +1,8 @@
 //! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV, and everything that leaves gripd as
 //! MCAP ([`mcap`]).
 //!
-//! A CSV recording is a comma-separated text with one header row; columns are found by name:
+//! A recording is a table ([`grip_table`]) whose columns are found by name; other names, units and clocks are understood as
+//! [`find`](mod@find), [`time`] and [`pace`] say:
 //!
 //! | column | unit | goes to |
 //! |---|---|---|

@@ -41,6 +41,8 @@ struct Look {
     rows: f64,
     gap_ns: i64,
     usual_ns: i64,
+    /// How far rows are ahead of their stamps on average (ns).
+    lead_ns: f64,
     coarse: bool,
 }
 
@@ -53,6 +55,7 @@ pub struct Pace {
     pub coarse: bool,
     usual_ns: i64,
     gap_ns: i64,
+    lead_ns: f64,
     repeated: usize,
     rows: usize,
     /// Whether rows are drawn towards their stamps; not where a rate is given that contradicts them.
@@ -82,6 +85,7 @@ impl PaceFinder {
                 sum.gap_ns =
                     if look.coarse && first { look.gap_ns } else { look.gap_ns.max(sum.gap_ns) };
                 sum.usual_ns = look.usual_ns;
+                sum.lead_ns = if first { look.lead_ns } else { sum.lead_ns };
             }
             sum.coarse |= look.coarse;
         }
@@ -96,10 +100,19 @@ impl PaceFinder {
         if self.blocks == 0 || self.block.len() > BLOCK / 4 {
             self.close();
         }
-        let Look { ns, rows, gap_ns, usual_ns, coarse } = self.sum;
+        let Look { ns, rows, gap_ns, usual_ns, lead_ns, coarse } = self.sum;
         let (repeated, rows_all) = (self.repeated, self.rows);
         let period_ns = Some(ns / rows).filter(|period| period.is_finite() && *period > 0.0)?;
-        Some(Pace { period_ns, coarse, usual_ns, gap_ns, repeated, rows: rows_all, drawn: true })
+        Some(Pace {
+            period_ns,
+            coarse,
+            usual_ns,
+            gap_ns,
+            lead_ns,
+            repeated,
+            rows: rows_all,
+            drawn: true,
+        })
     }
 }
 
@@ -120,7 +133,7 @@ impl Look {
         let near = spans.iter().filter(|(_, ns)| *ns <= gap_ns);
         let (rows, ns) =
             near.fold((0.0, 0.0), |(rows, ns), (r, n)| (rows + *r as f64, ns + *n as f64));
-        let mut look = Self { ns, rows, gap_ns, usual_ns: usual, coarse: false };
+        let mut look = Self { ns, rows, gap_ns, usual_ns: usual, ..Self::default() };
         if stamps.len() < FEWEST {
             look.coarse = usual == 0;
             return Some(look);
@@ -144,8 +157,9 @@ impl Look {
             }
         } else if contradicts(ns / rows) {
             // Late and then caught up, but not another rate from some row on.
-            look.coarse = swing(stamps, ns / rows, gap_ns) < 0.1 * ns;
+            look.coarse = swing(stamps, ns / rows, gap_ns)[0] < 0.1 * ns;
         }
+        look.lead_ns = swing(stamps, look.ns / look.rows, look.gap_ns)[1].max(0.0);
         Some(look)
     }
 }
@@ -158,19 +172,21 @@ fn rounded(stamps: &[i64], step: i64) -> Option<(f64, f64)> {
     let ns = (run.last()? - run.first()?) as f64;
     let rows = (run.len() - 1) as f64;
     let long = run.windows(2).filter(|pair| (pair[1] - pair[0]) * 2 > step * 3).count();
-    let evenly = swing(run, ns / rows, i64::MAX) <= 2.2 * step as f64;
+    let evenly = swing(run, ns / rows, i64::MAX)[0] <= 2.2 * step as f64;
     (long >= LONG_STEPS && evenly).then_some((rows, ns))
 }
 
-/// How far stamps are from equal periods, from the most late to the most early (ns); gaps are left out.
+/// How far stamps are from equal periods, from the most late to the most early, and how far behind the first one on average (ns);
+/// gaps are left out.
 #[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
-fn swing(stamps: &[i64], period_ns: f64, gap_ns: i64) -> f64 {
+fn swing(stamps: &[i64], period_ns: f64, gap_ns: i64) -> [f64; 2] {
     let steps = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= gap_ns);
-    let ends = steps.fold((0.0, 0.0_f64, 0.0_f64), |(late, least, most), step| {
-        let late = late + step as f64 - period_ns;
-        (late, least.min(late), most.max(late))
-    });
-    ends.2 - ends.1
+    let (mut late, mut least, mut most, mut sum) = (0.0, 0.0_f64, 0.0_f64, 0.0);
+    for step in steps {
+        late += step as f64 - period_ns;
+        (least, most, sum) = (least.min(late), most.max(late), sum - late);
+    }
+    [most - least, sum / stamps.len().max(1) as f64]
 }
 
 fn sorted(steps: impl Iterator<Item = i64>) -> Vec<i64> {
@@ -192,8 +208,17 @@ impl Pace {
     #[must_use]
     pub fn at_rate(rate_hz: f32) -> Self {
         let period_ns = 1e9 / f64::from(rate_hz);
-        let (usual_ns, gap_ns) = (0, i64::MAX);
-        Self { period_ns, coarse: true, usual_ns, gap_ns, repeated: 0, rows: 0, drawn: false }
+        let (usual_ns, gap_ns, lead_ns) = (0, i64::MAX, 0.0);
+        Self {
+            period_ns,
+            coarse: true,
+            usual_ns,
+            gap_ns,
+            lead_ns,
+            repeated: 0,
+            rows: 0,
+            drawn: false,
+        }
     }
 
     /// The same with a rate that the caller knows. Regular stamps stay as they are.
@@ -269,7 +294,7 @@ impl Placer {
         reason = "differences in ns"
     )]
     pub fn place(&mut self, stamp_ns: i64) -> i64 {
-        let Pace { period_ns, gap_ns, drawn, .. } = self.pace;
+        let Pace { period_ns, gap_ns, lead_ns, drawn, .. } = self.pace;
         let Some((place, fraction, stamp)) = self.last else {
             self.last = Some((stamp_ns, 0.0, stamp_ns));
             return stamp_ns;
@@ -279,7 +304,7 @@ impl Placer {
         let step = if stamp_ns.saturating_sub(stamp) > gap_ns {
             period_ns + behind.max(0.0)
         } else if drawn {
-            period_ns + (GAIN * behind).clamp(-0.875 * period_ns, 0.4 * period_ns)
+            period_ns + (GAIN * (behind + lead_ns)).clamp(-0.875 * period_ns, 0.4 * period_ns)
         } else {
             period_ns
         };

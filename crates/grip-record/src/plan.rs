@@ -112,15 +112,20 @@ impl Plan {
     ) -> Result<Self, CsvError> {
         let head = Head::of(&table);
         let columns = table.columns().to_vec();
-        let mut rows = Vec::new();
+        let (mut times, mut blank) = (Vec::new(), vec![0; columns.len()]);
         let plan = Self::find(file, &head, options, |column| {
             // A fault is reported where the rows are read for good, with all that is known then.
-            while rows.len() < ROWS
+            while times.len() < ROWS
                 && let Ok(Some(row)) = table.next_row()
             {
-                rows.push(row.value(column).ok().flatten().unwrap_or(f64::NAN));
+                times.push(row.value(column).ok().flatten().unwrap_or(f64::NAN));
+                for (at, blank) in blank.iter_mut().enumerate().filter(|_| !head.named) {
+                    *blank += usize::from(row.cell(at).is_empty());
+                }
             }
-            rows
+            let few = |(at, blank): (usize, &usize)| (2 * blank > times.len()).then_some(at);
+            let sparse = blank.iter().enumerate().filter_map(few).collect();
+            (times, sparse)
         })?;
         table.check_repeated(|name| {
             let mut used = columns.iter().zip(&plan.ours).filter(|(_, ours)| !ours.is_empty());
@@ -129,12 +134,13 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Of a file with these columns; `times` gives the first numbers of one.
+    /// Of a file with these columns; `look` gives the first numbers of one, and the columns that are mostly blank where none has a
+    /// name.
     pub(crate) fn find(
         file: &Path,
         head: &Head,
         options: &CsvOptions,
-        times: impl FnOnce(usize) -> Vec<f64>,
+        look: impl FnOnce(usize) -> (Vec<f64>, Vec<usize>),
     ) -> Result<Self, CsvError> {
         let names = head.names();
         let finger = tsf85::Layout::of(&names, options.finger);
@@ -147,9 +153,11 @@ impl Plan {
             ..Self::default()
         };
         let time = head.time(file, options)?;
+        let mut sparse = Vec::new();
         let time = match time.zip(time.and_then(|time| head.signals.get(time))) {
             Some((at, signal)) => {
-                let times = times(at);
+                let times;
+                (times, sparse) = look(at);
                 let rows = times.get(plan.skip..).unwrap_or_default();
                 plan.time(file, head, (at, signal), rows, options)?
             }
@@ -161,10 +169,14 @@ impl Plan {
             time.is_text = true;
         }
         if !head.named {
-            name_axes(&mut signals);
+            name_axes(&mut signals, &sparse);
+            let name = |at: &usize| Some(&signals.get(*at)?.name);
+            plan.found.notes.extend(sparse.iter().filter_map(name).map(|name| {
+                format!("{name} is mostly blank and no axis; --map OURS={name} says what it is")
+            }));
         }
         if let Some(finger) = &finger {
-            plan.found.notes = finger.apply(&mut signals);
+            plan.found.notes.extend(finger.apply(&mut signals));
         }
         let found = find::find(file, &signals, &options.map)?;
         plan.found.notes.extend(found.notes);
@@ -246,9 +258,10 @@ impl Plan {
 }
 
 /// Where no signal has a name of its own, up to three are the axes of a vibration.
-fn name_axes(signals: &mut [Signal]) {
-    let mut signals: Vec<&mut Signal> =
-        signals.iter_mut().filter(|signal| !signal.is_text).collect();
+fn name_axes(signals: &mut [Signal], sparse: &[usize]) {
+    let signals = signals.iter_mut().enumerate();
+    let free = signals.filter(|(at, signal)| !signal.is_text && !sparse.contains(at));
+    let mut signals: Vec<&mut Signal> = free.map(|(_, signal)| signal).collect();
     match signals.as_mut_slice() {
         [one] => one.known = Some("vibration".to_owned()),
         few if few.len() <= 1 + FURTHER_AXES => {

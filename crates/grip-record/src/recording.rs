@@ -101,7 +101,8 @@ impl Gathering {
         let layout = Layout::resolve(file, plan, given_rate_hz.is_some())?;
         let ignored = layout.ignored.iter().filter(|name| !name.is_empty());
         let ignored_columns = ignored.cloned().collect();
-        let notes = Notes { given_rate_hz, ignored_columns, ..Notes::default() };
+        let uses = plan.found.uses.clone();
+        let notes = Notes { given_rate_hz, ignored_columns, uses, ..Notes::default() };
         let taxels = Taxels::new(layout.taxels.len());
         let unit = plan.unit.unwrap_or(TimeUnit::Seconds);
         let own = layout.channels.time_source.as_deref() == Some("t_s");
@@ -117,6 +118,20 @@ impl Gathering {
             samples: Vec::new(),
             taxels,
         })
+    }
+
+    /// What is known before the first row.
+    pub(crate) fn about(&self, plan: &Plan) -> Result<Recording, CsvError> {
+        let mut notes = self.notes.clone();
+        let pace = plan.pace.filter(|_| self.layout.time.is_some());
+        let rate_hz = notes.given_rate_hz.or(pace.map(|pace| pace.rate_hz()));
+        let rate_hz =
+            rate_hz.ok_or_else(|| CsvError::NoRate { file: self.file.clone(), rows: 0 })?;
+        let said = pace.map(|pace| pace.to_string()).filter(|text| !text.is_empty());
+        notes.remarks.extend(plan.found.notes.iter().cloned().chain(said));
+        let name = self.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let channels = self.layout.channels.clone();
+        Ok(Recording { name, channels, samples: Vec::new(), taxels: None, rate_hz, notes })
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -193,6 +208,12 @@ impl Gathering {
     pub(crate) fn pace(&self) -> Option<Pace> {
         let pace = self.clock.as_ref()?.pace()?;
         Some(self.notes.given_rate_hz.map_or(pace, |rate_hz| pace.with_rate(rate_hz)))
+    }
+
+    /// The same, where rows are not placed by it and have to be.
+    pub(crate) fn unseen_pace(&self) -> Option<Pace> {
+        let places = self.clock.as_ref().is_some_and(Clock::places);
+        self.pace().filter(|pace| pace.coarse && !places)
     }
 
     /// The recording, with what was kept of its samples.

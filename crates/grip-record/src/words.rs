@@ -37,7 +37,9 @@ pub(crate) fn is_vibration(name: &str) -> bool {
         "acceleration",
         "accelerometer",
     ];
-    WORDS.contains(&plain(name).as_str())
+    let plain = plain(name);
+    let stem = plain.strip_suffix("raw").unwrap_or(&plain).trim_end_matches(['_', ',']);
+    WORDS.contains(&stem)
 }
 
 /// Whether it is that of the normal force of a finger.
@@ -90,7 +92,12 @@ mod tests {
         assert_eq!(taxel("/tactile.data[12]"), Some(("/tactile.data".to_owned(), 12)));
         assert_eq!(taxel("electrode_3"), Some(("electrode".to_owned(), 3)));
         assert_eq!((taxel("pressure"), taxel("joint[3]")), (None, None));
-        assert!(is_vibration("Vib [V]") && is_vibration("/x.audio") && !is_vibration("vibes"));
+        assert!(
+            is_vibration("Vib [V]")
+                && is_vibration("/x.audio")
+                && is_vibration("vibration, raw")
+                && !is_vibration("vibes")
+        );
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
         assert!(is_robot("/wrist/imu.accel") && is_robot("base_a") && !is_robot("armature_a"));
     }

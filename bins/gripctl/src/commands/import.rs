@@ -1,12 +1,9 @@
 //! `gripctl import`: a recording of another program as one of this project.
 
 use super::{csv_options, replay::is_mcap};
-use crate::{
-    cli::{self, import::ImportArgs},
-    output,
-};
+use crate::{cli::import::ImportArgs, output};
 use anyhow::Context as _;
-use grip_import::{ImportOptions, Imported, TimeUnit, Use};
+use grip_import::{ImportOptions, Imported, Use};
 use grip_record::{
     ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
     mcap::{McapWriter, Record, SampleRecord},
@@ -58,12 +55,6 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         check_output(&args.file, output, args.force)?;
     }
     let options = ImportOptions {
-        time_unit: args.time_unit.map(|unit| match unit {
-            cli::import::TimeUnit::S => TimeUnit::Seconds,
-            cli::import::TimeUnit::Ms => TimeUnit::Millis,
-            cli::import::TimeUnit::Us => TimeUnit::Micros,
-            cli::import::TimeUnit::Ns => TimeUnit::Nanos,
-        }),
         topics: args.topic.clone(),
         finger: args.finger,
         ..import_options(&csv_options(&args.csv)?)
@@ -75,7 +66,7 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
             .with_context(|| format!("cannot write {}", output.display()))?;
     }
     show(&imported, args)?;
-    Ok(Exit::Done)
+    Ok(if imported.recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
 /// Reads a recording of another program; a file that cannot be used is a wrong argument.
@@ -86,14 +77,25 @@ fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgumen
 /// The recording in a file of another program; what is taken for what, on standard error.
 pub(super) fn shown(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
     let imported = import(file, &import_options(csv))?;
-    for line in use_lines(&imported.uses) {
-        eprintln!("{}: {}", file.display(), line.trim_start());
-    }
+    show_uses(file, &imported.uses);
     Ok(imported.recording)
 }
 
+/// What is taken for what, on standard error; nothing where every name and unit is that of a recording.
+pub(super) fn show_uses(file: &Path, uses: &[Use]) {
+    #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
+    let own = |used: &Use| used.ours == used.theirs && used.scale == 1.0;
+    if uses.iter().all(own) {
+        return;
+    }
+    for line in use_lines(uses) {
+        eprintln!("{}: {}", file.display(), line.trim_start());
+    }
+}
+
 fn import_options(csv: &CsvOptions) -> ImportOptions {
-    ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
+    let CsvOptions { rate_hz, map, time_unit, finger } = csv.clone();
+    ImportOptions { rate_hz, map, time_unit, finger, topics: Vec::new() }
 }
 
 fn check_output(file: &Path, output: &Path, force: bool) -> Result<(), WrongArgument> {
@@ -187,7 +189,7 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
     notes.extend(Some(recording.notes.to_string()).filter(|text| !text.is_empty()));
     let output = args.output.as_ref().map(|output| output.display().to_string());
     if args.json {
-        for Use { ours, theirs, unit } in uses {
+        for Use { ours, theirs, unit, .. } in uses {
             output::json(&ChannelLine { column: ours, signal: theirs, unit })?;
         }
         return output::json(&Summary {
@@ -236,7 +238,7 @@ fn use_lines(uses: &[Use]) -> Vec<String> {
     let mut lines: Vec<String> = uses
         .iter()
         .filter(|used| !is_taxel(used))
-        .map(|Use { ours, theirs, unit }| format!("  {theirs} -> {ours} ({unit})"))
+        .map(|Use { ours, theirs, unit, .. }| format!("  {theirs} -> {ours} ({unit})"))
         .collect();
     let taxels: Vec<&Use> = uses.iter().filter(is_taxel).collect();
     let place =

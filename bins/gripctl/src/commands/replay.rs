@@ -96,8 +96,14 @@ impl Source {
         while first.next_sample()?.is_some() {
             count += 1;
         }
-        let recording = first.survey()?;
-        Ok((recording, Self::Read(Box::new(CsvSamples::open(file, csv)?), count)))
+        let (mut recording, pace) = first.survey()?;
+        import::show_uses(file, &recording.notes.uses);
+        let mut samples = CsvSamples::open_paced(file, csv, pace)?;
+        if pace.is_some() {
+            (recording, _) = samples.survey()?;
+            samples = CsvSamples::open_paced(file, csv, pace)?;
+        }
+        Ok((recording, Self::Read(Box::new(samples), count)))
     }
 
     fn count(&self, recording: &Recording) -> usize {
@@ -192,7 +198,8 @@ fn table(args: &ReplayArgs, file: &Path) -> anyhow::Result<Exit> {
         floor_lowered: replay.stage_counters().floor_lowered,
     };
     report(&summary, recording.rate_hz, args.json)?;
-    Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
+    let lossy = summary.lost > 0 || recording.notes.cut;
+    Ok(if lossy { Exit::DataLost } else { Exit::Done })
 }
 
 /// The last line.

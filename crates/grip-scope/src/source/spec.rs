@@ -12,7 +12,7 @@ pub enum SourceSpec {
     /// One gripper of a network.
     #[cfg(feature = "zenoh")]
     Gripper(super::GripperAt),
-    /// A recording, MCAP or CSV.
+    /// A recording, MCAP or a table.
     Recording(PathBuf),
     /// The report of a study, JSON.
     Study(PathBuf),
@@ -40,7 +40,8 @@ pub enum SpecError {
     Address(String),
     /// The file is of no kind that is known.
     #[error(
-        "{0:?} is neither a recording (.mcap, .csv) nor the report of a study (.json), and no address: those begin with tcp: or unix:"
+        "{0:?} is neither a recording (.mcap, .csv; `gripctl import FILE -o run.csv` makes one of .wav, .npy, .npz, .db3) nor the report \
+         of a study (.json), and no address: those begin with tcp: or unix:"
     )]
     Kind(String),
 }
@@ -70,7 +71,9 @@ impl SourceSpec {
             return Ok(Self::Daemon(listen));
         }
         match extension(Path::new(text)).as_str() {
-            "mcap" | "csv" => Ok(Self::Recording(text.into())),
+            "mcap" | "csv" | "tsv" | "txt" | "dat" | "asc" | "lvm" => {
+                Ok(Self::Recording(text.into()))
+            }
             "json" => Ok(Self::Study(text.into())),
             _ => Err(SpecError::Kind(text.to_owned())),
         }
