@@ -1,6 +1,6 @@
 //! Bytes of a CSV file or arrays, and column specs in, feature and target rows out.
 
-use grip_table::{Row, Table};
+use grip_table::{Loss, Row, Table};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use sha2::{Digest, Sha256};
 
@@ -39,8 +39,8 @@ pub struct DataSet {
     target_values: Array2<f64>,
     /// One label a row, or none at all.
     labels: Vec<String>,
-    /// What of the file is no row and was left out, a sentence each: a last line that was cut off, a remark behind the rows.
-    pub left_out: Vec<String>,
+    /// What of the file is no row and was left out: a last line that was cut off, a remark behind the rows.
+    pub left_out: Vec<Loss>,
 }
 
 impl DataSet {
@@ -323,7 +323,7 @@ struct CsvRows {
     targets: Array2<f64>,
     /// The texts of each column of texts.
     texts: Vec<Vec<String>>,
-    left_out: Vec<String>,
+    left_out: Vec<Loss>,
 }
 
 /// The number of a column.
@@ -369,7 +369,7 @@ fn read_csv(
         |columns, values| Array2::from_shape_vec((rows, columns), values).map_err(|_| no_rows());
     let (inputs, targets) =
         (array(inputs.len(), input_values)?, array(targets.len(), target_values)?);
-    let left_out = table.losses().iter().map(ToString::to_string).collect();
+    let left_out = table.losses().to_vec();
     Ok(CsvRows { inputs, targets, texts: labels, left_out })
 }
 

@@ -82,7 +82,7 @@ fn rows_are_read_as_other_tables_are() {
         (data.labels(), data.input_values()[[2, 0]]),
         (&["a", "b", "c"].map(str::to_owned)[..], 0.3)
     );
-    assert_eq!(data.left_out, ["line 6 was cut off and is left out: \"d;0,\""]);
+    assert_eq!(data.left_out[0].to_string(), "line 6 was cut off and is left out: \"d;0,\"");
     assert!(message("v,f_n\n\"1,250\",1\n2,2\n", &["v"]).contains("thousands"));
     assert!(message("\u{1f}\u{8b}\u{8}", &["v"]).contains("is no text"));
 }
