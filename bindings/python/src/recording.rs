@@ -5,7 +5,7 @@ use crate::{
     output::dictionary,
 };
 use grip_record::{
-    CsvOptions, Rows,
+    CsvOptions, Rows, TimeUnit, Use,
     outputs::{OutputKind, OutputPath},
     read_recording,
 };
@@ -179,21 +179,46 @@ pub(crate) fn rows(name: &str, channels: &[String], rate_hz: f64) -> PyResult<Ro
     )))
 }
 
-/// A recording from a file: .csv, .npz, .mcap of gripd; .wav, .npy, .mcap with JSON or ROS 2 messages, .db3 or the
+/// A recording from a file: .csv, .npz, .mcap of gripd; .wav, .w64, .npy, .npz, .mcap with JSON or ROS 2 messages, .db3 or the
 /// folder of a bag. `channels` maps names of channels to names in the file, as --map of gripctl does:
-/// {"vibration": "acceleration"}. `rate_hz` (Hz) is needed where the file has no times.
+/// {"vibration": "acceleration"}. `rate_hz` (Hz) is needed where the file has no times, `time_unit` ("s", "ms", "us", "ns") where
+/// neither their name nor their rate shows it.
 #[pyfunction]
-#[pyo3(signature = (path, *, rate_hz=None, channels=None))]
+#[pyo3(signature = (path, *, rate_hz=None, channels=None, time_unit=None))]
 pub(crate) fn read(
     py: Python<'_>,
     path: PathBuf,
     rate_hz: Option<f64>,
     channels: Option<BTreeMap<String, String>>,
+    time_unit: Option<&str>,
 ) -> PyResult<Recording> {
     exists(&path)?;
     let rate_hz = rate_hz.map(rate).transpose()?;
-    let options = CsvOptions { rate_hz, map: channels.unwrap_or_default().into_iter().collect() };
-    py.detach(|| open(&path, &options)).map_err(refused)
+    let map = channels.unwrap_or_default().into_iter().collect();
+    let unit = |name: &str| TimeUnit::ALL.into_iter().find(|unit| unit.name() == name);
+    let time_unit = time_unit.map(|name| {
+        unit(name).ok_or_else(|| refused(format!("time_unit={name:?}: it is one of s, ms, us, ns")))
+    });
+    let options =
+        CsvOptions { rate_hz, map, time_unit: time_unit.transpose()?, ..CsvOptions::default() };
+    py.detach(|| open(&path, &options)).map_err(|text| refused(words(&text)))
+}
+
+/// A message with the arguments of `read` in the place of flags.
+fn words(text: &str) -> String {
+    let mut text = text
+        .replace("--rate HZ", "rate_hz=HZ")
+        .replace("--time-unit ms (or s)", "time_unit=\"ms\" (or \"s\")")
+        .replace("--time-unit", "time_unit=");
+    while let Some((before, after)) = text.split_once("--map ") {
+        let (pair, rest) = match after.strip_prefix('\'') {
+            Some(quoted) => quoted.split_once('\'').unwrap_or((quoted, "")),
+            None => after.split_at(after.find([' ', ';', ':']).unwrap_or(after.len())),
+        };
+        let (ours, theirs) = pair.split_once('=').unwrap_or((pair, "NAME"));
+        text = format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}");
+    }
+    text
 }
 
 /// A recording of ours, or of another program.
@@ -214,21 +239,27 @@ fn open(path: &Path, options: &CsvOptions) -> Result<Recording, String> {
         None => {}
     }
     let read = read_recording(path, options).map_err(|error| text(&error))?;
-    Ok(Recording::new(read, Vec::new()))
+    let uses = taken(&read.notes.uses);
+    Ok(Recording::new(read, uses))
 }
 
 fn import(path: &Path, options: &CsvOptions) -> Result<Recording, grip_import::ImportError> {
     let options = grip_import::ImportOptions {
         rate_hz: options.rate_hz,
         map: options.map.clone(),
+        time_unit: options.time_unit,
         ..grip_import::ImportOptions::default()
     };
     let imported = grip_import::import(path, &options)?;
-    let uses = imported
-        .uses
-        .iter()
-        .map(|used| format!("{} -> {} ({})", used.theirs, used.ours, used.unit));
-    Ok(Recording::new(imported.recording, uses.chain(imported.notes).collect()))
+    let notes = taken(&imported.uses).into_iter().chain(imported.notes).collect();
+    Ok(Recording::new(imported.recording, notes))
+}
+
+/// What was taken for what, where the file has names or units of its own.
+fn taken(uses: &[Use]) -> Vec<String> {
+    let own = |used: &&Use| used.ours != used.theirs;
+    let line = |used: &Use| format!("{} -> {} ({})", used.theirs, used.ours, used.unit);
+    uses.iter().filter(own).map(line).collect()
 }
 
 /// The events of an .mcap of gripd, replayed with the settings and the model that are recorded in it, as

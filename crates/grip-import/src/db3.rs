@@ -3,8 +3,7 @@
 use crate::{
     ImportOptions,
     error::ImportError,
-    stream::{Room, Stream},
-    topic::Topic,
+    topic::{Topic, Topics},
 };
 use grip_record::files;
 use rusqlite::{Connection, OpenFlags, config::DbConfig, limits::Limit};
@@ -16,7 +15,11 @@ const LONGEST: i32 = 1 << 26;
 const STEPS: i32 = 100_000;
 const STEPS_A_BYTE: u64 = 100;
 
-pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, ImportError> {
+pub(crate) fn read(
+    file: &Path,
+    options: &ImportOptions,
+    topics: &mut Topics,
+) -> Result<(), ImportError> {
     let mut magic = [0; 16];
     let opened = files::open(file).and_then(|mut input| {
         input.read_exact(&mut magic)?;
@@ -40,31 +43,19 @@ pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, 
             ));
         }
     }
-    let (mut topics, notes) = topics(&bag, options).map_err(unusable)?;
-    if topics.is_empty() {
-        let what = format!("no topic can be read: {}", notes.join("; "));
-        return Err(ImportError::nothing(
-            file,
-            if notes.is_empty() { "it has no topics" } else { &what },
-        ));
-    }
+    let places = places(&bag, options, topics).map_err(unusable)?;
     let mut rows = bag
         .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp")
         .map_err(unusable)?;
     let mut rows = rows.query([]).map_err(unusable)?;
-    let mut room = Room::default();
     while let Some(row) = rows.next().map_err(unusable)? {
         let (id, ns): (i64, i64) = (row.get(0).map_err(unusable)?, row.get(1).map_err(unusable)?);
-        if let Some(topic) = topics.get_mut(&id) {
+        if let Some(at) = places.get(&id) {
             let data = row.get_ref(2).map_err(unusable)?;
-            topic.push(file, &mut room, ns, data.as_blob().unwrap_or_default())?;
+            topics.push(file, *at, ns, data.as_blob().unwrap_or_default())?;
         }
     }
-    let mut streams: Vec<Stream> = topics.into_values().map(Topic::finish).collect();
-    if let Some(first) = streams.first_mut() {
-        first.notes.extend(notes);
-    }
-    Ok(streams)
+    Ok(())
 }
 
 /// A file can ask for any work and memory: texts and blobs of 2 GB, pages that stand for each other.
@@ -86,13 +77,14 @@ fn is_table(bag: &Connection, name: &str) -> bool {
     bag.query_row(text, [name], |row| row.get::<_, i64>(0)).is_ok_and(|found| found == 1)
 }
 
-/// The topics that can be read, by their number, and why others cannot.
-fn topics(
+/// The topics that can be read, by their number.
+fn places(
     bag: &Connection,
     options: &ImportOptions,
-) -> rusqlite::Result<(BTreeMap<i64, Topic>, Vec<String>)> {
+    topics: &mut Topics,
+) -> rusqlite::Result<BTreeMap<i64, usize>> {
     let definitions = definitions(bag);
-    let (mut topics, mut notes) = (BTreeMap::new(), Vec::new());
+    let mut places = BTreeMap::new();
     let mut rows =
         bag.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
     let mut rows = rows.query([])?;
@@ -103,17 +95,16 @@ fn topics(
             continue;
         }
         let definition = definitions.get(&kind).map_or("", String::as_str);
-        let topic = if format == "cdr" {
-            Topic::ros(&name, &kind, definition)
-        } else {
-            Err(format!("is serialised as {format:?}; cdr is read"))
-        };
-        match topic {
-            Ok(topic) => drop(topics.insert(row.get(0)?, topic)),
-            Err(fault) => notes.push(format!("{name} {fault}")),
+        let key = (name.clone(), format!("{format} {kind}"), definition.as_bytes().to_vec());
+        let place = topics.place(key, || match format.as_str() {
+            "cdr" => Topic::ros(&name, &kind, definition),
+            _ => Err(format!("is serialised as {format:?}; cdr is read")),
+        });
+        if let Some(at) = place {
+            places.insert(row.get(0)?, at);
         }
     }
-    Ok((topics, notes))
+    Ok(places)
 }
 
 /// Definitions by type, where the bag carries them.

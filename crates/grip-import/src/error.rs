@@ -50,45 +50,6 @@ pub enum ImportError {
         /// Its rate (Hz).
         rate_hz: f32,
     },
-    /// No signal of the file is known to show a slip.
-    #[error(
-        "{}: nothing was taken for a vibration, a stylus, a travel or taxels; say which it is, for example --map vibration={}; the file \
-         has: {}",
-        file.display(), found.first().map_or("NAME", String::as_str), shortened(found)
-    )]
-    NoSignal {
-        /// The file.
-        file: PathBuf,
-        /// The signals there are.
-        found: Vec<String>,
-    },
-    /// Several signals could be the one.
-    #[error(
-        "{}: {what} may be any of {}; choose one with --map {ours}=NAME",
-        file.display(), shortened(found)
-    )]
-    Ambiguous {
-        /// The file.
-        file: PathBuf,
-        /// What is looked for.
-        what: &'static str,
-        /// Its name among the columns.
-        ours: &'static str,
-        /// What could be it.
-        found: Vec<String>,
-    },
-    /// A renaming of something that is not there.
-    #[error("{}: --map {ours}={theirs}: no such signal; the file has: {}", file.display(), shortened(found))]
-    NotThere {
-        /// The file.
-        file: PathBuf,
-        /// The left side.
-        ours: String,
-        /// The right side.
-        theirs: String,
-        /// The signals there are.
-        found: Vec<String>,
-    },
 }
 
 impl ImportError {
@@ -98,15 +59,5 @@ impl ImportError {
 
     pub(crate) fn unreadable(file: &Path) -> impl Fn(io::Error) -> Self + '_ {
         |source| Self::Unreadable { file: file.to_owned(), source }
-    }
-}
-
-/// The first names: a bag may have hundreds.
-fn shortened(names: &[String]) -> String {
-    const MOST: usize = 40;
-    let shown = names.iter().take(MOST).cloned().collect::<Vec<_>>().join(", ");
-    match names.len().saturating_sub(MOST) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
     }
 }

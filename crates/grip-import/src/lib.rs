@@ -2,46 +2,51 @@
 //!
 //! | file | its signals | times |
 //! |---|---|---|
-//! | `.wav` | `channel_1`, .. (share of full scale) | the rate in its header |
+//! | `.wav`, `.w64` | `channel_1`, .. (share of full scale) | the rate in its header |
 //! | `.npy`, one or two dimensions | `column_0`, .. | the first column, or a rate |
+//! | `.npy` of structures, `.npz` | its fields, its arrays | as in a table, or `datetime64` |
 //! | `.csv`, `.txt`, `.tsv` with `,`, `;` or tabs | its columns | a column in s, ms, us or ns, or a rate |
 //! | Robotiq TSF-85 `.csv` | its dynamic channel and taxels | `Time(ms)` |
 //! | `.mcap` with JSON or ROS 2 messages | `/topic.field`, `/topic.field[0]`, .. | stamps of the headers, or log times |
 //! | rosbag2 `.db3`, or the folder of a bag | the same | the same |
 //!
-//! Every format becomes [`Stream`]s of named numbers ([`read_streams`]); [`assign`](mod@assign) finds the channels
-//! among them and puts them on the times of the first. Nothing is read whole but `.npy` (at most 512 MiB); what is kept
-//! is 4 bytes a number and 8 a time, at most [`MOST_VALUES`] numbers.
+//! Tables are read by grip-record, which finds their channels and times, and so are numbers of a fixed size: WAV, NPY and NPZ of
+//! any length, row by row ([`open`], [`ArrayRows`]). Every other format becomes [`Stream`]s of named numbers, of which 4 bytes a
+//! number and 8 a time are kept, at most [`MOST_VALUES`] numbers; [`assign`](mod@assign) finds the channels among them by the
+//! same rules and puts them on the times of the first.
 
+mod arrays;
 pub mod assign;
-mod csv_file;
 mod db3;
 mod error;
 mod json;
 mod mcap_file;
-mod npy;
 mod ros;
 mod stream;
-mod time;
 mod topic;
-mod tsf85;
 mod wav;
-mod words;
 mod zstd;
 
-pub use assign::{Imported, Use};
+pub use arrays::ArrayRows;
+pub use assign::Imported;
 pub use error::ImportError;
+pub use grip_record::{TimeUnit, Use};
 pub use stream::{MOST_VALUES, Stream, Times};
-pub use time::TimeUnit;
 pub use zstd::unpack;
 
+use topic::Topics;
+
+use grip_record::{CsvOptions, CsvSamples, Recording};
 use slip_core::PipelineConfig;
-use std::path::{Path, PathBuf};
+use std::{
+    mem,
+    path::{Path, PathBuf},
+};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]
 pub struct ImportOptions {
-    /// Samples per second, where the file has no times.
+    /// Samples per second, where the file has no times, or only coarse ones.
     pub rate_hz: Option<f32>,
     /// Renamings: (known name, the file's signal).
     pub map: Vec<(String, String)>,
@@ -53,10 +58,10 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name, or the folder of a bag, is one that only this crate reads, so that nobody has to name it.
+/// Whether a file of this name, or the folder of a bag, is no table, so that nobody has to name it.
 #[must_use]
 pub fn is_foreign(file: &Path) -> bool {
-    ["wav", "npy", "db3"].into_iter().any(|ending| has_ending(file, ending))
+    ["wav", "w64", "npy", "npz", "db3"].into_iter().any(|ending| has_ending(file, ending))
         || file.join("metadata.yaml").is_file()
 }
 
@@ -64,13 +69,31 @@ fn has_ending(file: &Path, wanted: &str) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted))
 }
 
-/// Reads `file` and finds its channels.
+/// Reads `file`, finds its channels and holds its samples.
 ///
 /// # Errors
 /// Where the file cannot be read, or nothing in it can be used.
 pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let (format, streams) = read_streams(file, options)?;
-    let imported = assign::assign(file, format, streams, options)?;
+    find(file, options, true)
+}
+
+/// The same; where [`Imported::rows`] gives the samples they are not held, so that a file of any length can be read.
+///
+/// # Errors
+/// Where the file cannot be read, or nothing in it can be used.
+pub fn open(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    find(file, options, false)
+}
+
+fn find(file: &Path, options: &ImportOptions, hold: bool) -> Result<Imported, ImportError> {
+    let imported = if let Some((format, table)) = arrays::table(file)? {
+        arrays::import(format, table, options, hold)?
+    } else {
+        match read_streams(file, options)? {
+            Some((format, streams)) => assign::assign(file, format, streams, options)?,
+            None => table(file, options)?,
+        }
+    };
     let rate_hz = imported.recording.rate_hz;
     if rate_hz > PipelineConfig::HIGHEST_RATE_HZ {
         return Err(ImportError::TooFast { file: file.to_owned(), rate_hz });
@@ -78,56 +101,100 @@ pub fn import(file: &Path, options: &ImportOptions) -> Result<Imported, ImportEr
     Ok(imported)
 }
 
-/// What kind of file it is, and every signal in it.
-///
-/// # Errors
-/// Where the file cannot be read, or holds no numbers.
-pub fn read_streams(
+/// What kind of file it is, and every signal in it; `None` for a table.
+fn read_streams(
     file: &Path,
     options: &ImportOptions,
-) -> Result<(&'static str, Vec<Stream>), ImportError> {
-    let file = &bag_in(file)?;
-    let (format, streams) = if has_ending(file, "wav") {
-        ("WAV", wav::read(file)?)
-    } else if has_ending(file, "npy") {
-        ("NPY", npy::read(file, options)?)
-    } else if has_ending(file, "mcap") {
-        ("MCAP", mcap_file::read(file, options)?)
-    } else if has_ending(file, "db3") {
-        ("rosbag2", db3::read(file, options)?)
+) -> Result<Option<(&'static str, Vec<Stream>)>, ImportError> {
+    let (format, streams) = if has_ending(file, "mcap") || has_ending(file, "db3") || file.is_dir()
+    {
+        let mut topics = Topics::default();
+        let files = files_of(file)?;
+        for file in &files {
+            match has_ending(file, "mcap") {
+                true => mcap_file::read(file, options, &mut topics)?,
+                false => db3::read(file, options, &mut topics)?,
+            }
+        }
+        if files.len() > 1 {
+            topics.note(format!("{} files, read in the order of their numbers", files.len()));
+        }
+        let is_mcap = files.first().is_some_and(|file| has_ending(file, "mcap"));
+        (if is_mcap { "MCAP" } else { "rosbag2" }, topics.finish(file)?)
     } else {
-        csv_file::read(file, options)?
+        return Ok(None);
     };
     if streams.iter().all(|stream| stream.rows() == 0 || stream.names.is_empty()) {
         return Err(ImportError::nothing(file, "it holds no numbers"));
     }
-    Ok((format, streams))
+    Ok(Some((format, streams)))
 }
 
-/// The file itself, or the only file of messages in the folder of a bag.
-fn bag_in(path: &Path) -> Result<PathBuf, ImportError> {
-    if !path.is_dir() {
-        return Ok(path.to_owned());
+/// A table.
+fn table(file: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let samples = CsvSamples::open(file, &options.csv())?;
+    let (format, clock) = samples.kind();
+    let clock = clock.to_owned();
+    Ok(Imported::of(format, clock, samples.hold()?))
+}
+
+impl ImportOptions {
+    fn csv(&self) -> CsvOptions {
+        let Self { rate_hz, map, time_unit, finger, .. } = self.clone();
+        CsvOptions { rate_hz, map, time_unit, finger }
     }
-    let unreadable = |source| ImportError::Unreadable { file: path.to_owned(), source };
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(path).map_err(unreadable)? {
-        let file = entry.map_err(unreadable)?.path();
+}
+
+impl Imported {
+    fn of(format: &'static str, clock: String, mut recording: Recording) -> Self {
+        let notes = &mut recording.notes;
+        let (uses, unused) = (mem::take(&mut notes.uses), mem::take(&mut notes.ignored_columns));
+        let notes = mem::take(&mut notes.remarks);
+        Self { format, clock, uses, unused, notes, recording, rows: None }
+    }
+}
+
+/// The file itself, or the files of messages in the folder of a bag, in the order of their numbers.
+fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let (mut found, mut packed, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    for entry in std::fs::read_dir(path).map_err(ImportError::unreadable(path))? {
+        let file = entry.map_err(ImportError::unreadable(path))?.path();
         if has_ending(&file, "mcap") || has_ending(&file, "db3") {
             found.push(file);
+        } else if has_ending(&file, "zstd") || has_ending(&file, "zst") {
+            packed.push(file);
+        } else if ["csv", "txt", "tsv", "xlsx"].into_iter().any(|ending| has_ending(&file, ending))
+        {
+            tables.push(file);
         }
     }
-    found.sort();
-    match found.as_slice() {
-        [file] => Ok(file.clone()),
-        [] => Err(ImportError::nothing(path, "the folder holds neither .mcap nor .db3")),
-        [first, ..] => Err(ImportError::nothing(
-            path,
-            &format!(
-                "the folder holds {} files; import them one by one, for example {}",
-                found.len(),
-                first.display()
-            ),
-        )),
-    }
+    let folder = path.display();
+    let what = match (found.as_slice(), packed.as_slice(), tables.as_slice()) {
+        ([_, ..], [], _) => {
+            found.sort_by_cached_key(|file| numbered(file));
+            return Ok(found);
+        }
+        (_, [_, ..], _) => {
+            format!("its files are compressed; unpack them with: zstd -d --rm '{folder}'/*.zst*")
+        }
+        (_, _, [first, ..]) => format!(
+            "it is no bag but holds {} tables, which are recordings of their own; import one by one, for example: \
+             gripctl import '{}' -o run.csv",
+            tables.len(),
+            first.display()
+        ),
+        _ => "the folder holds neither .mcap nor .db3".to_owned(),
+    };
+    Err(ImportError::nothing(path, &what))
+}
+
+/// A name by the number at its end: `bag_10` behind `bag_9`.
+fn numbered(file: &Path) -> (String, u64, PathBuf) {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+    let number = stem.get(name.len()..).and_then(|number| number.parse().ok());
+    (name.to_owned(), number.unwrap_or(0), file.to_owned())
 }

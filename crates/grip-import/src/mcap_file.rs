@@ -3,62 +3,53 @@
 use crate::{
     ImportOptions,
     error::ImportError,
-    stream::{Room, Stream},
-    topic::Topic,
+    topic::{Topic, Topics},
     zstd::unpack,
 };
 use grip_record::mcap::{Foreign, ForeignChannel, ForeignReader, McapError, Topic as Own};
 use std::{collections::BTreeMap, path::Path};
 
-pub(crate) fn read(file: &Path, options: &ImportOptions) -> Result<Vec<Stream>, ImportError> {
+pub(crate) fn read(
+    file: &Path,
+    options: &ImportOptions,
+    topics: &mut Topics,
+) -> Result<(), ImportError> {
     let mut reader = ForeignReader::open(file, unpack)?;
-    let mut topics: BTreeMap<u16, Topic> = BTreeMap::new();
-    let (mut notes, mut room) = (Vec::new(), Room::default());
+    // A publisher that started again has another number, and the same topic.
+    let mut places: BTreeMap<u16, usize> = BTreeMap::new();
     loop {
         match reader.next_item() {
-            Ok(None) => break,
+            Ok(None) => return Ok(()),
             Ok(Some(Foreign::Channel { id, channel })) => {
-                let known = topics.contains_key(&id);
-                let wanted = options.topics.is_empty() || options.topics.contains(&channel.topic);
                 if Own::from_name(&channel.topic).is_some()
                     && channel.schema.starts_with("grip_msgs/")
                 {
                     let what = "it is a recording of gripd: `gripctl replay` takes it as it is, `gripctl csv` writes its samples";
                     return Err(ImportError::nothing(file, what));
                 }
-                match topic_of(&channel) {
-                    Ok(topic) if wanted && !known => drop(topics.insert(id, topic)),
-                    Err(fault) if wanted => notes.push(format!("{} {fault}", channel.topic)),
-                    _ => {}
+                let ForeignChannel { topic, encoding, schema, definition, .. } = &channel;
+                if options.topics.is_empty() || options.topics.contains(topic) {
+                    let key = (topic.clone(), format!("{encoding} {schema}"), definition.clone());
+                    if let Some(at) = topics.place(key, || topic_of(&channel)) {
+                        places.insert(id, at);
+                    }
                 }
             }
             Ok(Some(Foreign::Message { channel, log_ns, data })) => {
-                if let Some(topic) = topics.get_mut(&channel) {
+                if let Some(at) = places.get(&channel) {
                     let log_ns = i64::try_from(log_ns).unwrap_or(i64::MAX);
-                    topic.push(file, &mut room, log_ns, data)?;
+                    topics.push(file, *at, log_ns, data)?;
                 }
             }
             // A recorder that was killed leaves no end; what is there is whole.
-            Err(McapError::Truncated { offset, .. }) if !topics.is_empty() => {
-                notes
-                    .push(format!("the file ends early, at byte {offset}; what is before is used"));
-                break;
+            Err(McapError::Truncated { offset, .. }) if !places.is_empty() => {
+                let file = file.display();
+                topics.note(format!("{file} ends early, at byte {offset}; what is before is used"));
+                return Ok(());
             }
             Err(error) => return Err(error.into()),
         }
     }
-    if topics.is_empty() {
-        let what = format!("no topic can be read: {}", notes.join("; "));
-        return Err(ImportError::nothing(
-            file,
-            if notes.is_empty() { "it has no topics" } else { &what },
-        ));
-    }
-    let mut streams: Vec<Stream> = topics.into_values().map(Topic::finish).collect();
-    if let Some(first) = streams.first_mut() {
-        first.notes.extend(notes);
-    }
-    Ok(streams)
 }
 
 fn topic_of(channel: &ForeignChannel) -> Result<Topic, String> {

@@ -1,7 +1,6 @@
 //! Rows of named numbers with their times: what every format is read into.
 
 use crate::error::ImportError;
-use slip_core::sample::FURTHER_AXES;
 use std::path::Path;
 
 /// Most numbers that are kept of one file: 1 GiB of them.
@@ -12,8 +11,6 @@ pub const MOST_VALUES: usize = 1 << 28;
 pub enum Times {
     /// At these times (ns), in the order of the file.
     Stamps(Vec<i64>),
-    /// At equal steps (samples per second).
-    Rate(f64),
     /// Only the caller knows.
     Unknown,
 }
@@ -60,20 +57,6 @@ impl Stream {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.values.first().map_or(0, Vec::len)
-    }
-
-    /// The same where no signal has a name of its own: up to three are the axes of a vibration.
-    pub(crate) fn without_names(mut self) -> Self {
-        match self.known.as_mut_slice() {
-            [one] => *one = Some("vibration".to_owned()),
-            few if few.len() <= 1 + FURTHER_AXES => {
-                for (k, known) in few.iter_mut().enumerate() {
-                    *known = Some(format!("vibration_{}", k + 1));
-                }
-            }
-            _ => {}
-        }
-        self
     }
 
     /// Place of the signal `name`; appended, with NaN in the rows so far, where it is new.

@@ -3,13 +3,85 @@
 use crate::{
     error::ImportError,
     json,
+    mcap_file::unpack,
     ros::{Decoder, Leaves},
     stream::{Room, Stream, Times, reading},
 };
 use std::{collections::HashMap, path::Path};
 
+/// How a frame of zstd begins, and how long a message in one may be (bytes).
+const ZSTD: &[u8] = b"\x28\xb5\x2f\xfd";
+const MOST_UNPACKED: u64 = 64 << 20;
 /// Most signals of one topic.
 const MOST_SIGNALS: usize = 1024;
+
+/// Topic, type and definition: what makes two channels one.
+type Key = (String, String, Vec<u8>);
+
+/// The topics of a recording, whatever their numbers in its files.
+#[derive(Debug, Default)]
+pub(crate) struct Topics {
+    keys: Vec<Key>,
+    /// `None` where the topic cannot be read.
+    all: Vec<Option<Topic>>,
+    notes: Vec<String>,
+    room: Room,
+}
+
+impl Topics {
+    /// The place of a topic; `make` reads its type the first time.
+    pub(crate) fn place(
+        &mut self,
+        key: Key,
+        make: impl FnOnce() -> Result<Topic, String>,
+    ) -> Option<usize> {
+        let at = self.keys.iter().position(|known| *known == key).unwrap_or_else(|| {
+            self.all
+                .push(make().map_err(|fault| self.notes.push(format!("{} {fault}", key.0))).ok());
+            self.keys.push(key);
+            self.all.len() - 1
+        });
+        self.all.get(at).is_some_and(Option::is_some).then_some(at)
+    }
+
+    /// Takes the next message of the topic at this place.
+    ///
+    /// # Errors
+    /// Where there is no room for more numbers.
+    pub(crate) fn push(
+        &mut self,
+        file: &Path,
+        at: usize,
+        log_ns: i64,
+        data: &[u8],
+    ) -> Result<(), ImportError> {
+        match self.all.get_mut(at) {
+            Some(Some(topic)) => topic.push(file, &mut self.room, log_ns, data),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn note(&mut self, note: String) {
+        self.notes.push(note);
+    }
+
+    /// What was read.
+    ///
+    /// # Errors
+    /// Where no topic can be read.
+    pub(crate) fn finish(self, file: &Path) -> Result<Vec<Stream>, ImportError> {
+        let mut streams: Vec<Stream> = self.all.into_iter().flatten().map(Topic::finish).collect();
+        let Some(first) = streams.first_mut() else {
+            let what = match self.notes.is_empty() {
+                true => "it has no topics".to_owned(),
+                false => format!("no topic can be read: {}", self.notes.join("; ")),
+            };
+            return Err(ImportError::nothing(file, &what));
+        };
+        first.notes.extend(self.notes);
+        Ok(streams)
+    }
+}
 
 /// How its messages are read.
 #[derive(Debug)]
@@ -87,6 +159,12 @@ impl Topic {
         data: &[u8],
     ) -> Result<(), ImportError> {
         let rows = self.log_ns.len();
+        // A bag may pack each message by itself; neither CDR nor JSON begins so.
+        let unpacked = data.starts_with(ZSTD).then(|| unpack("zstd", data, MOST_UNPACKED));
+        let data = match &unpacked {
+            Some(Ok(data)) => data,
+            _ => data,
+        };
         let mut row =
             Row { topic: &mut self.stream, places: &mut self.places, rows, stamp: [0; 2] };
         let numbers = match &mut self.kind {

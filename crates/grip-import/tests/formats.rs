@@ -59,88 +59,6 @@ fn vibration(imported: &Imported) -> Vec<f32> {
 }
 
 #[test]
-fn wav_of_every_kind() {
-    let (_kept, folder) = folder();
-    let file = folder.join("x.wav");
-    for (bits, format) in [
-        (8, hound::SampleFormat::Int),
-        (16, hound::SampleFormat::Int),
-        (24, hound::SampleFormat::Int),
-        (32, hound::SampleFormat::Int),
-        (32, hound::SampleFormat::Float),
-    ] {
-        let spec = hound::WavSpec {
-            channels: 2,
-            sample_rate: 8000,
-            bits_per_sample: bits,
-            sample_format: format,
-        };
-        let mut writer = hound::WavWriter::create(&file, spec).unwrap();
-        for k in 0..100_i32 {
-            for value in [0.5, -0.25 * f64::from(k % 2)] {
-                if format == hound::SampleFormat::Float {
-                    writer.write_sample(value as f32).unwrap();
-                } else {
-                    writer
-                        .write_sample((value * 2.0_f64.powi(i32::from(bits) - 1)) as i32)
-                        .unwrap();
-                }
-            }
-        }
-        writer.finalize().unwrap();
-        let imported = taken(&file);
-        assert_eq!(imported.format, "WAV");
-        assert_eq!(uses(&imported), ["vibration_1=channel_1", "vibration_2=channel_2"]);
-        let recording = &imported.recording;
-        assert_eq!((recording.rate_hz, recording.samples.len()), (8000.0, 100));
-        assert_eq!(recording.samples[1].vibration(), [0.5, -0.25, 0.0], "{bits} {format:?}");
-        assert_eq!(recording.samples[8].t.0, 1000);
-        let one = import(&file, &with_map(&[("vibration", "channel_2")])).unwrap();
-        assert_eq!(uses(&one), ["vibration=channel_2"]);
-    }
-    fs::write(&file, b"RIFF....").unwrap();
-    refused(&file, &ImportOptions::default(), &["x.wav"]);
-}
-
-#[test]
-fn npy_of_one_and_two_dimensions() {
-    let (_kept, folder) = folder();
-    let file = folder.join("x.npy");
-    let rate = ImportOptions { rate_hz: Some(1000.0), ..ImportOptions::default() };
-    ndarray_npy::write_npy(&file, &ndarray::Array1::from_vec(vec![1_i16, 2, 3])).unwrap();
-    let one = import(&file, &rate).unwrap();
-    assert_eq!(
-        (uses(&one), vibration(&one)),
-        (vec!["vibration=column_0".to_owned()], vec![1.0, 2.0, 3.0])
-    );
-    refused(&file, &ImportOptions::default(), &["--rate HZ"]);
-
-    let table = ndarray::Array2::from_shape_fn((50, 3), |(row, column)| match column {
-        0 => 500.0 * row as f64,
-        column => (row * column) as f64,
-    });
-    ndarray_npy::write_npy(&file, &table).unwrap();
-    let timed = taken(&file);
-    assert_eq!(uses(&timed), ["vibration_1=column_1", "vibration_2=column_2"]);
-    assert!(timed.clock.contains("(us)") && timed.recording.rate_hz == 2000.0, "{timed:?}");
-    assert_eq!(timed.recording.samples[3].vibration(), [3.0, 6.0, 0.0]);
-
-    let sideways =
-        ndarray::Array2::from_shape_fn((2, 40), |(row, column)| (row * 100 + column) as f32);
-    ndarray_npy::write_npy(&file, &sideways).unwrap();
-    let sideways = import(&file, &rate).unwrap();
-    assert_eq!(sideways.recording.samples[7].vibration(), [7.0, 107.0, 0.0]);
-    assert!(sideways.notes[0].contains("taken as"), "{:?}", sideways.notes);
-
-    ndarray_npy::write_npy(&file, &ndarray::Array2::<f32>::zeros((40, 9))).unwrap();
-    refused(&file, &rate, &["--map vibration=column_0", "column_8"]);
-    ndarray_npy::write_npy(&file, &ndarray::Array3::<f32>::zeros((2, 2, 2))).unwrap();
-    refused(&file, &rate, &["3 dimensions"]);
-    fs::write(&file, b"\x93NUMPY").unwrap();
-    refused(&file, &rate, &["x.npy"]);
-}
-
-#[test]
 fn csv_with_times_in_every_unit() {
     let (_kept, folder) = folder();
     let file = folder.join("x.csv");
@@ -149,7 +67,7 @@ fn csv_with_times_in_every_unit() {
         ("time_ms;mic", 1.0, ';'),
         ("Time (us)\tVib [V]", 1e3, '\t'),
         ("stamp_ns,piezo", 1e6, ','),
-        ("timestamp,audio", 1.0, ','),
+        ("Zeit [ms];audio", 1.0, ';'),
     ];
     for (header, step, delimiter) in cases {
         let rows: String =
@@ -228,25 +146,23 @@ fn csv_that_cannot_be_used_states_where() {
     let file = folder.join("x.csv");
     let none = ImportOptions::default();
     let put = |text: &str| fs::write(&file, text).unwrap();
-    put("t_s,vibration\n0,1\n0.001,1,2\n");
-    refused(&file, &none, &["line 3", "3 cells"]);
-    put("t_s;vibration\n0;1,5\n");
-    refused(&file, &none, &["line 2", "vibration", "decimal comma"]);
+    put("t_s,vibration\n0,1\n0.001,1,2\n0.002,1\n");
+    refused(&file, &none, &["line 3", "3 fields"]);
     put("t_s,vibration\n0,1\n2,1\n1,1\n");
-    refused(&file, &none, &["line 4", "sort the rows"]);
+    refused(&file, &none, &["line 4", "split the file there"]);
     put("t_s,mic,audio\n0,1,1\n0.001,1,1\n");
-    refused(&file, &none, &["the vibration may be any of mic, audio", "--map vibration=NAME"]);
+    refused(&file, &none, &["the vibration may be any of mic, audio", "--map vibration=mic"]);
     put("t_s,a,b\n0,1,1\n0.001,1,1\n");
     refused(&file, &none, &["--map vibration=a", "a, b"]);
     refused(&file, &with_map(&[("vibration", "c")]), &["vibration=c: no such signal", "a, b"]);
     put("vibration\n1\n2\n");
     refused(&file, &none, &["--rate HZ"]);
     put("only words\nand more\n");
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["only words (text)"]);
     put("");
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["is empty"]);
     fs::write(&file, vec![0_u8; 3 << 20]).unwrap();
-    refused(&file, &none, &["no table"]);
+    refused(&file, &none, &["it is no table: a line has more than"]);
     fs::remove_file(&file).unwrap();
     refused(&file, &none, &["cannot be read"]);
     refused(Path::new("/dev/zero"), &none, &["not a regular file"]);
@@ -579,4 +495,131 @@ fn a_recording_of_gripd_is_sent_to_where_it_is_read() {
     writer.finish().unwrap();
     drop(writer);
     refused(&file, &ImportOptions::default(), &["gripctl replay", "gripctl csv"]);
+}
+
+/// An MCAP of JSON messages of one topic: (channel, time in ns, value).
+fn json_mcap(file: &Path, messages: impl Iterator<Item = (usize, u64, f64)>) {
+    let out = BufWriter::new(fs::File::create(file).unwrap());
+    let mut writer = mcap::Writer::new(out).unwrap();
+    // What differs between two runs of one publisher.
+    let runs = ["first", "second"].map(|run| BTreeMap::from([("run".to_owned(), run.to_owned())]));
+    let channels = runs.map(|run| writer.add_channel(0, "/vib", "json", &run).unwrap());
+    for (channel, log_time, value) in messages {
+        let channel_id = channels[channel];
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time: 0 };
+        let json = format!("{{\"vibration\": {value}}}");
+        writer.write_to_known_channel(&header, json.as_bytes()).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_publisher_that_started_again_is_one_topic() {
+    let (_kept, folder) = folder();
+    let row = |k: u32| (usize::from(k >= 150), u64::from(k) * 1_000_000, f64::from(k % 7));
+    json_mcap(&folder.join("x.mcap"), (0..400).map(row));
+    let imported = taken(&folder.join("x.mcap"));
+    assert_eq!((imported.recording.samples.len(), imported.recording.rate_hz), (400, 1000.0));
+    // And so are the files of a bag, by their numbers: the tenth is behind the second.
+    fs::remove_file(folder.join("x.mcap")).unwrap();
+    for (part, name) in ["bag_1.mcap", "bag_2.mcap", "bag_10.mcap"].into_iter().enumerate() {
+        let first = 100 * u32::try_from(part).unwrap();
+        json_mcap(&folder.join(name), (first..first + 100).map(row));
+    }
+    let imported = taken(&folder);
+    let samples = &imported.recording.samples;
+    assert_eq!((samples.len(), samples[299].t.0, imported.recording.notes.gaps), (300, 299_000, 0));
+    assert!(!imported.notes.iter().any(|note| note.contains("out of order")));
+    fs::write(folder.join("bag_11.mcap.zstd"), "").unwrap();
+    refused(&folder, &ImportOptions::default(), &["zstd -d --rm"]);
+}
+
+#[test]
+fn bursts_with_one_stamp_become_rows_at_the_rate() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.mcap");
+    json_mcap(&file, (0..400).map(|k| (0, k / 16 * 10_000_000, f64::from(k as u32 % 7))));
+    let given = ImportOptions { rate_hz: Some(1600.0), ..ImportOptions::default() };
+    for options in [ImportOptions::default(), given] {
+        let imported = import(&file, &options).unwrap();
+        let recording = &imported.recording;
+        assert!((recording.rate_hz - 1600.0).abs() < 8.0, "{}", recording.rate_hz);
+        assert_eq!((recording.samples.len(), recording.notes.repeated_times), (400, 0));
+        let said = |note: &String| note.contains("375 of 400 repeat the one before");
+        assert!(imported.notes.iter().any(said), "{:?}", imported.notes);
+    }
+}
+
+#[test]
+fn messages_that_are_packed_one_by_one_are_unpacked() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.db3");
+    put_db3(&file, true);
+    let db = rusqlite::Connection::open(&file).unwrap();
+    let ids: Vec<i64> = {
+        let mut rows = db.prepare("SELECT id FROM messages").unwrap();
+        rows.query_map([], |row| row.get(0)).unwrap().map(Result::unwrap).collect()
+    };
+    for id in ids {
+        let get = "SELECT data FROM messages WHERE id = ?1";
+        let data: Vec<u8> = db.query_row(get, [id], |row| row.get(0)).unwrap();
+        let fast = ruzstd::encoding::CompressionLevel::Fastest;
+        let packed = ruzstd::encoding::compress_to_vec(data.as_slice(), fast);
+        let put = "UPDATE messages SET data = ?1 WHERE id = ?2";
+        db.execute(put, rusqlite::params![packed, id]).unwrap();
+    }
+    drop(db);
+    let samples = taken(&file).recording.samples;
+    assert_eq!((samples.len(), samples[41].vibration()), (100, [41.0, 1.0, 2.0]));
+}
+
+#[test]
+fn a_second_finger_is_no_motion_reference() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let rows: String = (0..40).map(|k| format!("{},1,2,3,4,5,6\n", f64::from(k) / 1e3)).collect();
+    let put = |second: &str| {
+        let header = format!("t_s,imu1_ax,imu1_ay,imu1_az,{second}_ax,{second}_ay,{second}_az");
+        fs::write(&file, format!("{header}\n{rows}")).unwrap();
+    };
+    put("imu2");
+    refused(&file, &ImportOptions::default(), &["imu1_a, imu2_a", "--map vibration=imu1_a"]);
+    let one = import(&file, &with_map(&[("vibration", "imu1_a")])).unwrap();
+    assert_eq!((one.uses.len(), one.unused.len()), (3, 3));
+    assert!(one.notes[0].contains("--map reference=imu2_a"), "{:?}", one.notes);
+    let both = with_map(&[("vibration", "imu1_a"), ("reference", "imu2_a")]);
+    assert_eq!(import(&file, &both).unwrap().uses.len(), 6);
+    put("wrist");
+    assert_eq!(taken(&file).uses.len(), 6, "by its name it is that of the robot");
+}
+
+#[test]
+fn counters_are_asked_about_and_units_are_converted() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.csv");
+    let rate = ImportOptions { rate_hz: Some(1600.0), ..ImportOptions::default() };
+    let rows =
+        |first: u32| -> String { (0..50).map(|k| format!("{},{}\n", first + k, k % 7)).collect() };
+    for (header, first) in [("", 0), ("", 1), (",0\n", 0), ("t,vibration\n", 0)] {
+        fs::write(&file, format!("{header}{}", rows(first))).unwrap();
+        refused(&file, &ImportOptions::default(), &["--rate HZ", "--time-unit"]);
+        let imported = import(&file, &rate).unwrap();
+        assert_eq!((imported.uses.len(), imported.recording.rate_hz), (1, 1600.0), "{header}");
+        assert_eq!(imported.recording.samples[3].t.0, 1875);
+    }
+    let array = ndarray::Array2::from_shape_fn((50, 2), |(row, column)| {
+        if column == 0 { row as f64 } else { (row % 7) as f64 }
+    });
+    ndarray_npy::write_npy(folder.join("x.npy"), &array).unwrap();
+    refused(&folder.join("x.npy"), &ImportOptions::default(), &["--rate HZ", "--time-unit"]);
+    assert_eq!(import(&folder.join("x.npy"), &rate).unwrap().uses.len(), 1);
+
+    let rows: String = (0..20).map(|k| format!("{k};1,5;2;0,25\n")).collect();
+    fs::write(&file, format!("Zeit (ms);acc_x [g];Force [kN];travel_mm\n{rows}")).unwrap();
+    let sample = taken(&file).recording.samples[3];
+    assert_eq!((sample.t.0, sample.normal_force_n), (3000, Some(2000.0)));
+    assert!((sample.stylus - 14.709_975).abs() < 1e-5 && sample.travel_m == Some(0.000_25));
+    fs::write(&file, "t_s,vib,force [stone]\n0,1,2\n0.001,1,2\n0.002,1,2\n").unwrap();
+    refused(&file, &ImportOptions::default(), &["stone", "kgf"]);
 }

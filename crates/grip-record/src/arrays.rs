@@ -4,55 +4,192 @@
 //! stylus, where it is a bad reading.
 
 use std::io::{Seek, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use grip_table::TableError;
 use ndarray::{Array1, Array2};
 use ndarray_npy::{NpzWriter, WriteNpzError};
+use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
 use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
-use crate::npz::Npz;
+use crate::find::Signal;
+use crate::npz::npz_table;
+use crate::numbers::{Coding, NumberColumn, NumberRows, NumberTable};
+use crate::pace::Pace;
+use crate::plan::{Head, Plan, name_axes};
 use crate::recording::{Cells, Gathering, Recording};
 use crate::taxels::PREFIX;
+use crate::time::TimeUnit;
 
 const NONE: &Vec<String> = &Vec::new();
 
-/// Reads the recording in an `.npz`; arrays that are no columns of a recording are left alone.
+/// Reads the recording in an `.npz`.
 pub(crate) fn read_npz(file: &Path, options: &CsvOptions) -> Result<Recording, CsvError> {
-    let mut npz = Npz::open(file)?;
-    let header = npz.names().to_vec();
-    let mut gathering = Gathering::new(file, &header, options)?;
-    let columns: Vec<Option<Array1<f64>>> = header
-        .iter()
-        .enumerate()
-        .map(|(at, name)| gathering.layout.uses(at).then(|| npz.numbers(name)).transpose())
-        .collect::<Result<_, _>>()?;
-    let (stylus, rows) = (gathering.layout.stylus, npz.rows());
-    for row in 0..rows {
-        gathering.push(&ArrayRow { file, header: &header, columns: &columns, stylus, row })?;
-    }
-    gathering.finish()
+    NumberSamples::open(&npz_table(file)?, options)?.hold()
 }
 
-/// One row of an `.npz`.
+/// The samples of a table of numbers one after the other, as the file is read: the memory does not depend on its length.
+#[derive(Debug)]
+pub struct NumberSamples {
+    file: PathBuf,
+    plan: Plan,
+    rows: NumberRows,
+    gathering: Gathering,
+    row: Vec<f64>,
+    count: u64,
+}
+
+impl NumberSamples {
+    /// Begins to read `table`.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, or its columns or an option is not usable.
+    pub fn open(table: &NumberTable, options: &CsvOptions) -> Result<Self, CsvError> {
+        Self::open_paced(table, options, None)
+    }
+
+    /// The same with the pace that [`survey`](Self::survey) has found in all of the file.
+    ///
+    /// # Errors
+    /// As [`NumberSamples::open`].
+    pub fn open_paced(
+        table: &NumberTable,
+        options: &CsvOptions,
+        pace: Option<Pace>,
+    ) -> Result<Self, CsvError> {
+        let file = table.file.clone();
+        let mut options = options.clone();
+        options.rate_hz = options.rate_hz.or(table.rate_hz);
+        let mut plan = plan(table, &mut options)?;
+        plan.pace = pace.or(plan.pace);
+        let mut gathering = Gathering::planned(&file, &plan, &options)?;
+        let used = |at: usize| Some(at).filter(|at| gathering.layout.uses(*at));
+        let picks: Vec<_> = (0..table.columns.len()).map(used).collect();
+        let rows = table.rows(&picks);
+        let rows = rows.map_err(|source| CsvError::Unreadable { file: file.clone(), source })?;
+        let notes = &mut gathering.notes;
+        notes.cut = table.cut.is_some();
+        let found = core::mem::take(&mut plan.found.notes);
+        notes.remarks.extend(found.into_iter().chain(table.notes.clone()).chain(table.cut.clone()));
+        if plan.clock.is_empty() && table.rate_hz == options.rate_hz {
+            plan.clock.clone_from(&table.clock);
+        }
+        Ok(Self { file, plan, rows, gathering, row: Vec::new(), count: 0 })
+    }
+
+    /// Where the times come from; empty where a rate that was given does.
+    #[must_use]
+    pub fn clock(&self) -> &str {
+        &self.plan.clock
+    }
+
+    /// The next sample and the frame of taxels that came with it, which is empty where none did; `None` at the end.
+    ///
+    /// # Errors
+    /// Where a row is not usable, or the file cannot be read on.
+    pub fn next_sample(&mut self) -> Result<Option<(Sample, &[f32])>, CsvError> {
+        let sample = self.next()?;
+        Ok(sample.map(|sample| (sample, self.gathering.frame())))
+    }
+
+    fn next(&mut self) -> Result<Option<Sample>, CsvError> {
+        let Self { file, plan, rows, gathering, row, count } = self;
+        let unreadable = |source| CsvError::Unreadable { file: file.clone(), source };
+        if !rows.next_row(row).map_err(unreadable)? {
+            return Ok(None);
+        }
+        *count += 1;
+        let stylus = gathering.layout.stylus;
+        let header = &plan.names;
+        let sample = gathering.sample(&ArrayRow { file, header, row, stylus, line: *count });
+        if sample.is_err() {
+            // Damaged bytes make odd numbers: that is then the fault.
+            rows.drain().map_err(unreadable)?;
+        }
+        sample.map(Some)
+    }
+
+    /// The recording without its samples, and the pace to [open](NumberSamples::open_paced) it with again, where its first rows
+    /// did not show that its stamps are coarse. Reads what is left of the file.
+    ///
+    /// # Errors
+    /// Where a row is not usable, there is none, or no rate.
+    pub fn survey(mut self) -> Result<(Recording, Option<Pace>), CsvError> {
+        while self.next()?.is_some() {}
+        let pace = self.gathering.unseen_pace();
+        Ok((self.gathering.finish()?, pace))
+    }
+
+    /// The recording with its samples.
+    ///
+    /// # Errors
+    /// As [`NumberSamples::survey`]; where there are more samples than are held, before any is read.
+    pub fn hold(mut self) -> Result<Recording, CsvError> {
+        self.gathering.check_room(self.rows.left())?;
+        while let Some(sample) = self.next()? {
+            self.gathering.keep(sample)?;
+        }
+        self.gathering.finish()
+    }
+}
+
+/// What the columns are, and where the times come from.
+fn plan(table: &NumberTable, options: &mut CsvOptions) -> Result<Plan, CsvError> {
+    let signal = |column: &NumberColumn| Signal {
+        name: column.name.clone(),
+        unit: column.unit.map(str::to_owned).or_else(|| Some(grip_table::of_name(&column.name)?.1)),
+        ..Signal::default()
+    };
+    let mut signals: Vec<Signal> = table.columns.iter().map(signal).collect();
+    let rated = table.rate_hz.is_some();
+    if rated && !table.named {
+        name_axes(&mut signals, &[]);
+    }
+    let times = table.columns.iter().find(|column| column.is_time);
+    if let Some(times) = times.filter(|_| !options.map.iter().any(|(ours, _)| ours == "t_s")) {
+        options.map.push(("t_s".to_owned(), times.name.clone()));
+    }
+    let head = Head { signals, named: table.named || rated, nameless: Vec::new() };
+    let (mut fault, mut coarse) = (None, None);
+    let plan = Plan::find(&table.file, &head, options, |column| {
+        let times = table.columns.get(column);
+        coarse = times.filter(|times| (times.cell.coding, times.cell.size) == (Coding::Float, 2));
+        let times = table.first(column).unwrap_or_else(|source| {
+            fault = Some(source);
+            Vec::new()
+        });
+        (times, Vec::new())
+    });
+    if let Some(source) = fault {
+        return Err(CsvError::Unreadable { file: table.file.clone(), source });
+    }
+    match coarse.filter(|_| options.rate_hz.is_none()) {
+        Some(NumberColumn { name, .. }) => Err(CsvError::Times {
+            file: table.file.clone(),
+            fault: format!(
+                "the times in {name:?} are float16, which keeps 3 digits; give --rate HZ"
+            ),
+            found: table.columns.iter().map(|column| column.name.clone()).collect(),
+        }),
+        None => plan,
+    }
+}
+
+/// One row of numbers.
 struct ArrayRow<'a> {
     file: &'a Path,
     header: &'a [String],
-    columns: &'a [Option<Array1<f64>>],
+    row: &'a [f64],
     stylus: Option<usize>,
-    row: usize,
+    line: u64,
 }
 
 impl ArrayRow<'_> {
     fn value(&self, column: usize) -> f64 {
-        let column = self.columns.get(column).and_then(Option::as_ref);
-        column.and_then(|column| column.get(self.row)).copied().unwrap_or(f64::NAN)
-    }
-
-    fn line(&self) -> u64 {
-        self.row as u64 + 1
+        self.row.get(column).copied().unwrap_or(f64::NAN)
     }
 
     fn name(&self, column: usize) -> String {
@@ -61,26 +198,23 @@ impl ArrayRow<'_> {
 }
 
 impl Cells for ArrayRow<'_> {
-    fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
-        let (file, line, seconds) = (self.file.to_owned(), self.line(), self.value(column));
-        let column = self.name(column);
-        let Some(time) = micros(1e6 * seconds) else {
-            let text = excerpt(&seconds.to_string());
-            return Err(CsvError::TimeOutOfRange { file, line, column, text });
-        };
-        match previous.filter(|before| *before > time) {
-            None => Ok(time),
-            Some(before) => Err(CsvError::TimeBackwards { file, line, column, before, time }),
-        }
+    fn stamp(&self, column: usize, unit: TimeUnit) -> Result<i64, CsvError> {
+        let value = self.value(column);
+        unit.to_ns(value).ok_or_else(|| CsvError::TimeOutOfRange {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: self.name(column),
+            text: excerpt(&value.to_string()),
+        })
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a Sample")]
+    fn place(&self, column: usize) -> (&Path, u64, String) {
+        (self.file, self.line, self.name(column))
+    }
+
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
-        let value = match scale {
-            Scale::Same => self.value(column),
-            Scale::MilliToUnit => self.value(column) / 1000.0,
-        };
-        Ok(Some(value as f32).filter(|value| Some(column) == self.stylus || !value.is_nan()))
+        let value = scale.narrow(self.value(column));
+        Ok(Some(value).filter(|value| Some(column) == self.stylus || !value.is_nan()))
     }
 
     fn micros(&self, column: usize) -> Result<Option<Micros>, CsvError> {
@@ -89,12 +223,15 @@ impl Cells for ArrayRow<'_> {
             return Ok(None);
         }
         let whole = micros(value).filter(|_| value.fract() == 0.0);
-        whole.map(Some).ok_or_else(|| CsvError::NotANumber {
-            file: self.file.to_owned(),
-            line: self.line(),
-            column: self.name(column),
-            text: excerpt(&value.to_string()),
-            remedy: "write whole microseconds",
+        whole.map(Some).ok_or_else(|| {
+            TableError::NotANumber {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.name(column),
+                text: excerpt(&value.to_string()),
+                remedy: "write whole microseconds",
+            }
+            .into()
         })
     }
 }

@@ -1,4 +1,4 @@
-//! A header and the renamings in, the columns of a vector (`vibration_x`, `vibration_y`, `vibration_z`) out.
+//! A header in, the columns of a vector (`vibration_x`, `vibration_y`, `vibration_z`) out.
 //!
 //! | columns | the vector |
 //! |---|---|
@@ -7,7 +7,7 @@
 //! | `vibration`, `vibration_2`, `vibration_left` | all of them: any suffix without another `_` is an axis |
 //! | `vibration` beside all of x, y and z | x, y and z: the first is taken for their norm, or one of them |
 //!
-//! The same for `reference`. A renaming of the plain name (`--map vibration=NAME`) chooses that column alone.
+//! The same for `reference`.
 
 use std::path::Path;
 
@@ -36,24 +36,10 @@ fn suffix<'a>(name: &'a str, vector: &str) -> Option<&'a str> {
 ///
 /// # Errors
 /// Where there are more than a vector has.
-pub(crate) fn columns(
-    file: &Path,
-    header: &[String],
-    map: &[(String, String)],
-    vector: &str,
-) -> Result<Axes, CsvError> {
-    let position = |wanted: &str| header.iter().position(|column| column == wanted);
-    if let Some((ours, theirs)) = map.iter().find(|(ours, _)| ours == vector) {
-        return Ok(position(theirs).map(|column| (ours.clone(), column)).into_iter().collect());
-    }
+pub(crate) fn columns(file: &Path, header: &[String], vector: &str) -> Result<Axes, CsvError> {
     let known = |(column, name): (usize, &String)| {
-        let ours = match map.iter().find(|(_, theirs)| theirs == name) {
-            Some((ours, _)) => ours,
-            None if map.iter().any(|(ours, _)| ours == name) => return None,
-            None => name,
-        };
-        let ours = (ours == vector || suffix(ours, vector).is_some()).then_some(ours)?;
-        Some((ours.clone(), column))
+        let is_axis = name == vector || suffix(name, vector).is_some();
+        is_axis.then(|| (name.clone(), column))
     };
     let mut axes: Axes = header.iter().enumerate().filter_map(known).collect();
     let has = |axis: &str| axes.iter().any(|(name, _)| suffix(name, vector) == Some(axis));
@@ -75,54 +61,33 @@ pub(crate) fn columns(
 mod tests {
     use super::*;
 
-    fn names(header: &[&str], map: &[(&str, &str)]) -> Result<Vec<String>, CsvError> {
+    fn names(header: &[&str]) -> Result<Vec<String>, CsvError> {
         let header: Vec<String> = header.iter().map(|&name| name.to_owned()).collect();
-        let map: Vec<_> = map.iter().map(|&(a, b)| (a.to_owned(), b.to_owned())).collect();
-        let axes = columns(Path::new("f.csv"), &header, &map, "vibration")?;
-        Ok(axes.into_iter().map(|(name, at)| format!("{name}={}", header[at])).collect())
+        let axes = columns(Path::new("f.csv"), &header, "vibration")?;
+        Ok(axes.into_iter().map(|(name, _)| name).collect())
     }
 
     #[test]
     fn axes_are_found_by_their_suffix() {
-        type Case = (
-            &'static [&'static str],
-            &'static [(&'static str, &'static str)],
-            &'static [&'static str],
-        );
-        let cases: [Case; 7] = [
-            (&["vibration"], &[], &["vibration=vibration"]),
+        let cases: [(&[&str], &[&str]); 5] = [
+            (&["vibration"], &["vibration"]),
             (
                 &["vibration", "vibration_x", "vibration_y", "vibration_z", "vibration_gyro_x"],
-                &[],
-                &["vibration_x=vibration_x", "vibration_y=vibration_y", "vibration_z=vibration_z"],
+                &["vibration_x", "vibration_y", "vibration_z"],
             ),
-            (
-                &["vibration", "vibration_2"],
-                &[],
-                &["vibration=vibration", "vibration_2=vibration_2"],
-            ),
-            (&["vibration_x"], &[], &["vibration_x=vibration_x"]),
-            (
-                &["vibration_x", "vibration_y", "a"],
-                &[("vibration_y", "a")],
-                &["vibration_x=vibration_x", "vibration_y=a"],
-            ),
-            (
-                &["vibration_x", "vibration_y"],
-                &[("vibration", "vibration_y")],
-                &["vibration=vibration_y"],
-            ),
-            (&["reference_x", "vibrations_x", "vibration_"], &[], &[]),
+            (&["vibration", "vibration_2"], &["vibration", "vibration_2"]),
+            (&["vibration_x"], &["vibration_x"]),
+            (&["reference_x", "vibrations_x", "vibration_"], &[]),
         ];
-        for (header, map, expected) in cases {
-            assert_eq!(names(header, map).unwrap(), expected, "{header:?}");
+        for (header, expected) in cases {
+            assert_eq!(names(header).unwrap(), expected, "{header:?}");
         }
     }
 
     #[test]
     fn a_vector_has_three() {
         let four = ["vibration_1", "vibration_2", "vibration_3", "vibration_4"];
-        let text = names(&four, &[]).unwrap_err().to_string();
+        let text = names(&four).unwrap_err().to_string();
         assert!(text.contains("vibration_4") && text.contains("--map vibration="), "{text}");
     }
 }

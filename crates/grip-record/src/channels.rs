@@ -177,7 +177,7 @@ impl ChannelSet {
 }
 
 /// What a column of a known name is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Role {
     Time,
     Stylus(StylusKind),
@@ -185,10 +185,34 @@ pub(crate) enum Role {
 }
 
 /// From the number in the cell to the unit of the `Sample` field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Scale {
     Same,
     MilliToUnit,
+    By(f64),
+}
+
+impl Scale {
+    /// The reading in a cell; `None` if the text is no number. `NaN`, `inf` and what overflows to infinity are readings.
+    pub(crate) fn parse(self, text: &str) -> Option<f32> {
+        match self {
+            Self::Same => text.parse().ok(),
+            scaled => text.parse().ok().map(|value| scaled.narrow(value)),
+        }
+    }
+
+    /// A number in the unit of its `Sample` field, with the 24 bits of a reading.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "rounding to the precision of a Sample is the purpose"
+    )]
+    pub(crate) fn narrow(self, value: f64) -> f32 {
+        (match self {
+            Self::Same => value,
+            Self::MilliToUnit => value / 1000.0,
+            Self::By(by) => value * by,
+        }) as f32
+    }
 }
 
 /// Every column name the reader knows; the left side of a renaming must be one of them.

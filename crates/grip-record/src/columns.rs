@@ -9,6 +9,7 @@ use crate::channels::Scale;
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
 use crate::recording::{Cells, Gathering, Recording, nth_time};
+use crate::time::TimeUnit;
 
 /// Numbers under the names of a recording's columns, each as long as the times.
 #[derive(Clone, Debug, Default)]
@@ -60,19 +61,14 @@ struct ColumnRow<'a> {
 }
 
 impl Cells for ColumnRow<'_> {
-    fn time(&self, _column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
+    fn stamp(&self, _column: usize, _unit: TimeUnit) -> Result<i64, CsvError> {
         let times = self.columns.times.as_ref();
         let time = times.and_then(|times| times.get(self.row)).copied().unwrap_or_default();
-        match previous.filter(|before| *before > time) {
-            None => Ok(time),
-            Some(before) => Err(CsvError::TimeBackwards {
-                file: self.file.to_owned(),
-                line: self.row as u64 + 1,
-                column: "t_s".to_owned(),
-                before,
-                time,
-            }),
-        }
+        Ok(i64::try_from(time.0).unwrap_or(i64::MAX).saturating_mul(1000))
+    }
+
+    fn place(&self, _column: usize) -> (&Path, u64, String) {
+        (self.file, self.row as u64 + 1, "t_s".to_owned())
     }
 
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
@@ -89,8 +85,8 @@ impl Cells for ColumnRow<'_> {
 /// A number as a reading; only a stylus has a reading that is NaN.
 fn reading(value: f32, scale: Scale, stylus: bool) -> Option<f32> {
     let value = match scale {
-        Scale::Same => value,
         Scale::MilliToUnit => value / 1000.0,
+        Scale::Same | Scale::By(_) => value,
     };
     Some(value).filter(|value| stylus || !value.is_nan())
 }
@@ -114,7 +110,7 @@ impl Rows {
     /// As [`read_csv`](crate::read_csv), for columns that are none of a recording.
     pub fn new(source: &str, names: &[String], rate_hz: f32) -> Result<Self, CsvError> {
         let file = PathBuf::from(source);
-        let options = CsvOptions { rate_hz: Some(rate_hz), map: Vec::new() };
+        let options = CsvOptions { rate_hz: Some(rate_hz), ..CsvOptions::default() };
         let gathering = Gathering::new(&file, names, &options)?;
         let frame = Vec::with_capacity(gathering.layout.taxels.len());
         Ok(Self { file, gathering, count: 0, sample: Sample::default(), frame })
@@ -191,8 +187,12 @@ struct NumberRow<'a> {
 }
 
 impl Cells for NumberRow<'_> {
-    fn time(&self, _column: usize, previous: Option<Micros>) -> Result<Micros, CsvError> {
-        Ok(previous.unwrap_or_default())
+    fn stamp(&self, _column: usize, _unit: TimeUnit) -> Result<i64, CsvError> {
+        Ok(0)
+    }
+
+    fn place(&self, _column: usize) -> (&Path, u64, String) {
+        (Path::new(""), 0, String::new())
     }
 
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
@@ -238,7 +238,7 @@ mod tests {
         let values: Vec<Vec<f32>> =
             (0..12).map(|column| (0..50).map(|row| cell(row, column)).collect()).collect();
         let columns = Columns { times: None, names: names.clone(), values: values.clone() };
-        let options = CsvOptions { rate_hz: Some(333.0), map: Vec::new() };
+        let options = CsvOptions { rate_hz: Some(333.0), ..CsvOptions::default() };
         let whole = Recording::of_columns(Path::new("x"), &columns, &options).unwrap();
         let mut rows = Rows::new("x", &names, 333.0).unwrap();
         let mut kept = Rows::new("x", &names, 333.0).unwrap();

@@ -3,8 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 
-use slip_core::units::Micros;
-
 use crate::channels::COLUMN_NAMES;
 
 /// Why a file of columns could not be read. Lines and columns count from 1, as an editor shows them; of an `.npz` the line is
@@ -23,74 +21,30 @@ pub enum CsvError {
     #[cfg(feature = "arrays")]
     #[error(transparent)]
     Arrays(#[from] crate::npz::NpzError),
-    /// The file has no header row.
-    #[error("{}: is empty; the first line must name the columns, e.g. t_s,stylus or x_mm,height_um", file.display())]
-    Empty {
-        /// The file.
-        file: PathBuf,
-    },
-    /// The first line is no text.
-    #[error(
-        "{}: is no text; name a file by its kind (.csv, .npz, .mcap; gripctl import reads .wav and .npy too); a sound of \
-         another kind becomes one with: ffmpeg -i FILE sound.wav",
-        file.display()
-    )]
-    NoText {
-        /// The file.
-        file: PathBuf,
-    },
     /// The file has a header row and nothing else.
     #[error("{}: has a header but no rows; record at least one row", file.display())]
     NoRows {
         /// The file.
         file: PathBuf,
     },
-    /// Two columns have the same name.
-    #[error(
-        "{}: line {line}: columns {first} and {second} are both named {name:?}; rename or remove one of them",
-        file.display()
-    )]
-    RepeatedColumn {
-        /// The file.
-        file: PathBuf,
-        /// Line of the header.
-        line: u64,
-        /// The repeated name; empty for unnamed columns (trailing commas).
-        name: String,
-        /// Number of the first such column.
-        first: usize,
-        /// Number of the second such column.
-        second: usize,
-    },
     /// There is no column that reports a slip.
     #[error(
-        "{}: no column stylus, vibration, travel_m or pressure_0; name one with --map, for example --map vibration=NAME; the \
-         file has, separated by commas: {}",
-        file.display(), list(found)
+        "{}: nothing was taken for a vibration, a stylus, a travel or taxels; say which it is, for example --map {}; the file has: {}",
+        file.display(),
+        shell(&format!("vibration={}", example.as_deref().unwrap_or("NAME"))),
+        list(found)
     )]
     NoStylus {
         /// The file.
         file: PathBuf,
         /// The names in the header.
         found: Vec<String>,
-    },
-    /// A table of labels or of travel lacks a column.
-    #[error(
-        "{}: no column {wanted}; add it to the header; the file has, separated by commas: {}",
-        file.display(), list(found)
-    )]
-    MissingColumn {
-        /// The file.
-        file: PathBuf,
-        /// The name looked for.
-        wanted: &'static str,
-        /// The names in the header.
-        found: Vec<String>,
+        /// One that could be.
+        example: Option<String>,
     },
     /// There is neither a time column nor a rate.
     #[error(
-        "{}: no column t_s and no rate; give --rate HZ or name the time column in seconds with --map \
-         t_s=NAME; `gripctl import` takes other units; the file has: {}",
+        "{}: no column of times and no rate; give --rate HZ, or name the times with --map t_s=NAME; the file has: {}",
         file.display(), list(found)
     )]
     NoTime {
@@ -147,6 +101,53 @@ pub enum CsvError {
         /// The other name.
         second: &'static str,
     },
+    /// Several signals could be the one.
+    #[error(
+        "{}: {what} may be any of {}; choose one with --map {}",
+        file.display(), list(found),
+        shell(&format!("{ours}={}", found.first().map_or("NAME", String::as_str)))
+    )]
+    Unclear {
+        /// The file.
+        file: PathBuf,
+        /// What is looked for.
+        what: &'static str,
+        /// Its name among the columns.
+        ours: String,
+        /// What could be it.
+        found: Vec<String>,
+    },
+    /// A column of text where numbers are wanted.
+    #[error("{}: column {column} holds text and cannot be {wanted}", file.display())]
+    Text {
+        /// The file.
+        file: PathBuf,
+        /// The column as the file names it.
+        column: String,
+        /// What it was to be.
+        wanted: String,
+    },
+    /// A table that cannot be read, or a row or cell of it.
+    #[error(transparent)]
+    Table(#[from] grip_table::TableError),
+    /// The times cannot be used as such.
+    #[error("{}: {fault}; the file has: {}", file.display(), list(found))]
+    Times {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with them, and what helps.
+        fault: String,
+        /// The names in the header.
+        found: Vec<String>,
+    },
+    /// The finger asked for is not there.
+    #[error("{}: {fault}", file.display())]
+    Finger {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        fault: String,
+    },
     /// The left side of a renaming is not a name the reader knows.
     #[error("--map {ours}={theirs}: {ours:?} is not a known column; known are: {}", COLUMN_NAMES.join(", "))]
     UnknownMapName {
@@ -156,7 +157,10 @@ pub enum CsvError {
         theirs: String,
     },
     /// The right side of a renaming is not in the file.
-    #[error("{}: --map {ours}={theirs}: no column {theirs:?}; the file has: {}", file.display(), list(found))]
+    #[error(
+        "{}: --map {}: no such signal; the file has: {}",
+        file.display(), shell(&format!("{ours}={theirs}")), list(found)
+    )]
     MapColumnAbsent {
         /// The file.
         file: PathBuf,
@@ -193,7 +197,8 @@ pub enum CsvError {
     },
     /// More samples than are held in memory.
     #[error(
-        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any length)",
+        "{}: more than {most} rows, which is as many as are held in memory; split the file (`gripctl replay` takes any \
+         length, and `gripctl import` writes that of WAV, NPY and NPZ as .csv or .mcap)",
         file.display()
     )]
     TooManyRows {
@@ -201,48 +206,6 @@ pub enum CsvError {
         file: PathBuf,
         /// Rows that are held.
         most: usize,
-    },
-    /// A row has more or fewer cells than the header.
-    #[error(
-        "{}: line {line}: {found} fields where the header names {expected}; {}",
-        file.display(),
-        if found > expected { "remove the extra commas" } else { "add the missing fields (an empty one is a comma)" }
-    )]
-    FieldCount {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// Fields of the header.
-        expected: usize,
-        /// Fields of the row.
-        found: usize,
-    },
-    /// A cell that must hold a number holds something else.
-    #[error("{}: line {line}, column {column}: {text:?} is not a number; {remedy}", file.display())]
-    NotANumber {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// The column as the file names it.
-        column: String,
-        /// The cell, at most 40 characters of it.
-        text: String,
-        /// What to write instead.
-        remedy: &'static str,
-    },
-    /// A number that must be finite (a travel, a height) is not.
-    #[error("{}: line {line}, column {column}: {text:?} is not finite; remove the row", file.display())]
-    NotFinite {
-        /// The file.
-        file: PathBuf,
-        /// The line.
-        line: u64,
-        /// The column as the file names it.
-        column: String,
-        /// The cell, at most 40 characters of it.
-        text: String,
     },
     /// A profile has fewer heights than its evaluation needs.
     #[error("{}: only {rows} heights; a profile needs at least {needed}", file.display())]
@@ -274,8 +237,7 @@ pub enum CsvError {
     },
     /// A time is negative, not finite or beyond 64 bits of microseconds.
     #[error(
-        "{}: line {line}, column {column}: time {text:?} is not within 0 to 1.8e13 s; remove the row or \
-         shift the times to start at 0",
+        "{}: line {line}, column {column}: {text:?} is no time; remove the row",
         file.display()
     )]
     TimeOutOfRange {
@@ -290,9 +252,9 @@ pub enum CsvError {
     },
     /// A time is earlier than that of the row before.
     #[error(
-        "{}: line {line}, column {column}: time goes backwards from {:.6} s to {:.6} s; sort the rows or \
-         split the file there",
-        file.display(), before.as_seconds(), time.as_seconds()
+        "{}: line {line}, column {column}: time goes backwards from {before} s to {time} s; split the file there, sorting would \
+         mix two recordings",
+        file.display()
     )]
     TimeBackwards {
         /// The file.
@@ -301,10 +263,10 @@ pub enum CsvError {
         line: u64,
         /// The column as the file names it.
         column: String,
-        /// Time of the row before.
-        before: Micros,
-        /// Time of this row.
-        time: Micros,
+        /// Time of the row before (s).
+        before: f64,
+        /// Time of this row (s).
+        time: f64,
     },
 }
 
@@ -323,11 +285,33 @@ fn digits(value: f64) -> String {
     format!("{}", (value * scale).round() / scale)
 }
 
-fn list(names: &[String]) -> String {
-    names.join(", ")
+impl CsvError {
+    /// Whether the file is empty.
+    #[must_use]
+    pub const fn is_empty_file(&self) -> bool {
+        matches!(self, Self::Table(grip_table::TableError::Empty { .. }))
+    }
 }
 
-/// The first 40 characters of a cell: enough to find it.
-pub(crate) fn excerpt(text: &str) -> String {
-    text.chars().take(40).collect()
+/// A word of a command line, in quotes where a shell would split or change it.
+pub(crate) fn shell(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
+    if word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
+
+/// The first names: a bag may have hundreds.
+fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST).cloned();
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+pub(crate) use grip_table::excerpt;

@@ -12,8 +12,8 @@ pub const MOST_CONFIG: u64 = 1 << 20;
 pub const MOST_CALIBRATION: u64 = 1 << 20;
 /// Most bytes of a model.
 pub const MOST_MODEL: u64 = 64 << 20;
-/// Most bytes of what is read whole: rows of a learner, labels, companions of a recording, `.npz`. CSV recordings are read line by line
-/// ([`MOST_HELD`](crate::MOST_HELD)), MCAP piece by piece.
+/// Most bytes of what is read whole: rows of a learner, labels, companions of a recording. CSV and `.npz` recordings are read row by
+/// row ([`MOST_HELD`](crate::MOST_HELD)), MCAP piece by piece.
 pub const MOST_TABLE: u64 = 512 << 20;
 
 fn refused(text: String) -> io::Error {

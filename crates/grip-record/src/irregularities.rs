@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
-use crate::table::Table;
+use grip_table::Table;
 
 /// Height and spacing of one irregularity as a file has them: any number, also zero, negative, infinite or NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,11 +28,15 @@ pub fn read_irregularities(file: &Path) -> Result<Vec<Lengths>, CsvError> {
 /// # Errors
 /// As [`read_irregularities`].
 pub fn parse_irregularities(file: &Path, bytes: &[u8]) -> Result<Vec<Lengths>, CsvError> {
-    let mut table = Table::open(file, bytes)?;
-    let (delta, spacing) = (table.required("delta_m")?, table.required("s_m")?);
+    let mut table = Table::by_hand(file, bytes)?;
+    let ((delta, delta_m), (spacing, s_m)) =
+        (table.quantity("delta", "m")?, table.quantity("s", "m")?);
     let mut list = Vec::new();
     while let Some(row) = table.next_row()? {
-        list.push(Lengths { delta_m: row.number(delta)?, spacing_m: row.number(spacing)? });
+        list.push(Lengths {
+            delta_m: delta_m * row.number(delta)?,
+            spacing_m: s_m * row.number(spacing)?,
+        });
     }
     if list.is_empty() {
         return Err(CsvError::NoRows { file: file.to_owned() });

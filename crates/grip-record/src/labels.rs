@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::{CsvError, excerpt};
-use crate::table::{Row, Table};
+use grip_table::{Row, Table, TableError};
 
 /// What happens in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,6 +135,12 @@ pub enum LabelError {
     },
 }
 
+impl From<TableError> for LabelError {
+    fn from(error: TableError) -> Self {
+        Self::Table(error.into())
+    }
+}
+
 /// Columns of the table; those a folder may do without are optional.
 struct Columns {
     recording: usize,
@@ -150,7 +157,7 @@ struct Columns {
 /// Where the file cannot be read or a row is not usable; see [`LabelError`].
 pub fn read_labels(file: &Path) -> Result<Vec<Label>, LabelError> {
     let bytes = read_bytes(file)?;
-    let mut table = Table::open(file, bytes.as_slice())?;
+    let mut table = Table::by_hand(file, bytes.as_slice())?;
     let columns = Columns {
         recording: table.required("recording")?,
         kind: table.required("kind")?,
@@ -200,7 +207,7 @@ fn kind_of(file: &Path, row: &Row<'_>, columns: &Columns) -> Result<LabelKind, L
     let kind = match word.as_ref() {
         "onset" => {
             let missing = || LabelError::OnsetMissing { file: file.to_owned(), line: row.line };
-            return Ok(LabelKind::Onset { at: row.time(onset.ok_or_else(missing)?, None)? });
+            return Ok(LabelKind::Onset { at: time(row, onset.ok_or_else(missing)?, None)? });
         }
         "steady" => LabelKind::Steady,
         "rest" => LabelKind::Rest,

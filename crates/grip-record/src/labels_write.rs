@@ -3,7 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use csv::{ByteRecord, ReaderBuilder, WriterBuilder};
+use csv::WriterBuilder;
+use grip_table::{Delimiter, Table, TableError};
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
@@ -39,7 +40,9 @@ pub fn write_label(
 ) -> Result<Option<Label>, LabelError> {
     let before = match read_labels(file) {
         Ok(labels) => labels,
-        Err(LabelError::Table(CsvError::Empty { .. } | CsvError::NoRows { .. })) => Vec::new(),
+        Err(LabelError::Table(
+            CsvError::Table(TableError::Empty { .. }) | CsvError::NoRows { .. },
+        )) => Vec::new(),
         Err(LabelError::Table(CsvError::Unreadable { source, .. }))
             if source.kind() == io::ErrorKind::NotFound =>
         {
@@ -53,29 +56,32 @@ pub fn write_label(
     }
     let unwritable = |source: io::Error| CsvError::Unreadable { file: file.to_owned(), source };
     let bytes = if file.exists() { read_bytes(file)? } else { Vec::new() };
-    let mut rows = rows(&bytes).map_err(unwritable)?;
+    let (mut rows, delimiter) = rows(file, &bytes)?;
     put(&mut rows, label, relabel);
-    let text = joined(&rows).map_err(unwritable)?;
+    let text = joined(&rows, delimiter).map_err(unwritable)?;
     replace(file, text).map_err(unwritable)?;
     Ok(old)
 }
 
-/// The header and the rows, each as wide as the header.
-fn rows(bytes: &[u8]) -> io::Result<Vec<Vec<Vec<u8>>>> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
-    let mut rows = Vec::new();
-    let mut record = ByteRecord::new();
-    while reader.read_byte_record(&mut record)? {
-        rows.push(record.iter().map(<[u8]>::to_vec).collect());
+/// The header and the rows, each as wide as the header, and what stands between two cells.
+fn rows(file: &Path, bytes: &[u8]) -> Result<(Vec<Vec<String>>, u8), CsvError> {
+    if bytes.trim_ascii().is_empty() {
+        return Ok((vec![COLUMNS.map(str::to_owned).to_vec()], b','));
     }
-    if rows.is_empty() {
-        rows.push(COLUMNS.iter().map(|name| name.as_bytes().to_vec()).collect());
+    let mut table = Table::by_hand(file, bytes)?;
+    let delimiter = match table.delimiter() {
+        Delimiter::Byte(byte) => byte,
+        Delimiter::Blanks => b',',
+    };
+    let mut rows = vec![table.columns().iter().map(|column| column.given.clone()).collect()];
+    let width = table.columns().len();
+    while let Some(row) = table.next_row()? {
+        rows.push((0..width).map(|column| row.cell(column).into_owned()).collect());
     }
-    Ok(rows)
+    Ok((rows, delimiter))
 }
 
-fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
+fn put(rows: &mut Vec<Vec<String>>, label: &Label, relabel: Relabel) {
     let onset = match label.kind {
         LabelKind::Onset { at } => format!("{}.{:06}", at.0 / 1_000_000, at.0 % 1_000_000),
         LabelKind::Steady | LabelKind::Rest => String::new(),
@@ -83,9 +89,8 @@ fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
     let cells = [label.recording.as_str(), label.kind.word(), &label.material, &onset];
     let places = COLUMNS.map(|name| place(rows, name));
     let [recording, ..] = places;
-    let is_its = |row: &Vec<Vec<u8>>| {
-        row.get(recording).is_some_and(|cell| cell.trim_ascii() == label.recording.as_bytes())
-    };
+    let is_its =
+        |row: &Vec<String>| row.get(recording).is_some_and(|cell| *cell == label.recording);
     let at = rows.iter().skip(1).position(is_its).map(|at| at + 1);
     let mut place = 0..;
     // Further onsets go.
@@ -98,7 +103,7 @@ fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
     }
     let width = rows.first().map_or(0, Vec::len);
     let at = at.unwrap_or_else(|| {
-        rows.push(vec![Vec::new(); width]);
+        rows.push(vec![String::new(); width]);
         rows.len() - 1
     });
     for (at_cell, (place, cell)) in places.into_iter().zip(cells).enumerate() {
@@ -107,27 +112,27 @@ fn put(rows: &mut Vec<Vec<Vec<u8>>>, label: &Label, relabel: Relabel) {
             continue;
         }
         if let Some(place) = rows.get_mut(at).and_then(|row| row.get_mut(place)) {
-            *place = cell.as_bytes().to_vec();
+            cell.clone_into(place);
         }
     }
 }
 
 /// Place of the column `name`, which is added where it is missing.
-fn place(rows: &mut [Vec<Vec<u8>>], name: &str) -> usize {
-    let header = rows.first().map_or(&[] as &[Vec<u8>], Vec::as_slice);
-    let (width, found) =
-        (header.len(), header.iter().position(|cell| cell.trim_ascii() == name.as_bytes()));
+fn place(rows: &mut [Vec<String>], name: &str) -> usize {
+    let header = rows.first().map_or(&[] as &[String], Vec::as_slice);
+    let (width, found) = (header.len(), header.iter().position(|cell| cell == name));
     if found.is_none() {
         for (at, row) in rows.iter_mut().enumerate() {
-            row.resize(width, Vec::new());
-            row.push(if at == 0 { name.as_bytes().to_vec() } else { Vec::new() });
+            row.resize(width, String::new());
+            row.push(if at == 0 { name.to_owned() } else { String::new() });
         }
     }
     found.unwrap_or(width)
 }
 
-fn joined(rows: &[Vec<Vec<u8>>]) -> io::Result<Vec<u8>> {
-    let mut writer = WriterBuilder::new().flexible(true).from_writer(Vec::new());
+fn joined(rows: &[Vec<String>], delimiter: u8) -> io::Result<Vec<u8>> {
+    let mut writer =
+        WriterBuilder::new().delimiter(delimiter).flexible(true).from_writer(Vec::new());
     for row in rows {
         writer.write_record(row)?;
     }
@@ -174,6 +179,12 @@ mod tests {
         write_label(&file, &label("a", LabelKind::Steady), Relabel::Replace).unwrap();
         let kinds = |file| read_labels(file).unwrap().iter().map(|l| l.kind).collect::<Vec<_>>();
         assert_eq!(kinds(&file), [LabelKind::Steady, LabelKind::Rest], "all its onsets");
+
+        fs::write(&file, "\u{feff}recording;kind;onset_s\r\na;onset;1,5\r\nb;steady;").unwrap();
+        let old = write_label(&file, &rest, Relabel::Replace).unwrap();
+        assert_eq!(old.map(|old| old.kind), Some(LabelKind::Steady));
+        let text = fs::read_to_string(&file).unwrap();
+        assert_eq!(text, "recording;kind;onset_s;material\na;onset;1,5;\nb;rest;;cork, rough\n");
 
         fs::write(&file, "no,list\n1,2\n").unwrap();
         assert!(write_label(&file, &rest, Relabel::Replace).is_err());

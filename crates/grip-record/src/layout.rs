@@ -1,15 +1,13 @@
-//! A header and the renamings in, the place of every channel in a row out.
+//! The names of columns in a recording in, the place of every channel in a row out.
 
 use std::path::Path;
 
 use crate::axes;
 use crate::channels::{ARRIVAL, COLUMN_NAMES, Channel, ChannelSet, Role, Scale, StylusKind};
-use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
+use crate::find::{EITHER, Found as Uses};
+use crate::plan::{Plan, TEXT};
 use crate::taxels::{PREFIX, check_count};
-
-/// Pairs of names of which only one can be used.
-const EITHER: [(&str, &str); 2] = [("stylus", "vibration"), ("travel_m", "travel_mm")];
 
 /// Where the channels stand in a row, columns from 0.
 #[derive(Debug)]
@@ -27,6 +25,8 @@ pub(crate) struct Layout {
     pub(crate) channels: ChannelSet,
     /// Columns nothing is read from.
     pub(crate) ignored: Vec<String>,
+    /// Columns that are in other units, and what their numbers are multiplied by.
+    scales: Vec<(usize, f64)>,
 }
 
 /// A known name found in the file.
@@ -34,7 +34,6 @@ pub(crate) struct Layout {
 struct Found {
     name: &'static str,
     column: usize,
-    mapped: bool,
 }
 
 impl Layout {
@@ -49,23 +48,34 @@ impl Layout {
             || self.optional.iter().any(|(used, ..)| *used == column)
     }
 
-    pub(crate) fn resolve(
-        file: &Path,
-        header: &[String],
-        options: &CsvOptions,
-    ) -> Result<Self, CsvError> {
-        let mut found = find(file, header, &options.map)?;
-        for pair in EITHER {
-            keep_one(file, &mut found, pair)?;
+    /// What the numbers of a column become.
+    pub(crate) fn scale(&self, column: usize) -> Scale {
+        let scale = self.scales.iter().find(|(other, _)| *other == column);
+        scale.map_or(Scale::Same, |(_, by)| Scale::By(*by))
+    }
+
+    pub(crate) fn resolve(file: &Path, plan: &Plan, has_rate: bool) -> Result<Self, CsvError> {
+        let Plan { ours: header, names: sources, found: Uses { uses, .. }, .. } = plan;
+        let mut found = find(header);
+        for [first, second] in EITHER {
+            let has = |name: &str| found.iter().any(|found| found.name == name);
+            if has(first) && has(second) {
+                return Err(CsvError::Ambiguous { file: file.to_owned(), first, second });
+            }
         }
         let taxels = taxel_columns(file, header)?;
-        let [vibration, reference] = vectors(file, header, &options.map, &mut found)?;
+        let [vibration, reference] = vectors(file, header, &mut found)?;
         let stylus = stylus_of(&found);
         let travels = found
             .iter()
             .any(|found| matches!(Role::of(found.name), Some(Role::Optional(Channel::Travel, _))));
         if stylus.is_none() && taxels.is_empty() && !travels {
-            return Err(CsvError::NoStylus { file: file.to_owned(), found: header.to_vec() });
+            let free = |(name, ours): &(&String, &String)| {
+                ours.is_empty() && !name.is_empty() && !name.ends_with(TEXT)
+            };
+            let example = sources.iter().zip(header).find(free).map(|(name, _)| name.clone());
+            let found = sources.clone();
+            return Err(CsvError::NoStylus { file: file.to_owned(), found, example });
         }
         let (stylus_kind, stylus) =
             stylus.map_or((StylusKind::Absent, None), |(kind, column)| (kind, Some(column)));
@@ -73,18 +83,24 @@ impl Layout {
             .iter()
             .find(|found| Role::of(found.name) == Some(Role::Time))
             .map(|found| found.column);
-        if time.is_none() && options.rate_hz.is_none() {
-            return Err(CsvError::NoTime { file: file.to_owned(), found: header.to_vec() });
+        if time.is_none() && !has_rate {
+            return Err(CsvError::NoTime { file: file.to_owned(), found: sources.clone() });
         }
-        let source = |column: usize| header.get(column).cloned().unwrap_or_default();
+        let source = |column: usize| sources.get(column).cloned().unwrap_or_default();
+        let scales: Vec<(usize, f64)> =
+            uses.iter().map(|used| (used.at, used.scale)).filter(|(_, by)| *by != 1.0).collect();
+        let scaled = |column: usize| scales.iter().find(|(other, _)| *other == column);
         let optional: Vec<_> = found
             .iter()
             .filter_map(|found| match Role::of(found.name) {
-                Some(Role::Optional(channel, scale)) => Some((found.column, channel, scale)),
+                Some(Role::Optional(channel, scale)) => {
+                    let scale = scaled(found.column).map_or(scale, |(_, by)| Scale::By(*by));
+                    Some((found.column, channel, scale))
+                }
                 _ => None,
             })
             .collect();
-        let arrival = arrival_columns(header);
+        let arrival = arrival_columns(sources);
         let channels = ChannelSet {
             axes: names(&vibration),
             reference_axes: names(&reference),
@@ -110,8 +126,9 @@ impl Layout {
             arrival,
             channels,
             ignored: Vec::new(),
+            scales,
         };
-        let ignored = header.iter().enumerate().filter(|(column, _)| !layout.uses(*column));
+        let ignored = sources.iter().enumerate().filter(|(column, _)| !layout.uses(*column));
         layout.ignored = ignored.map(|(_, name)| name.clone()).collect();
         Ok(layout)
     }
@@ -121,15 +138,14 @@ impl Layout {
 fn vectors(
     file: &Path,
     header: &[String],
-    map: &[(String, String)],
     found: &mut Vec<Found>,
 ) -> Result<[axes::Axes; 2], CsvError> {
     let vibration = if found.iter().any(|found| found.name == "stylus") {
         Vec::new()
     } else {
-        axes::columns(file, header, map, "vibration")?
+        axes::columns(file, header, "vibration")?
     };
-    let reference = axes::columns(file, header, map, "reference")?;
+    let reference = axes::columns(file, header, "reference")?;
     take_first(found, "vibration", &vibration);
     take_first(found, "reference", &reference);
     Ok([vibration, reference])
@@ -138,9 +154,8 @@ fn vectors(
 /// The first axis stands where the plain name would.
 fn take_first(found: &mut Vec<Found>, name: &'static str, axes: &axes::Axes) {
     let Some((_, column)) = axes.first() else { return };
-    let mapped = found.iter().any(|found| found.name == name && found.mapped);
     found.retain(|found| found.name != name);
-    found.push(Found { name, column: *column, mapped });
+    found.push(Found { name, column: *column });
 }
 
 /// The names of several axes.
@@ -183,64 +198,9 @@ fn stylus_of(found: &[Found]) -> Option<(StylusKind, usize)> {
     })
 }
 
-/// The known names in the file: renamed ones first looked up under the file's name; a column claimed by a
-/// renaming no longer stands for its own name.
-fn find(file: &Path, header: &[String], map: &[(String, String)]) -> Result<Vec<Found>, CsvError> {
-    check_map(file, header, map)?;
-    let position = |wanted: &str| header.iter().position(|column| column == wanted);
-    let claimed = |wanted: &str| map.iter().any(|(_, theirs)| theirs == wanted);
-    let found = COLUMN_NAMES.into_iter().filter_map(|name| {
-        let entry = map.iter().find(|(ours, _)| ours == name);
-        let column = match entry {
-            Some((_, theirs)) => position(theirs),
-            None if claimed(name) => None,
-            None => position(name),
-        };
-        column.map(|column| Found { name, column, mapped: entry.is_some() })
-    });
-    Ok(found.collect())
-}
-
-fn check_map(file: &Path, header: &[String], map: &[(String, String)]) -> Result<(), CsvError> {
-    for (index, (ours, theirs)) in map.iter().enumerate() {
-        if Role::of(ours).is_none() && !axes::is_axis(ours) {
-            return Err(CsvError::UnknownMapName { ours: ours.clone(), theirs: theirs.clone() });
-        }
-        for (other_ours, other_theirs) in map.iter().take(index) {
-            let repeated = [(ours, other_ours), (theirs, other_theirs)]
-                .into_iter()
-                .find(|(one, other)| one == other);
-            if let Some((name, _)) = repeated {
-                return Err(CsvError::MapRepeated { name: name.clone() });
-            }
-        }
-        if !header.contains(theirs) {
-            return Err(CsvError::MapColumnAbsent {
-                file: file.to_owned(),
-                ours: ours.clone(),
-                theirs: theirs.clone(),
-                found: header.to_vec(),
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Of two names for one channel the renamed one wins; without exactly one renaming the choice is the user's.
-fn keep_one(
-    file: &Path,
-    found: &mut Vec<Found>,
-    pair: (&'static str, &'static str),
-) -> Result<(), CsvError> {
-    let mapped =
-        |wanted: &str| found.iter().find(|found| found.name == wanted).map(|found| found.mapped);
-    let (Some(first_mapped), Some(second_mapped)) = (mapped(pair.0), mapped(pair.1)) else {
-        return Ok(());
-    };
-    if first_mapped == second_mapped {
-        return Err(CsvError::Ambiguous { file: file.to_owned(), first: pair.0, second: pair.1 });
-    }
-    let dropped = if first_mapped { pair.1 } else { pair.0 };
-    found.retain(|found| found.name != dropped);
-    Ok(())
+/// The known names in the file.
+fn find(header: &[String]) -> Vec<Found> {
+    let place = |wanted: &str| header.iter().position(|column| column == wanted);
+    let found = |name| Some(Found { name, column: place(name)? });
+    COLUMN_NAMES.into_iter().filter_map(found).collect()
 }

@@ -1,7 +1,8 @@
 //! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV, and everything that leaves gripd as
 //! MCAP ([`mcap`]).
 //!
-//! A CSV recording is a comma-separated text with one header row; columns are found by name:
+//! A recording is a table ([`grip_table`]) whose columns are found by name; other names, units and clocks are understood as
+//! [`find`](mod@find), [`time`] and [`pace`] say:
 //!
 //! | column | unit | goes to |
 //! |---|---|---|
@@ -36,47 +37,59 @@
 mod arrays;
 mod axes;
 mod channels;
+pub mod clock;
 mod columns;
 mod csv_read;
 mod csv_write;
 mod error;
 pub mod files;
+pub mod find;
 mod irregularities;
 mod labels;
 mod labels_write;
 mod layout;
-mod lines;
 pub mod mcap;
 mod notes;
 #[cfg(feature = "arrays")]
 mod npy;
 #[cfg(feature = "arrays")]
 mod npz;
-mod number;
+#[cfg(feature = "arrays")]
+mod numbers;
 pub mod outputs;
+pub mod pace;
 mod phases;
+mod plan;
 mod profile;
 mod recording;
-mod table;
 mod taxels;
+pub mod time;
 mod travel;
+mod tsf85;
+mod words;
 
+#[cfg(feature = "arrays")]
+pub use arrays::NumberSamples;
 pub use axes::is_axis;
 pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
 pub use columns::{Columns, Rows};
 pub use csv_read::{CsvOptions, CsvSamples, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
 pub use error::CsvError;
+pub use find::{Found, Signal, Use};
 pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};
 pub use labels_write::{Relabel, write_label};
 pub use notes::{HUGE_READING, Notes};
 #[cfg(feature = "arrays")]
-pub use npy::parse_npy;
+pub use npy::npy_table;
 #[cfg(feature = "arrays")]
-pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, write_columns};
+pub use npz::{MOST_UNPACKED, Npz, NpzError, is_npz, npz_table, write_columns};
+#[cfg(feature = "arrays")]
+pub use numbers::{Cell, Coding, NumberColumn, NumberTable, Packed, Strand};
 pub use phases::{Phase, PhaseError, read_alarms, read_phases};
 pub use profile::HeightProfile;
 pub use recording::{MOST_HELD, Recording};
 pub use taxels::Taxels;
+pub use time::TimeUnit;
 pub use travel::Travel;

@@ -4,6 +4,7 @@ use core::fmt;
 
 use std::collections::BTreeMap;
 
+use crate::find::Use;
 use slip_core::units::Micros;
 
 /// From here on a finite reading is counted as huge: beyond any 32-bit counter, and no length, force or speed
@@ -39,6 +40,12 @@ pub struct Notes {
     pub trailing_comma: bool,
     /// Columns of the file nothing is read from.
     pub ignored_columns: Vec<String>,
+    /// What the columns are taken for.
+    pub uses: Vec<Use>,
+    /// Whether rows at the end of the file are lost.
+    pub cut: bool,
+    /// What else is to be known: of the clock, of lines that were left out.
+    pub remarks: Vec<String>,
 }
 
 impl Notes {
@@ -157,6 +164,7 @@ impl fmt::Display for Notes {
         if !self.ignored_columns.is_empty() {
             phrases.push(format!("columns not used: {}", self.ignored_columns.join(", ")));
         }
+        phrases.extend(self.remarks.iter().cloned());
         f.write_str(&phrases.join("; "))
     }
 }

@@ -1,117 +1,273 @@
-//! The bytes of an `.npy` in, its one column of numbers or texts out.
+//! The header of an `.npy` in, where its numbers lie out; or the bytes of one column in, its numbers or texts out.
 //!
 //! The header is checked before `ndarray-npy` parses it: that allocates whatever the header asks for, and follows brackets
 //! as deep as they go.
 
-use ndarray::{Array1, ArrayD};
+use std::io::Read;
+use std::path::Path;
+
+use ndarray::Array1;
 use ndarray_npy::npy::header::Header;
-use ndarray_npy::{ReadNpyExt as _, ReadableElement};
+use py_literal::Value;
+
+use crate::files;
+use crate::numbers::{Cell, Coding, NumberColumn, NumberTable, Strand};
 
 /// Most bytes of a header: what NumPy itself accepts.
 const MOST_HEADER: usize = 10_000;
-/// Brackets of a plain header: one of the dictionary, one of the shape.
-const BRACKETS: usize = 2;
+/// Brackets within each other: the dictionary, fields, one of them, its shape; twice, for fields of fields.
+const DEPTH: usize = 8;
 /// From here on neighbours among the integers are the same double.
-const MOST_INTEGER: u64 = 1 << 53;
+const MOST_INTEGER: u128 = 1 << 53;
+/// Most columns of an array.
+const MOST_COLUMNS: usize = 4096;
+/// More rows than columns is what a recording has; an array of at most so many rows lies on its side.
+const MOST_SIDEWAYS: usize = 300;
 
-/// The array in the `.npy` whose bytes these are: its numbers, a row after the other, and how many a row has. One dimension is one column.
+/// Where the columns of an array lie: those of one or two dimensions as `column_0`, .., fields under their names.
 ///
 /// # Errors
 /// What is wrong, as the end of a sentence about the array.
-pub fn parse_npy(bytes: &[u8]) -> Result<(Vec<f64>, usize), String> {
-    let npy = Npy::of_any_shape(bytes)?;
-    let width = match *npy.shape() {
-        [_] => 1,
-        [_, width] => width,
-        _ => return Err(format!("has {} dimensions; one or two are read", npy.shape().len())),
-    };
-    Ok((npy.numbers()?.to_vec(), width))
+pub fn npy_table(file: &Path) -> Result<NumberTable, String> {
+    let unreadable = |error: std::io::Error| format!("cannot be read ({error})");
+    let mut input = files::open(file).map_err(unreadable)?;
+    let length = input.metadata().map_err(unreadable)?.len();
+    let npy = Npy::read(&mut input)?;
+    let place = Strand { offset: npy.length, frame: 1, packed: None };
+    let mut table = npy.table(file, "", place)?;
+    let found = length.saturating_sub(npy.length);
+    let announced = table.bytes().unwrap_or(u64::MAX);
+    if found > announced {
+        table.notes.push(format!("{} bytes behind the array, not read", found - announced));
+    } else if found < announced {
+        // Of columns one behind the other, only the last one is short.
+        let frame = table.strands.last().map_or(1, |strand| strand.frame as u64);
+        let before = announced - table.rows.saturating_mul(frame);
+        let rows = found.saturating_sub(before) / frame;
+        if rows == 0 {
+            return Err(format!(
+                "has {found} bytes where {announced} were announced: it was cut off"
+            ));
+        }
+        let rows_announced = core::mem::replace(&mut table.rows, rows);
+        table.cut = Some(format!("cut off: {rows} of {rows_announced} rows are there"));
+    }
+    Ok(table)
 }
 
-/// A column as it is stored.
+/// What a header states.
 #[derive(Debug)]
-pub(crate) struct Npy<'a> {
-    bytes: &'a [u8],
-    /// Type of an element as NumPy writes it, for example `<f8`.
-    kind: String,
-    data: &'a [u8],
-    shape: Vec<usize>,
+pub(crate) struct Npy {
+    kind: Kind,
+    pub(crate) shape: Vec<usize>,
+    fortran: bool,
+    /// Bytes of the header, with those before it.
+    pub(crate) length: u64,
 }
 
-impl<'a> Npy<'a> {
-    /// Reads the header of a column.
+/// What an element is.
+#[derive(Debug)]
+enum Kind {
+    /// One value, as NumPy writes it, for example `<f8`.
+    Plain(String),
+    /// A structure.
+    Fields(Fields),
+}
+
+/// The fields of a structure, those of structures in it among them.
+#[derive(Debug, Default)]
+struct Fields {
+    fields: Vec<Field>,
+    /// Bytes of all.
+    size: usize,
+    /// How many there are, with those that are padding.
+    count: usize,
+}
+
+#[derive(Debug)]
+struct Field {
+    name: String,
+    at: usize,
+    kind: String,
+}
+
+impl Npy {
+    /// Reads a header, and nothing behind it.
     ///
     /// # Errors
     /// What is wrong, as the end of a sentence about the array.
-    pub(crate) fn open(bytes: &'a [u8]) -> Result<Self, String> {
-        let npy = Self::of_any_shape(bytes)?;
-        if npy.shape.len() != 1 {
-            let sizes: Vec<String> = npy.shape.iter().map(ToString::to_string).collect();
-            let (count, sizes) = (npy.shape.len(), sizes.join(" x "));
-            return Err(format!("has {count} dimensions ({sizes}); a column has one"));
-        }
-        Ok(npy)
+    pub(crate) fn read(input: &mut impl Read) -> Result<Self, String> {
+        let bytes = header(input)?;
+        let parsed = Header::from_reader(&mut &bytes[..]).map_err(|error| error.to_string())?;
+        let kind = if let Some(kind) = parsed.type_descriptor.as_string() {
+            Kind::Plain(kind.clone())
+        } else {
+            let mut fields = Fields::default();
+            fields.take(&parsed.type_descriptor, "")?;
+            Kind::Fields(fields)
+        };
+        let fortran = parsed.layout.is_fortran();
+        Ok(Self { kind, shape: parsed.shape, fortran, length: bytes.len() as u64 })
     }
 
-    /// Reads the header of an array.
+    /// The columns of this array in `file`, whose elements begin at `place`; under `name`, if it has one.
     ///
     /// # Errors
-    /// As [`Npy::open`].
-    pub(crate) fn of_any_shape(bytes: &'a [u8]) -> Result<Self, String> {
-        check_header(bytes)?;
-        let mut data = bytes;
-        let header = Header::from_reader(&mut data).map_err(|error| error.to_string())?;
-        let kind = header.type_descriptor.as_string().cloned().unwrap_or_default();
-        Ok(Self { bytes, kind, data, shape: header.shape })
+    /// Where it holds no numbers, or has neither one nor two dimensions.
+    pub(crate) fn table(
+        &self,
+        file: &Path,
+        name: &str,
+        place: Strand,
+    ) -> Result<NumberTable, String> {
+        let mut table = NumberTable::new(file);
+        table.named = !name.is_empty() || matches!(self.kind, Kind::Fields(_));
+        match &self.kind {
+            Kind::Plain(kind) => {
+                let (cell, unit) = cell(kind)?;
+                self.plain(&mut table, place, &|k: Option<usize>| NumberColumn {
+                    name: match (k, name) {
+                        (None, "") => "column_0".to_owned(),
+                        (None, name) => name.to_owned(),
+                        (Some(k), "") => format!("column_{k}"),
+                        (Some(k), name) => format!("{name}_{k}"),
+                    },
+                    strand: 0,
+                    cell,
+                    unit,
+                    is_time: unit.is_some(),
+                })?;
+            }
+            Kind::Fields(fields) => {
+                let [rows] = *self.shape else {
+                    return Err(format!("is of structures, and has {}; one is read", self.sizes()));
+                };
+                table.rows = rows as u64;
+                table.strands.push(Strand { frame: fields.size, ..place });
+                for field in &fields.fields {
+                    match cell(&field.kind) {
+                        Ok((cell, unit)) => table.columns.push(NumberColumn {
+                            name: field.name.clone(),
+                            strand: 0,
+                            cell: Cell { at: field.at, ..cell },
+                            unit,
+                            is_time: unit.is_some(),
+                        }),
+                        Err(what) => {
+                            table.notes.push(format!("not used: {}, which {what}", field.name))
+                        }
+                    }
+                }
+            }
+        }
+        Ok(table)
+    }
+
+    /// The columns of an array of plain values: beside each other in the rows, or one behind the other.
+    fn plain(
+        &self,
+        table: &mut NumberTable,
+        place: Strand,
+        column: &dyn Fn(Option<usize>) -> NumberColumn,
+    ) -> Result<(), String> {
+        let (first, second) = match *self.shape {
+            [rows] => (rows, None),
+            [first, second] => (first, Some(second)),
+            _ => return Err(format!("has {}; one or two are read", self.sizes())),
+        };
+        let sideways = second.is_some_and(|second| first < second && first <= MOST_SIDEWAYS);
+        let (rows, width) =
+            if sideways { (second.unwrap_or(1), first) } else { (first, second.unwrap_or(1)) };
+        if sideways {
+            table.notes.push(format!(
+                "an array of {width} x {rows}, taken as {rows} samples of {width} columns"
+            ));
+        }
+        if width > MOST_COLUMNS {
+            return Err(format!("has {width} columns; {MOST_COLUMNS} are read"));
+        }
+        table.rows = rows as u64;
+        let beside = self.fortran == sideways;
+        for k in 0..width {
+            let mut column = column(second.map(|_| k));
+            let size = column.cell.size;
+            if beside {
+                column.cell.at = k * size;
+            } else {
+                column.strand = k;
+                let before = (k as u64).saturating_mul(table.rows).saturating_mul(size as u64);
+                let mut strand = Strand { frame: size, ..place };
+                strand.skip(before);
+                table.strands.push(strand);
+            }
+            table.columns.push(column);
+        }
+        if beside {
+            let size = table.columns.first().map_or(1, |column| column.cell.size);
+            table.strands.push(Strand { frame: size * width.max(1), ..place });
+        }
+        Ok(())
     }
 
     /// Values of all dimensions, as the header states.
-    pub(crate) fn rows(&self) -> usize {
+    pub(crate) fn values(&self) -> usize {
         self.shape.iter().fold(1, |all, size| all.saturating_mul(*size))
     }
 
-    /// Sizes of the dimensions.
-    pub(crate) fn shape(&self) -> &[usize] {
-        &self.shape
+    fn sizes(&self) -> String {
+        if self.shape.is_empty() {
+            return "no dimension, being a single value".to_owned();
+        }
+        let sizes: Vec<String> = self.shape.iter().map(ToString::to_string).collect();
+        format!("{} dimensions ({})", sizes.len(), sizes.join(" x "))
     }
 
-    /// The values as doubles, the last dimension going fastest.
+    fn one_dimension(&self) -> Result<(), String> {
+        if self.shape.len() == 1 {
+            return Ok(());
+        }
+        Err(format!("has {}; a column has one", self.sizes()))
+    }
+
+    /// The values of an array of one dimension as doubles; `data` is what follows the header.
     ///
     /// # Errors
-    /// As [`Npy::open`].
-    pub(crate) fn numbers(&self) -> Result<Array1<f64>, String> {
-        match self.kind.trim_start_matches(['<', '>', '|', '=']) {
-            "f8" => self.read(8, Ok::<f64, String>),
-            "f4" => self.read(4, |value: f32| Ok(value.into())),
-            "i8" => self.read(8, |value: i64| integer(value.unsigned_abs(), value < 0)),
-            "u8" => self.read(8, |value: u64| integer(value, false)),
-            "i4" => self.read(4, |value: i32| Ok(value.into())),
-            "u4" => self.read(4, |value: u32| Ok(value.into())),
-            "i2" => self.read(2, |value: i16| Ok(value.into())),
-            "u2" => self.read(2, |value: u16| Ok(value.into())),
-            "i1" => self.read(1, |value: i8| Ok(value.into())),
-            "u1" => self.read(1, |value: u8| Ok(value.into())),
-            "b1" => self.read(1, |value: bool| Ok(f64::from(u8::from(value)))),
-            _ => Err(format!(
-                "holds values of type {:?}; float64, float32, integers and bool are read",
-                self.kind
-            )),
-        }
+    /// As [`Npy::read`].
+    pub(crate) fn numbers(&self, data: &[u8]) -> Result<Array1<f64>, String> {
+        self.one_dimension()?;
+        let Kind::Plain(kind) = &self.kind else {
+            return Err("is a structured array; a column holds plain numbers".to_owned());
+        };
+        let (cell, _) = cell(kind)?;
+        self.check_length(data, cell.size)?;
+        let whole = matches!(cell.coding, Coding::Signed | Coding::Unsigned);
+        let number = |frame: &[u8]| {
+            if whole && cell.integer(frame).unsigned_abs() > MOST_INTEGER {
+                return Err("holds integers beyond 2^53, which a double cannot keep".to_owned());
+            }
+            Ok(cell.number(frame))
+        };
+        data.chunks_exact(cell.size).map(number).collect()
     }
 
     /// The column as texts; numbers as their digits, nothing for NaN.
     ///
     /// # Errors
-    /// As [`Npy::open`].
-    pub(crate) fn texts(&self) -> Result<Vec<String>, String> {
-        let Some((order, length)) = self.kind.split_once('U') else {
+    /// As [`Npy::read`].
+    pub(crate) fn texts(&self, data: &[u8]) -> Result<Vec<String>, String> {
+        self.one_dimension()?;
+        let (kind, split) = match &self.kind {
+            Kind::Plain(kind) => (kind.as_str(), kind.split_once('U')),
+            Kind::Fields(_) => ("", None),
+        };
+        let Some((order, length)) = split else {
             let text = |value: &f64| if value.is_nan() { String::new() } else { value.to_string() };
-            return Ok(self.numbers()?.iter().map(text).collect());
+            return Ok(self.numbers(data)?.iter().map(text).collect());
         };
         let length: usize = length.parse().unwrap_or(0);
         let size = length.checked_mul(4).filter(|size| *size > 0);
-        let size = size.ok_or_else(|| format!("holds texts of type {:?}", self.kind))?;
-        self.check_length(size)?;
+        let size = size.ok_or_else(|| format!("holds texts of type {kind:?}"))?;
+        self.check_length(data, size)?;
         let letter = |bytes: &[u8; 4]| {
             if order == ">" { u32::from_be_bytes(*bytes) } else { u32::from_le_bytes(*bytes) }
         };
@@ -121,22 +277,12 @@ impl<'a> Npy<'a> {
             text.map(|text| text.trim_end_matches('\0').to_owned())
                 .ok_or_else(|| "holds texts that are no Unicode".to_owned())
         };
-        self.data.chunks_exact(size).map(text).collect()
+        data.chunks_exact(size).map(text).collect()
     }
 
-    fn read<T: ReadableElement>(
-        &self,
-        size: usize,
-        number: impl Fn(T) -> Result<f64, String>,
-    ) -> Result<Array1<f64>, String> {
-        self.check_length(size)?;
-        let values = ArrayD::<T>::read_npy(self.bytes).map_err(|error| error.to_string())?;
-        values.into_iter().map(number).collect()
-    }
-
-    /// Whether there are as many bytes as the shape states, before anything is made that large.
-    fn check_length(&self, size: usize) -> Result<(), String> {
-        let (rows, found) = (self.rows(), self.data.len());
+    /// Whether there are as many bytes as the shape states.
+    fn check_length(&self, data: &[u8], size: usize) -> Result<(), String> {
+        let (rows, found) = (self.values(), data.len());
         if rows.checked_mul(size) == Some(found) {
             return Ok(());
         }
@@ -144,35 +290,131 @@ impl<'a> Npy<'a> {
     }
 }
 
-fn check_header(bytes: &[u8]) -> Result<(), String> {
-    let truncated = || "ends within its header".to_owned();
-    if !bytes.starts_with(b"\x93NUMPY") {
+impl Fields {
+    /// Appends what `descr` states: pairs of a name and a type, or of a name, a type and a shape.
+    fn take(&mut self, descr: &Value, within: &str) -> Result<(), String> {
+        let odd =
+            || "has a type that is not understood; save its columns with numpy.savez".to_owned();
+        for field in descr.as_list().ok_or_else(odd)? {
+            let [name, kind, shape @ ..] = field.as_tuple().ok_or_else(odd)?.as_slice() else {
+                return Err(odd());
+            };
+            // A field may have a title beside its name.
+            let name = name.as_string().or_else(|| name.as_tuple()?.get(1)?.as_string());
+            let name = format!("{within}{}", name.ok_or_else(odd)?);
+            let mut times = 1_usize;
+            for size in shape.first().and_then(Value::as_tuple).into_iter().flatten() {
+                let size: usize = size.to_string().parse().map_err(|_| odd())?;
+                times = times.saturating_mul(size);
+            }
+            self.count = self.count.saturating_add(times);
+            if self.count > MOST_COLUMNS {
+                return Err(format!("has more than {MOST_COLUMNS} columns"));
+            }
+            for k in 0..times {
+                let name = if shape.is_empty() { name.clone() } else { format!("{name}_{k}") };
+                let Some(kind) = kind.as_string() else {
+                    self.take(kind, &format!("{name}."))?;
+                    continue;
+                };
+                let size = size(kind).ok_or_else(|| format!("{name} {}", no_number(kind)))?;
+                // Void without a name is padding.
+                if !(name.is_empty() && kind.contains('V')) {
+                    self.fields.push(Field { name, at: self.size, kind: kind.clone() });
+                }
+                self.size = self.size.saturating_add(size);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of an element.
+fn size(kind: &str) -> Option<usize> {
+    let bare = kind.trim_start_matches(['<', '>', '|', '=']);
+    let number: usize = bare.get(1..)?.split('[').next()?.parse().ok()?;
+    let letters = if bare.starts_with('U') { 4 } else { 1 };
+    number.checked_mul(letters).filter(|size| *size < 1 << 20)
+}
+
+/// The number that an element is, and its unit where it is a time.
+fn cell(kind: &str) -> Result<(Cell, Option<&'static str>), String> {
+    let bare = kind.trim_start_matches(['<', '>', '|', '=']);
+    let coding = match bare {
+        "f2" | "f4" | "f8" => Coding::Float,
+        "i1" | "i2" | "i4" | "i8" => Coding::Signed,
+        "b1" | "u1" | "u2" | "u4" | "u8" => Coding::Unsigned,
+        _ if bare.starts_with("M8") || bare.starts_with("m8") => Coding::Signed,
+        _ => return Err(no_number(kind)),
+    };
+    let time = bare.split_once('[').map(|(_, unit)| match unit {
+        "ns]" => Ok("ns"),
+        "us]" => Ok("us"),
+        "ms]" => Ok("ms"),
+        "s]" => Ok("s"),
+        _ => Err(no_number(kind)),
+    });
+    let size = size(kind).ok_or_else(|| no_number(kind))?;
+    Ok((Cell::new(0, size, coding, kind.starts_with('>')), time.transpose()?))
+}
+
+fn no_number(kind: &str) -> String {
+    let what = match kind.trim_start_matches(['<', '>', '|', '=']).chars().next() {
+        Some('c') => "complex numbers; save .real or .imag of it",
+        Some('O') => "Python objects, which are not unpacked; save it with .astype(float)",
+        Some('U' | 'S') => "texts",
+        Some('M' | 'm') => "times of another unit than s, ms, us or ns",
+        _ => "float64, float32, float16, integers and bool are read",
+    };
+    format!("holds values of type {kind:?}: {what}")
+}
+
+/// The bytes of a header, with those before it.
+fn header(input: &mut impl Read) -> Result<Vec<u8>, String> {
+    let truncated = |_| "ends within its header".to_owned();
+    let mut bytes = vec![0; 10];
+    let mut found = 0;
+    while let Some(rest) = bytes.get_mut(found..).filter(|rest| !rest.is_empty()) {
+        match input.read(rest).map_err(truncated)? {
+            0 => break,
+            read => found += read,
+        }
+    }
+    let magic = b"\x93NUMPY";
+    if !bytes.starts_with(&magic[..found.min(magic.len())]) || found == 0 {
         return Err("is no .npy".to_owned());
     }
-    let (start, length) = match bytes {
-        [_, _, _, _, _, _, 1, _, low, high, ..] => (10, u32::from_le_bytes([*low, *high, 0, 0])),
-        [_, _, _, _, _, _, 2 | 3, _, a, b, c, d, ..] => (12, u32::from_le_bytes([*a, *b, *c, *d])),
-        [_, _, _, _, _, _, version, _, _, _, _, _, ..] => {
+    let mut length = [0; 4];
+    match bytes.get(6).filter(|_| found == bytes.len()) {
+        None => return Err("ends within its header".to_owned()),
+        Some(1) => length[..2].copy_from_slice(&bytes[8..10]),
+        Some(2 | 3) => {
+            let mut more = [0; 2];
+            input.read_exact(&mut more).map_err(truncated)?;
+            bytes.extend(more);
+            length.copy_from_slice(&bytes[8..12]);
+        }
+        Some(version) => {
             return Err(format!("has version {version} of the format; 1 to 3 are read"));
         }
-        _ => return Err(truncated()),
-    };
-    let length = usize::try_from(length).unwrap_or(usize::MAX);
+    }
+    let length = usize::try_from(u32::from_le_bytes(length)).unwrap_or(usize::MAX);
     if length > MOST_HEADER {
         return Err(format!("has a header of {length} bytes; {MOST_HEADER} are read"));
     }
-    let header = bytes.get(start..start + length).ok_or_else(truncated)?;
-    let brackets = header.iter().filter(|byte| b"([{".contains(byte)).count();
-    if brackets > BRACKETS {
-        return Err("is a structured array; a column holds plain numbers".to_owned());
+    let start = bytes.len();
+    bytes.resize(start + length, 0);
+    input.read_exact(&mut bytes[start..]).map_err(truncated)?;
+    let mut depth = 0_usize;
+    for byte in &bytes[start..] {
+        match byte {
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEPTH {
+            return Err(format!("has a header with {depth} brackets within each other"));
+        }
     }
-    Ok(())
-}
-
-fn integer(size: u64, negative: bool) -> Result<f64, String> {
-    if size > MOST_INTEGER {
-        return Err("holds integers beyond 2^53, which a double cannot keep".to_owned());
-    }
-    let value = size as f64;
-    Ok(if negative { -value } else { value })
+    Ok(bytes)
 }

@@ -3,16 +3,20 @@
 //! Each array of one dimension is a column under its name, as `numpy.savez(FILE, t_s=..., stylus=...)` or `savez_compressed`
 //! writes them. Of an array that nobody asks for only the name is read.
 
-use std::io::{Cursor, Read as _, Seek, Write};
+use std::fs::File;
+use std::io::{BufReader, Cursor, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, ArrayRef2};
 use ndarray_npy::{NpzWriter, WritableElement, WriteNpzError};
-use zip::ZipArchive;
+use zip::{CompressionMethod, ZipArchive};
 
+use crate::channels::COLUMN_NAMES;
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
+use crate::files;
 use crate::npy::Npy;
+use crate::numbers::{NumberTable, Packed, Strand};
 
 /// Most bytes that the columns read from one file may take, unpacked and as doubles, all together: a small file can hold
 /// terabytes of zeros.
@@ -63,11 +67,11 @@ pub enum NpzError {
         /// The array.
         array: String,
         /// Its values.
-        rows: usize,
+        rows: u64,
         /// The column read before it.
         first: String,
         /// The values of that.
-        expected: usize,
+        expected: u64,
     },
 }
 
@@ -111,18 +115,7 @@ impl Npz {
     /// # Errors
     /// [`NpzError::Archive`].
     pub fn parse(file: &Path, bytes: Vec<u8>) -> Result<Self, NpzError> {
-        let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
-        if bytes.starts_with(b"\x93NUMPY") {
-            let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
-            return Err(no_archive(message.to_owned()));
-        }
-        let archive =
-            ZipArchive::new(Cursor::new(bytes)).map_err(|error| no_archive(error.to_string()))?;
-        let name = |at: usize| {
-            let name = archive.name_for_index(at).unwrap_or_default();
-            name.strip_suffix(".npy").unwrap_or(name).to_owned()
-        };
-        let names = (0..archive.len()).map(name).collect();
+        let (archive, names) = archive(file, Cursor::new(bytes))?;
         Ok(Self { file: file.to_owned(), archive, names, left: MOST_UNPACKED, first: None })
     }
 
@@ -143,7 +136,7 @@ impl Npz {
     /// # Errors
     /// [`NpzError::Missing`], [`NpzError::Array`]; [`NpzError::Length`] where an earlier column had another length.
     pub fn numbers(&mut self, name: &str) -> Result<Array1<f64>, NpzError> {
-        let numbers = self.column(name, NUMBER, |npy| npy.numbers())?;
+        let numbers = self.column(name, NUMBER, Npy::numbers)?;
         self.check_length(name, numbers.len())?;
         Ok(numbers)
     }
@@ -153,7 +146,7 @@ impl Npz {
     /// # Errors
     /// As [`Npz::numbers`].
     pub fn texts(&mut self, name: &str) -> Result<Vec<String>, NpzError> {
-        let texts = self.column(name, TEXT, |npy| npy.texts())?;
+        let texts = self.column(name, TEXT, Npy::texts)?;
         self.check_length(name, texts.len())?;
         Ok(texts)
     }
@@ -162,16 +155,17 @@ impl Npz {
         &mut self,
         name: &str,
         size: usize,
-        read: impl Fn(&Npy<'_>) -> Result<T, String>,
+        read: impl Fn(&Npy, &[u8]) -> Result<T, String>,
     ) -> Result<T, NpzError> {
         let Some(at) = self.names.iter().position(|other| other == name) else {
             let (file, found) = (self.file.clone(), self.names.clone());
             return Err(NpzError::Missing { file, array: name.to_owned(), found });
         };
         let read = self.unpack(at).and_then(|bytes| {
-            let npy = Npy::open(&bytes)?;
-            self.take(npy.rows().saturating_mul(size).max(bytes.len()))?;
-            read(&npy)
+            let mut data = &bytes[..];
+            let npy = Npy::read(&mut data)?;
+            self.take(npy.values().saturating_mul(size).max(bytes.len()))?;
+            read(&npy, data)
         });
         let (file, array) = (self.file.clone(), name.to_owned());
         read.map_err(|fault| NpzError::Array { file, array, fault })
@@ -209,9 +203,116 @@ impl Npz {
         if rows == *expected {
             return Ok(());
         }
-        let (file, first, expected) = (self.file.clone(), first.clone(), *expected);
-        Err(NpzError::Length { file, array: name.to_owned(), rows, first, expected })
+        let (file, first, array) = (self.file.clone(), first.clone(), name.to_owned());
+        let (rows, expected) = (rows as u64, *expected as u64);
+        Err(NpzError::Length { file, array, rows, first, expected })
     }
+}
+
+/// The archive in `input`, and the names of its arrays.
+fn archive<R: Read + Seek>(
+    file: &Path,
+    mut input: R,
+) -> Result<(ZipArchive<R>, Vec<String>), NpzError> {
+    let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
+    let mut magic = [0; 6];
+    if input.read_exact(&mut magic).is_ok() && magic == *b"\x93NUMPY" {
+        let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
+        return Err(no_archive(message.to_owned()));
+    }
+    let archive = ZipArchive::new(input).map_err(|error| {
+        // The directory is written last.
+        let cut = if magic.starts_with(b"PK") { " (it was cut off: save it again)" } else { "" };
+        no_archive(format!("{error}{cut}"))
+    })?;
+    let name = |at: usize| {
+        let name = archive.name_for_index(at).unwrap_or_default();
+        name.strip_suffix(".npy").unwrap_or(name).to_owned()
+    };
+    let names = (0..archive.len()).map(name).collect();
+    Ok((archive, names))
+}
+
+/// Where the columns of an `.npz` of any size lie: the arrays that are as long as those with the name of a recording's column, or
+/// as the longest of one dimension. Nothing but headers is read.
+///
+/// # Errors
+/// Where the file cannot be read, or an array with the name of a column has another length.
+pub fn npz_table(file: &Path) -> Result<NumberTable, NpzError> {
+    let input = files::open(file)
+        .map_err(|source| Box::new(CsvError::Unreadable { file: file.to_owned(), source }))?;
+    let (mut archive, names) = archive(file, BufReader::new(input))?;
+    let mut table = NumberTable::new(file);
+    let mut arrays = Vec::new();
+    for (at, name) in names.into_iter().enumerate() {
+        match member(&mut archive, file, at, &name) {
+            Ok(array) => arrays.push((name, array)),
+            Err(fault) if is_column(&name) => {
+                let file = file.to_owned();
+                return Err(NpzError::Array { file, array: name, fault });
+            }
+            Err(fault) => table.notes.push(format!("not used: {name}, which {fault}")),
+        }
+    }
+    let own = arrays.iter().find(|(name, _)| is_column(name)).map(|(_, array)| array.rows);
+    let longest = |plain: bool| {
+        let wanted = arrays.iter().filter(|(_, array)| !plain || array.columns.len() == 1);
+        wanted.map(|(_, array)| array.rows).max()
+    };
+    let rows = own.or_else(|| longest(true)).or_else(|| longest(false)).unwrap_or(0);
+    for (name, array) in arrays {
+        if array.rows == rows {
+            table.append(array);
+        } else if is_column(&name) {
+            let first = table.columns.first().map(|column| column.name.clone());
+            return Err(NpzError::Length {
+                file: file.to_owned(),
+                array: name,
+                rows: array.rows,
+                first: first.unwrap_or_default(),
+                expected: rows,
+            });
+        } else {
+            table.notes.push(format!("not used: {name}, of {} values", array.rows));
+        }
+    }
+    table.rows = rows;
+    Ok(table)
+}
+
+fn is_column(name: &str) -> bool {
+    COLUMN_NAMES.contains(&name)
+}
+
+/// Where the columns of one array lie.
+fn member(
+    archive: &mut ZipArchive<BufReader<File>>,
+    file: &Path,
+    at: usize,
+    name: &str,
+) -> Result<NumberTable, String> {
+    let damaged = |error: zip::result::ZipError| format!("is damaged: {error}");
+    let mut member = archive.by_index(at).map_err(damaged)?;
+    let npy = Npy::read(&mut member)?;
+    let deflated = match member.compression() {
+        CompressionMethod::Stored => false,
+        CompressionMethod::Deflated => true,
+        other => return Err(format!("is packed by {other}; DEFLATE is read")),
+    };
+    let packed = Packed {
+        deflated,
+        bytes: member.compressed_size(),
+        before: npy.length,
+        crc: member.crc32(),
+    };
+    let place = Strand { offset: member.data_start(), frame: 1, packed: Some(packed) };
+    let table = npy.table(file, name, place)?;
+    let found = member.size().saturating_sub(npy.length);
+    if table.bytes() == Some(found) {
+        return Ok(table);
+    }
+    let frame = table.strands.iter().map(|strand| strand.frame).sum::<usize>();
+    Err(format!("has {found} bytes where {} values of {frame} bytes were announced", table.rows))
 }
 
 fn too_large() -> String {
@@ -243,8 +344,7 @@ mod tests {
     /// Two arrays of as many zeros in single bytes, packed, with room for so many bytes.
     fn zeros(count: usize, left: u64) -> Npz {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        let options =
-            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
+        let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
         for name in ["a", "b"] {
             let mut npy = Vec::new();
             let zeros = Array1::<u8>::zeros(count);

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::table::Table;
+use grip_table::{Table, TableError};
 
 /// A stretch of a recording with a cause that is no slip: `closing`, `arm`, `knock` or any other word.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,6 +46,12 @@ pub enum PhaseError {
     },
 }
 
+impl From<TableError> for PhaseError {
+    fn from(error: TableError) -> Self {
+        Self::Table(error.into())
+    }
+}
+
 /// Reads the phases in `file`: columns `recording`, `begin_s`, `end_s` (seconds, rounded to 1 us) and `cause`; others are ignored.
 /// Nothing where there is no such file.
 ///
@@ -52,7 +59,7 @@ pub enum PhaseError {
 /// Where the file cannot be read or a row is not usable; see [`PhaseError`].
 pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
     let Some(bytes) = bytes_of(file)? else { return Ok(Vec::new()) };
-    let mut table = Table::open(file, bytes.as_slice())?;
+    let mut table = Table::by_hand(file, bytes.as_slice())?;
     let recording = table.required("recording")?;
     let (begin, end) = (table.required("begin_s")?, table.required("end_s")?);
     let cause = table.required("cause")?;
@@ -60,8 +67,8 @@ pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
     while let Some(row) = table.next_row()? {
         let phase = Phase {
             recording: row.cell(recording).into_owned(),
-            begin: row.time(begin, None)?,
-            end: row.time(end, None)?,
+            begin: time(&row, begin, None)?,
+            end: time(&row, end, None)?,
             cause: row.cell(cause).into_owned(),
         };
         if phase.end <= phase.begin {
@@ -82,14 +89,14 @@ pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
 /// Where the file cannot be read or a row is not usable; see [`PhaseError`].
 pub fn read_alarms(file: &Path) -> Result<Option<Vec<Phase>>, PhaseError> {
     let Some(bytes) = bytes_of(file)? else { return Ok(None) };
-    let mut table = Table::open(file, bytes.as_slice())?;
+    let mut table = Table::by_hand(file, bytes.as_slice())?;
     let (recording, begin) = (table.required("recording")?, table.required("begin_s")?);
     let end = table.position("end_s");
     let mut alarms = Vec::new();
     while let Some(row) = table.next_row()? {
-        let begin = row.time(begin, None)?;
+        let begin = time(&row, begin, None)?;
         let given = end.filter(|end| !row.cell(*end).is_empty());
-        let end = given.map_or(Ok(begin), |end| row.time(end, None))?;
+        let end = given.map_or(Ok(begin), |end| time(&row, end, None))?;
         if end < begin {
             return Err(PhaseError::Empty { file: file.to_owned(), line: row.line });
         }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
-use crate::table::Table;
+use grip_table::Table;
 
 /// A height profile at equal steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,20 +56,20 @@ impl HeightProfile {
     pub fn parse(file: &Path, bytes: &[u8], step_m: Option<f64>) -> Result<Self, CsvError> {
         let mut table = Table::open(file, bytes)?;
         let x_column = match step_m {
-            None => Some(table.required("x_mm")?),
+            None => Some(table.quantity("x", "mm")?),
             Some(_) => None,
         };
-        let height_column = table.required("height_um")?;
+        let (height_column, unit_m) = table.quantity("height", "um")?;
         let mut points = Vec::new();
         while let Some(row) = table.next_row()? {
             let absent = |column| row.cell(column).is_empty();
             let height_m = match absent(height_column) {
                 true => f64::NAN,
-                false => 1e-6 * row.number(height_column)?,
+                false => unit_m * row.number(height_column)?,
             };
             let x_mm = match x_column {
-                Some(column) if height_m.is_nan() && absent(column) => continue,
-                Some(column) => row.finite(column)?,
+                Some((column, _)) if height_m.is_nan() && absent(column) => continue,
+                Some((column, unit_m)) => row.finite(column)? * unit_m / 1e-3,
                 None => 0.0,
             };
             points.push(Point { line: row.line, x_mm, height_m });
@@ -246,6 +246,16 @@ mod tests {
         assert!((profile.step_m - 4e-7).abs() < 1e-15);
         let given = parse("height_um\n1\n2\n3\n", Some(1e-6)).unwrap();
         assert_eq!((given.heights_m.len(), given.step_m), (3, 1e-6));
+        for text in [
+            "x_um;height_mm\n0;0,001\n0,4;-0,002\n0,8;0,0035\n",
+            "X [mm]\tHeight [nm]\n0\t1000\n0.0004\t-2000\n0.0008\t3500\n",
+            "# profilometer\nx,height\nmm,\u{b5}m\n0,1\n0.0004,-2\n0.0008,3.5\n",
+        ] {
+            let found = parse(text, None).unwrap();
+            assert!((found.step_m - 4e-7).abs() < 1e-15, "{text}: {found:?}");
+            let off = found.heights_m.iter().zip(&profile.heights_m).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-15, "{text}: {found:?}");
+        }
         let rounded =
             parse("x_mm,height_um\n0,1\n0.000356,1\n0.000712,1\n0.001069,1\n", None).unwrap();
         assert!((rounded.step_m - 3.563e-7).abs() < 1e-10, "{rounded:?}");
@@ -256,6 +266,15 @@ mod tests {
         for (text, words) in [
             ("x_mm\n0\n", "no column height_um"),
             ("height_um\n0\n", "no column x_mm"),
+            (
+                "x_mm,height\n0,1\n1,2\n",
+                "column height has no unit; name it by its unit, for example height_um",
+            ),
+            (
+                "x_mm,height [px]\n0,1\n1,2\n",
+                "column height [px] is in \"px\", which is no known unit of a length",
+            ),
+            ("x_mm,height_ms\n0,1\n1,2\n", "column height_ms is in \"ms\""),
             ("x_mm,height_um\n0,1\n1,2\n", "2 heights"),
             ("x_mm,height_um\n0,1\n1,2\n1,3\n2,4\n", "line 4, column x_mm: the same place"),
             (

@@ -6,11 +6,15 @@ use slip_core::sample::{Arrival, Sample};
 use slip_core::units::Micros;
 
 use crate::channels::{ChannelSet, Scale};
+use crate::clock::Clock;
 use crate::csv_read::CsvOptions;
 use crate::error::CsvError;
 use crate::layout::Layout;
 use crate::notes::{Notes, Steps};
+use crate::pace::Pace;
+use crate::plan::Plan;
 use crate::taxels::Taxels;
+use crate::time::TimeUnit;
 
 /// Most bytes that the samples of one file may take, with their taxels: 17 million samples without, which is half an hour at 10 kHz.
 pub const MOST_HELD: usize = 2 << 30;
@@ -45,8 +49,11 @@ impl Recording {
 
 /// The cells of one row, by the number of their column.
 pub(crate) trait Cells {
-    /// A time that is not before `previous`.
-    fn time(&self, column: usize, previous: Option<Micros>) -> Result<Micros, CsvError>;
+    /// A stamp in `unit`, as ns.
+    fn stamp(&self, column: usize, unit: TimeUnit) -> Result<i64, CsvError>;
+
+    /// File, line and name of the column, for errors.
+    fn place(&self, column: usize) -> (&Path, u64, String);
 
     /// A reading, `None` for an empty cell.
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError>;
@@ -62,9 +69,10 @@ pub(crate) struct Gathering {
     pub(crate) layout: Layout,
     pub(crate) notes: Notes,
     steps: Steps,
-    /// Samples so far, and the time of the last one.
+    unit: TimeUnit,
+    clock: Option<Clock>,
+    /// Samples so far.
     count: usize,
-    last: Option<Micros>,
     /// The frame of the last sample.
     frame: Vec<f32>,
     samples: Vec<Sample>,
@@ -78,23 +86,52 @@ impl Gathering {
         header: &[String],
         options: &CsvOptions,
     ) -> Result<Self, CsvError> {
+        let ours = header.to_vec();
+        let plan = Plan { names: header.to_vec(), ours, ..Plan::default() };
+        Self::planned(file, &plan, options)
+    }
+
+    /// The same, of a file whose columns have names of their own.
+    pub(crate) fn planned(
+        file: &Path,
+        plan: &Plan,
+        options: &CsvOptions,
+    ) -> Result<Self, CsvError> {
         let given_rate_hz = options.rate_hz.map(checked_rate).transpose()?;
-        let layout = Layout::resolve(file, header, options)?;
+        let layout = Layout::resolve(file, plan, given_rate_hz.is_some())?;
         let ignored = layout.ignored.iter().filter(|name| !name.is_empty());
         let ignored_columns = ignored.cloned().collect();
-        let notes = Notes { given_rate_hz, ignored_columns, ..Notes::default() };
+        let uses = plan.found.uses.clone();
+        let notes = Notes { given_rate_hz, ignored_columns, uses, ..Notes::default() };
         let taxels = Taxels::new(layout.taxels.len());
+        let unit = plan.unit.unwrap_or(TimeUnit::Seconds);
+        let own = layout.channels.time_source.as_deref() == Some("t_s");
         Ok(Self {
             file: file.to_owned(),
+            clock: layout.time.map(|_| Clock::new(unit, own, plan.pace)),
             layout,
             notes,
             steps: Steps::default(),
+            unit,
             count: 0,
-            last: None,
             frame: Vec::new(),
             samples: Vec::new(),
             taxels,
         })
+    }
+
+    /// What is known before the first row.
+    pub(crate) fn about(&self, plan: &Plan) -> Result<Recording, CsvError> {
+        let mut notes = self.notes.clone();
+        let pace = plan.pace.filter(|_| self.layout.time.is_some());
+        let rate_hz = notes.given_rate_hz.or(pace.map(|pace| pace.rate_hz()));
+        let rate_hz =
+            rate_hz.ok_or_else(|| CsvError::NoRate { file: self.file.clone(), rows: 0 })?;
+        let said = pace.map(|pace| pace.to_string()).filter(|text| !text.is_empty());
+        notes.remarks.extend(plan.found.notes.iter().cloned().chain(said));
+        let name = self.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let channels = self.layout.channels.clone();
+        Ok(Recording { name, channels, samples: Vec::new(), taxels: None, rate_hz, notes })
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -103,8 +140,15 @@ impl Gathering {
 
     /// The sample of the next row; its frame is [`Gathering::frame`].
     pub(crate) fn sample(&mut self, row: &impl Cells) -> Result<Sample, CsvError> {
-        let time = match self.layout.time {
-            Some(column) => row.time(column, self.last)?,
+        let time = match self.layout.time.zip(self.clock.as_mut()) {
+            Some((column, clock)) => {
+                let stamp = row.stamp(column, self.unit)?;
+                clock.time(stamp).map_err(|before| {
+                    let (file, line, column) = row.place(column);
+                    let [before, time] = [before, stamp].map(|ns| ns as f64 / 1e9);
+                    CsvError::TimeBackwards { file: file.to_owned(), line, column, before, time }
+                })?
+            }
             None => nth_time(self.count, self.notes.given_rate_hz),
         };
         let sample = sample_of(row, &self.layout, time, &mut self.notes)?;
@@ -134,7 +178,6 @@ impl Gathering {
 
     fn note(&mut self, time: Micros) {
         self.count += 1;
-        self.last = Some(time);
         if self.layout.time.is_some() {
             self.steps.push(time);
         }
@@ -147,13 +190,19 @@ impl Gathering {
 
     /// Puts a sample and the last frame by.
     pub(crate) fn keep(&mut self, sample: Sample) -> Result<(), CsvError> {
-        let bytes = size_of::<Sample>() + 4 * self.layout.taxels.len();
-        if self.samples.len() >= MOST_HELD / bytes {
-            return Err(CsvError::TooManyRows { file: self.file.clone(), most: MOST_HELD / bytes });
-        }
+        self.check_room(self.samples.len() as u64 + 1)?;
         self.samples.push(sample);
         self.taxels.push(&self.frame);
         Ok(())
+    }
+
+    /// Whether so many samples may be held.
+    pub(crate) fn check_room(&self, rows: u64) -> Result<(), CsvError> {
+        let most = MOST_HELD / (size_of::<Sample>() + 4 * self.layout.taxels.len());
+        if rows <= most as u64 {
+            return Ok(());
+        }
+        Err(CsvError::TooManyRows { file: self.file.clone(), most })
     }
 
     pub(crate) fn push(&mut self, row: &impl Cells) -> Result<(), CsvError> {
@@ -161,13 +210,41 @@ impl Gathering {
         self.keep(sample)
     }
 
+    /// The pace of the stamps so far.
+    pub(crate) fn pace(&self) -> Option<Pace> {
+        let pace = self.clock.as_ref()?.pace()?;
+        Some(self.notes.given_rate_hz.map_or(pace, |rate_hz| pace.with_rate(rate_hz)))
+    }
+
+    /// The same, where rows are not placed by it and have to be.
+    pub(crate) fn unseen_pace(&self) -> Option<Pace> {
+        let places = self.clock.as_ref().is_some_and(Clock::places);
+        self.pace().filter(|pace| pace.coarse && !places)
+    }
+
     /// The recording, with what was kept of its samples.
-    pub(crate) fn finish(self) -> Result<Recording, CsvError> {
-        let Self { file, layout, mut notes, samples, taxels, .. } = self;
+    pub(crate) fn finish(mut self) -> Result<Recording, CsvError> {
         if self.count == 0 {
-            return Err(CsvError::NoRows { file });
+            return Err(CsvError::NoRows { file: self.file });
         }
-        notes.take_steps(&self.steps);
+        let pace = self.pace().filter(|pace| pace.coarse);
+        if let Some((pace, clock)) = pace.zip(self.clock.as_ref()) {
+            if !clock.places() && !self.samples.is_empty() {
+                // Coarse only behind the rows that were looked at before.
+                self.steps = Steps::default();
+                let mut clock = Clock::new(TimeUnit::Nanos, true, Some(pace));
+                for sample in &mut self.samples {
+                    let stamp = i64::try_from(sample.t.0).unwrap_or(i64::MAX).saturating_mul(1000);
+                    sample.t = clock.time(stamp).unwrap_or(sample.t);
+                    self.steps.push(sample.t);
+                }
+            }
+            self.notes.remarks.push(pace.to_string());
+        }
+        self.notes.remarks.extend(self.clock.iter().flat_map(Clock::notes));
+        self.notes.take_steps(&self.steps);
+        let Self { file, layout, mut notes, samples, taxels, .. } = self;
+        notes.measured_rate_hz = pace.map(|pace| pace.rate_hz()).or(notes.measured_rate_hz);
         let rate_hz = notes
             .given_rate_hz
             .or(notes.measured_rate_hz)
@@ -200,17 +277,18 @@ fn sample_of(
     time: Micros,
     notes: &mut Notes,
 ) -> Result<Sample, CsvError> {
-    let stylus = match layout.stylus.map(|column| row.reading(column, Scale::Same)).transpose()? {
-        Some(Some(stylus)) => {
-            notes.count_reading(stylus);
-            stylus
-        }
-        Some(None) => {
-            notes.empty_stylus += 1;
-            f32::NAN
-        }
-        None => 0.0,
-    };
+    let stylus =
+        match layout.stylus.map(|column| row.reading(column, layout.scale(column))).transpose()? {
+            Some(Some(stylus)) => {
+                notes.count_reading(stylus);
+                stylus
+            }
+            Some(None) => {
+                notes.empty_stylus += 1;
+                f32::NAN
+            }
+            None => 0.0,
+        };
     let mut sample = Sample::stylus(time, stylus);
     for &(column, channel, scale) in &layout.optional {
         let value = row.reading(column, scale)?;
@@ -220,10 +298,10 @@ fn sample_of(
         channel.set(&mut sample, value);
     }
     for (axis, &column) in sample.stylus_axes.iter_mut().zip(&layout.axes) {
-        *axis = axis_of(row, column, notes)?.unwrap_or(f32::NAN);
+        *axis = axis_of(row, layout, column, notes)?.unwrap_or(f32::NAN);
     }
     for (axis, &column) in sample.reference_axes.iter_mut().zip(&layout.reference_axes) {
-        match axis_of(row, column, notes)? {
+        match axis_of(row, layout, column, notes)? {
             Some(value) => *axis = value,
             // A vector without one of its components is none.
             None => sample.reference = None,
@@ -237,8 +315,13 @@ fn sample_of(
 }
 
 /// A component of a vector, `None` for an empty cell.
-fn axis_of(row: &impl Cells, column: usize, notes: &mut Notes) -> Result<Option<f32>, CsvError> {
-    let value = row.reading(column, Scale::Same)?;
+fn axis_of(
+    row: &impl Cells,
+    layout: &Layout,
+    column: usize,
+    notes: &mut Notes,
+) -> Result<Option<f32>, CsvError> {
+    let value = row.reading(column, layout.scale(column))?;
     if let Some(value) = value {
         notes.count_reading(value);
     }
@@ -261,7 +344,7 @@ fn frame_of(
     frame.clear();
     let mut any = false;
     for &column in &layout.taxels {
-        let value = row.reading(column, Scale::Same)?;
+        let value = row.reading(column, layout.scale(column))?;
         any |= value.is_some();
         if let Some(value) = value {
             notes.count_reading(value);

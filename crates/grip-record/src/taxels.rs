@@ -8,8 +8,9 @@ use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::table::Table;
+use grip_table::Table;
 
 /// Prefix of the columns of an array in a recording.
 pub(crate) const PREFIX: &str = "pressure_";
@@ -98,14 +99,14 @@ impl Taxels {
 
     fn parse(file: &Path, bytes: &[u8], samples: &[Sample]) -> Result<Self, CsvError> {
         let mut table = Table::open(file, bytes)?;
-        let time = table.required("t_s")?;
-        let columns: Vec<usize> = (0..table.header().len()).filter(|c| *c != time).collect();
+        let t_s = table.required("t_s")?;
+        let columns: Vec<usize> = (0..table.header().len()).filter(|c| *c != t_s).collect();
         check_count(file, columns.len())?;
         let mut taxels = Self::new(columns.len());
         let mut frame: Vec<f32> = vec![f32::NAN; columns.len()];
         let mut before: Option<Micros> = None;
         while let Some(row) = table.next_row()? {
-            let t = row.time(time, before)?;
+            let t = time(&row, t_s, before)?;
             before = Some(t);
             for (value, &column) in frame.iter_mut().zip(&columns) {
                 *value = narrow(row.finite(column)?);

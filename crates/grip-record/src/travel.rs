@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use slip_core::units::Micros;
 
 use crate::csv_read::read_bytes;
+use crate::csv_read::time;
 use crate::error::CsvError;
-use crate::table::Table;
+use grip_table::Table;
 
 /// The true motion beside a recording: columns `t_s` and `travel_mm` at their own, possibly irregular rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,11 +48,12 @@ impl Travel {
     pub fn read(file: &Path) -> Result<Self, CsvError> {
         let bytes = read_bytes(file)?;
         let mut table = Table::open(file, bytes.as_slice())?;
-        let (time_column, travel_column) = (table.required("t_s")?, table.required("travel_mm")?);
+        let time_column = table.required("t_s")?;
+        let (travel_column, travel_m) = table.quantity("travel", "mm")?;
         let mut points: Vec<(Micros, f64)> = Vec::new();
         while let Some(row) = table.next_row()? {
-            let time = row.time(time_column, points.last().map(|point| point.0))?;
-            points.push((time, row.finite(travel_column)?));
+            let at = time(&row, time_column, points.last().map(|point| point.0))?;
+            points.push((at, row.finite(travel_column)? * travel_m / 1e-3));
         }
         if points.is_empty() {
             return Err(CsvError::NoRows { file: file.to_owned() });

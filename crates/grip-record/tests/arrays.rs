@@ -179,7 +179,7 @@ mod tests {
         );
         assert_eq!(
             fault(raw(&head("'<c8'", "(2,)"), &[0; 16])),
-            "holds values of type \"<c8\"; float64, float32, integers and bool are read"
+            "holds values of type \"<c8\": complex numbers; save .real or .imag of it"
         );
         assert_eq!(
             fault(npy(&arr1(&[1_i64 << 60]))),
@@ -198,7 +198,7 @@ mod tests {
     fn headers_that_are_attacks_are_refused() {
         assert_eq!(
             fault(raw(&"(".repeat(9_000), &[])),
-            "is a structured array; a column holds plain numbers"
+            "has a header with 9 brackets within each other"
         );
         let huge = [&b"\x93NUMPY\x02\x00\xff\xff\xff\xff"[..], &[b' '; 64]].concat();
         assert_eq!(fault(huge), "has a header of 4294967295 bytes; 10000 are read");
@@ -212,23 +212,23 @@ mod tests {
             message(&file)
         };
         let stylus = |values: &[f64]| ("stylus", npy(&arr1(values)));
-        assert!(
-            of(&[time()])
-                .starts_with("rec.npz: no column stylus, vibration, travel_m or pressure_0")
-        );
-        assert!(of(&[stylus(&[1.0])]).starts_with("rec.npz: no column t_s and no rate"));
+        assert!(of(&[time()]).starts_with("rec.npz: nothing was taken for a vibration"));
+        assert!(of(&[stylus(&[1.0])]).starts_with("rec.npz: no column of times and no rate"));
         assert_eq!(
             of(&[time(), stylus(&[1.0])]),
             "rec.npz: array \"stylus\" has 1 values and \"t_s\" has 2; all columns need as many"
         );
         let none = Array1::<f64>::zeros(0);
         assert!(of(&[("t_s", npy(&none)), ("stylus", npy(&none))]).contains("no rows"));
-        for bad in [f64::NAN, -1.0, f64::INFINITY] {
+        for bad in [f64::NAN, f64::INFINITY] {
             let text = of(&[("t_s", npy(&arr1(&[0.0, bad]))), stylus(&[1.0, 2.0])]);
-            assert!(text.starts_with("rec.npz: line 2, column t_s: time"), "{text}");
+            assert!(
+                text.contains("rec.npz: line 2, column t_s") && text.contains("is no time"),
+                "{text}"
+            );
         }
         let text = of(&[("t_s", npy(&arr1(&[0.1, 0.0]))), stylus(&[1.0, 2.0])]);
-        assert!(text.contains("goes backwards from 0.100000 s to 0.000000 s"), "{text}");
+        assert!(text.contains("goes backwards from 0.1 s to 0 s"), "{text}");
         let late = [("arrived_us", npy(&arr1(&[0.5, 1.0]))), ("age_us", npy(&arr1(&[1.0, 1.0])))];
         let text = of(&[&[time(), stylus(&[1.0, 2.0])][..], &late].concat());
         assert!(text.contains("column arrived_us: \"0.5\" is not a number"), "{text}");
@@ -313,9 +313,7 @@ mod tests {
         npz.finish().unwrap();
         let options = CsvOptions { rate_hz: Some(1000.0), ..CsvOptions::default() };
         let read = read_recording(&file, &options).unwrap();
-        assert_eq!(
-            (read.samples.len(), read.notes.ignored_columns),
-            (2, vec!["camera".to_owned()])
-        );
+        let remarks = read.notes.remarks.join("; ");
+        assert_eq!((read.samples.len(), remarks.as_str()), (2, "not used: camera, of 3 values"));
     }
 }

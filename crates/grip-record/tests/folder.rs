@@ -5,6 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use grip_record::{CsvError, LabelKind, Travel, read_labels};
+use grip_table::TableError;
 use proptest::prelude::*;
 use slip_core::units::Micros;
 use tempfile::TempDir;
@@ -83,9 +84,9 @@ fn label_faults_name_line_and_column() {
     }
     let (_dir, path) = file("labels.csv", "name,kind\na,rest\n");
     let message = read_labels(&path).unwrap_err().to_string();
-    assert!(message.ends_with(
-        "no column recording; add it to the header; the file has, separated by commas: name, kind"
-    ));
+    assert!(
+        message.ends_with("no column recording; the file has, separated by commas: name, kind")
+    );
 }
 
 #[test]
@@ -115,13 +116,19 @@ fn a_pose_must_be_known() {
         let (_dir, path) = file("a_pose.csv", text);
         Travel::read(&path).unwrap_err()
     };
-    assert!(matches!(refused("t_s,travel_mm\n0,nan\n"), CsvError::NotFinite { line: 2, .. }));
-    assert!(matches!(refused("t_s,travel_mm\n0,\n"), CsvError::NotANumber { line: 2, .. }));
+    assert!(matches!(
+        refused("t_s,travel_mm\n0,nan\n"),
+        CsvError::Table(TableError::NotFinite { line: 2, .. })
+    ));
+    assert!(matches!(
+        refused("t_s,travel_mm\n0,\n"),
+        CsvError::Table(TableError::NotANumber { line: 2, .. })
+    ));
     assert!(matches!(
         refused("t_s,travel_mm\n1,0\n0,0\n"),
         CsvError::TimeBackwards { line: 3, .. }
     ));
-    assert!(matches!(refused("t_s,x\n"), CsvError::MissingColumn { wanted: "travel_mm", .. }));
+    assert!(matches!(refused("t_s,x\n"), CsvError::Table(TableError::Missing { .. })));
     assert!(matches!(refused("t_s,travel_mm\n"), CsvError::NoRows { .. }));
 }
 

@@ -17,7 +17,8 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn renamed(ours: &str, theirs: &str, rate_hz: Option<f32>) -> CsvOptions {
-    CsvOptions { rate_hz, map: vec![(ours.to_owned(), theirs.to_owned())] }
+    let map = vec![(ours.to_owned(), theirs.to_owned())];
+    CsvOptions { rate_hz, map, ..CsvOptions::default() }
 }
 
 fn csv_files(folder: &Path) -> Vec<PathBuf> {

@@ -17,9 +17,6 @@ pub(crate) struct ImportArgs {
     pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
-    /// Unit of the times, where neither their name nor their rate shows it.
-    #[arg(long, value_enum, value_name = "UNIT")]
-    pub(crate) time_unit: Option<TimeUnit>,
     /// Read only this topic; may be repeated.
     #[arg(long, value_name = "NAME")]
     pub(crate) topic: Vec<String>,
@@ -56,17 +53,4 @@ pub(crate) struct LabelArgs {
     pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
-}
-
-/// Unit of times.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum TimeUnit {
-    /// Seconds.
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Microseconds.
-    Us,
-    /// Nanoseconds.
-    Ns,
 }

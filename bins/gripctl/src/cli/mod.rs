@@ -230,12 +230,28 @@ pub(crate) struct ForceArgs {
 /// How the columns of a CSV file are read.
 #[derive(Debug, Args)]
 pub(crate) struct CsvArgs {
-    /// Samples per second, for a file without `t_s`.
+    /// Samples per second, for a file without times, or with stamps coarser than its rows.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) rate: Option<f32>,
     /// Read the column NAME as another one, for example `stylus=height_m`; may be repeated.
     #[arg(long, value_name = "OURS=NAME")]
     pub(crate) map: Vec<String>,
+    /// Unit of the times, where neither their name nor their rate shows it.
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub(crate) time_unit: Option<TimeUnit>,
+}
+
+/// Unit of times.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub(crate) enum TimeUnit {
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Microseconds.
+    Us,
+    /// Nanoseconds.
+    Ns,
 }
 
 #[derive(Debug, Args)]

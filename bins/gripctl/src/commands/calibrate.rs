@@ -66,7 +66,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
         );
         return Ok(Exit::DataLost);
     }
-    Ok(Exit::Done)
+    Ok(if recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
 /// What to type where a longer recording can carry the certificate.

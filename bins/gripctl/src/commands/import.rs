@@ -1,12 +1,13 @@
 //! `gripctl import`: a recording of another program as one of this project.
 
-use super::{csv_options, replay::is_mcap};
-use crate::{
-    cli::{self, import::ImportArgs},
-    output,
+use super::{
+    csv_options,
+    replay::is_mcap,
+    source::{About, Source},
 };
+use crate::{cli::import::ImportArgs, output};
 use anyhow::Context as _;
-use grip_import::{ImportOptions, Imported, TimeUnit, Use};
+use grip_import::{ImportError, ImportOptions, Imported, Use};
 use grip_record::{
     ChannelSet, CsvOptions, CsvWriter, Recording, is_npz,
     mcap::{McapWriter, Record, SampleRecord},
@@ -17,11 +18,12 @@ use grip_session::{
     exit::{Exit, WrongArgument, escape},
     model,
     recording::{ABOUT, PART, RUN, event_record, pipeline_record},
-    replay::{self, Replay},
+    replay,
     report::EventLog,
     session::Beginning,
 };
 use serde::Serialize;
+use slip_core::Pipeline;
 use std::{collections::BTreeMap, path::Path};
 
 /// Names that are shown of what is not used.
@@ -56,44 +58,63 @@ pub(crate) fn run(args: &ImportArgs) -> anyhow::Result<Exit> {
         .map(|output| OutputPath::new(output, RECORDING, [args.file.as_path()], Some(args.force)));
     let out = out.transpose()?;
     let options = ImportOptions {
-        time_unit: args.time_unit.map(|unit| match unit {
-            cli::import::TimeUnit::S => TimeUnit::Seconds,
-            cli::import::TimeUnit::Ms => TimeUnit::Millis,
-            cli::import::TimeUnit::Us => TimeUnit::Micros,
-            cli::import::TimeUnit::Ns => TimeUnit::Nanos,
-        }),
         topics: args.topic.clone(),
         finger: args.finger,
         ..import_options(&csv_options(&args.csv)?)
     };
-    let imported = import(&args.file, &options)?;
+    let wrong = |error: ImportError| WrongArgument(error.to_string());
+    // The arrays of an .npz stand one behind the other, so its samples are held.
+    let hold = args.output.as_deref().is_some_and(is_npz);
+    let read = if hold { grip_import::import } else { grip_import::open };
+    let imported = read(&args.file, &options).map_err(wrong)?;
+    let (about, source) = Source::of(imported);
     if let Some(out) = &out {
-        refuse_axes(&imported.recording, out.file())?;
+        refuse_axes(&source.recording, out.file())?;
         let mut file = out.create()?;
-        write(&imported.recording, out.file(), &mut file)
+        write(&source, out.file(), &mut file)
             .with_context(|| format!("cannot write {}", out.file().display()))?;
         file.finish()?;
     }
-    show(&imported, args)?;
-    Ok(Exit::Done)
+    show(&about, &source, args)?;
+    Ok(if source.recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
-/// Reads a recording of another program; a file that cannot be used is a wrong argument.
-fn import(file: &Path, options: &ImportOptions) -> Result<Imported, WrongArgument> {
-    grip_import::import(file, options).map_err(|error| WrongArgument(error.to_string()))
-}
-
-/// The recording in a file of another program; what is taken for what, on standard error.
+/// A recording of another program with its samples; what is taken for what, on standard error.
 pub(super) fn shown(file: &Path, csv: &CsvOptions) -> anyhow::Result<Recording> {
-    let imported = import(file, &import_options(csv))?;
-    for line in use_lines(&imported.uses) {
+    let imported = grip_import::import(file, &import_options(csv));
+    Ok(said(file, imported)?.recording)
+}
+
+/// The same; its samples are held only where the file cannot be read a second time.
+pub(super) fn opened(file: &Path, csv: &CsvOptions) -> Result<Imported, WrongArgument> {
+    said(file, grip_import::open(file, &import_options(csv)))
+}
+
+/// A file that cannot be used is a wrong argument.
+fn said(file: &Path, imported: Result<Imported, ImportError>) -> Result<Imported, WrongArgument> {
+    let imported = imported.map_err(|error| WrongArgument(error.to_string()))?;
+    show_uses(file, &imported.uses);
+    for note in &imported.notes {
+        output::note(&format!("{}: {}", file.display(), escape(note)));
+    }
+    Ok(imported)
+}
+
+/// What is taken for what, on standard error; nothing where every name and unit is that of a recording.
+pub(super) fn show_uses(file: &Path, uses: &[Use]) {
+    #[expect(clippy::float_cmp, reason = "exactly 1 changes nothing")]
+    let own = |used: &Use| used.ours == used.theirs && used.scale == 1.0;
+    if uses.iter().all(own) {
+        return;
+    }
+    for line in use_lines(uses) {
         output::note(&format!("{}: {}", file.display(), line.trim_start()));
     }
-    Ok(imported.recording)
 }
 
 fn import_options(csv: &CsvOptions) -> ImportOptions {
-    ImportOptions { rate_hz: csv.rate_hz, map: csv.map.clone(), ..ImportOptions::default() }
+    let CsvOptions { rate_hz, map, time_unit, finger } = csv.clone();
+    ImportOptions { rate_hz, map, time_unit, finger, topics: Vec::new() }
 }
 
 /// A recording as it is written.
@@ -113,9 +134,10 @@ fn refuse_axes(recording: &Recording, output: &Path) -> Result<(), WrongArgument
 }
 
 /// The recording as gripd would have made it, with the events of the shipped settings: what `replay` of the CSV shows.
-fn write_mcap(recording: &Recording, out: &mut OutputFile) -> anyhow::Result<()> {
+fn write_mcap(source: &Source, out: &mut OutputFile) -> anyhow::Result<()> {
+    let recording = &source.recording;
     let config = replay::pipeline_config(recording, &HostConfig::default(), false);
-    let mut events = Replay::new(recording, config, Some(model::default_estimator()?))?;
+    let mut events = Pipeline::new(config, Some(model::default_estimator()?))?;
     let program = concat!("gripctl ", env!("CARGO_PKG_VERSION"));
     let mut writer = McapWriter::new(out, program, 0)?;
     let facts = [("program", program), (RUN, &recording.name), (PART, "0")];
@@ -130,56 +152,59 @@ fn write_mcap(recording: &Recording, out: &mut OutputFile) -> anyhow::Result<()>
     };
     let (mut json, mut log) = (Vec::new(), EventLog::default());
     writer.write(0, &Record::Pipeline(pipeline_record(&beginning, &mut json)?))?;
-    let bar = output::progress(recording.samples.len(), "samples");
-    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
-        let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
-        let index = u32::try_from(at % (1 << 32))?;
+    let bar = output::progress(source.count, "samples");
+    let mut index = 0_u32;
+    source.each(|sample, taxels| {
         let record = SampleRecord { index, sample: *sample, taxels };
         writer.write(sample.t.0, &Record::Sample(record))?;
-        let Some(step) = events.next() else { continue };
+        let step = events.handle_with(sample, taxels);
         for line in log.events(&step).into_iter().flatten() {
             writer.write(sample.t.0, &Record::Event(event_record(&line, &mut json)?))?;
         }
-    }
+        index = index.wrapping_add(1);
+        bar.inc(1);
+        Ok(())
+    })?;
+    bar.finish_and_clear();
     writer.finish()?;
     Ok(())
 }
 
-fn write(recording: &Recording, file: &Path, out: &mut OutputFile) -> anyhow::Result<()> {
+fn write(source: &Source, file: &Path, out: &mut OutputFile) -> anyhow::Result<()> {
     if is_mcap(file) {
-        return write_mcap(recording, out);
+        return write_mcap(source, out);
     }
     if is_npz(file) {
-        return Ok(recording.write_npz(out)?);
+        return Ok(source.recording.write_npz(out)?);
     }
-    let mut writer = CsvWriter::new(out, &recording.channels)?;
-    let bar = output::progress(recording.samples.len(), "samples");
-    for (at, sample) in bar.wrap_iter(recording.samples.iter().enumerate()) {
-        let frame = recording.taxels.as_ref().map_or(&[] as &[f32], |taxels| taxels.frame(at));
-        writer.write_with(sample, frame)?;
-    }
+    let mut writer = CsvWriter::new(out, &source.recording.channels)?;
+    let bar = output::progress(source.count, "samples");
+    source.each(|sample, frame| {
+        bar.inc(1);
+        Ok(writer.write_with(sample, frame)?)
+    })?;
+    bar.finish_and_clear();
     writer.finish()?;
     Ok(())
 }
 
-fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
-    let Imported { format, clock, uses, unused, notes, recording } = imported;
-    let first = recording.samples.first().map_or(0.0, |sample| sample.t.as_seconds());
-    let last = recording.samples.last().map_or(0.0, |sample| sample.t.as_seconds());
+fn show(about: &About, source: &Source, args: &ImportArgs) -> anyhow::Result<()> {
+    let About { format, clock, uses, unused, notes } = about;
+    let (recording, samples, duration_s) = (&source.recording, source.count, source.duration_s()?);
     let times = if clock.is_empty() { "--rate" } else { clock };
     let mut notes = notes.clone();
     notes.extend(Some(recording.notes.to_string()).filter(|text| !text.is_empty()));
     let output = args.output.as_ref().map(|output| output.display().to_string());
     if args.json {
-        for Use { ours, theirs, unit } in uses {
+        for Use { ours, theirs, unit, .. } in uses {
             output::json(&ChannelLine { column: ours, signal: theirs, unit })?;
         }
         return output::json(&Summary {
             format,
             times,
             rate_hz: recording.rate_hz,
-            samples: recording.samples.len(),
-            duration_s: last - first,
+            samples,
+            duration_s,
             gaps: recording.notes.gaps,
             unused,
             notes: &notes,
@@ -200,10 +225,8 @@ fn show(imported: &Imported, args: &ImportArgs) -> anyhow::Result<()> {
     for note in &notes {
         output::line(&format!("  {}", escape(note)))?;
     }
-    let samples = recording.samples.len();
     output::line(&format!(
-        "{samples} samples in {:.3} s at {:.1} Hz{}",
-        last - first,
+        "{samples} samples in {duration_s:.3} s at {:.1} Hz{}",
         recording.rate_hz,
         output.map_or_else(
             || "; nothing written without -o FILE.csv, FILE.npz or FILE.mcap".to_owned(),
@@ -221,7 +244,7 @@ fn use_lines(uses: &[Use]) -> Vec<String> {
     let mut lines: Vec<String> = uses
         .iter()
         .filter(|used| !is_taxel(used))
-        .map(|Use { ours, theirs, unit }| format!("  {} -> {ours} ({unit})", escape(theirs)))
+        .map(|Use { ours, theirs, unit, .. }| format!("  {} -> {ours} ({unit})", escape(theirs)))
         .collect();
     let taxels: Vec<&Use> = uses.iter().filter(is_taxel).collect();
     let place =

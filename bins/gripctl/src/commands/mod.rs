@@ -36,13 +36,14 @@ pub(crate) mod score;
 mod score_curve;
 pub(crate) mod search;
 pub(crate) mod sim;
+mod source;
 pub(crate) mod status;
 pub(crate) mod study;
 pub(crate) mod train;
 mod train_beyond;
 
-use crate::cli::CsvArgs;
-use grip_record::{CsvOptions, Recording, files, read_recording};
+use crate::cli::{self, CsvArgs};
+use grip_record::{CsvOptions, Recording, TimeUnit, files, read_recording};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
@@ -56,7 +57,14 @@ fn csv_options(args: &CsvArgs) -> anyhow::Result<CsvOptions> {
         })?;
         Ok((ours.to_owned(), theirs.to_owned()))
     });
-    Ok(CsvOptions { rate_hz: args.rate, map: map.collect::<anyhow::Result<_>>()? })
+    let time_unit = args.time_unit.map(|unit| match unit {
+        cli::TimeUnit::S => TimeUnit::Seconds,
+        cli::TimeUnit::Ms => TimeUnit::Millis,
+        cli::TimeUnit::Us => TimeUnit::Micros,
+        cli::TimeUnit::Ns => TimeUnit::Nanos,
+    });
+    let map = map.collect::<anyhow::Result<_>>()?;
+    Ok(CsvOptions { rate_hz: args.rate, map, time_unit, finger: None })
 }
 
 fn host_config(file: Option<&Path>) -> Result<HostConfig, HostConfigError> {
@@ -98,7 +106,10 @@ fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
     if grip_import::is_foreign(file) {
         return import::shown(file, &csv);
     }
-    Ok(read_recording(file, &csv)?)
+    let recording = read_recording(file, &csv)?;
+    import::show_uses(file, &recording.notes.uses);
+    recording.notes.remarks.iter().for_each(|remark| eprintln!("{}: {remark}", file.display()));
+    Ok(recording)
 }
 
 /// An input that cannot be read.

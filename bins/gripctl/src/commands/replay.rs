@@ -1,20 +1,19 @@
 //! `gripctl replay`: a recording through the pipeline.
 
-use super::{calibrated_config, csv_options, estimator, import, replay_plot::Picture, replay_tape};
+use super::{
+    calibrated_config, csv_options, estimator, replay_plot::Picture, replay_tape, source::Source,
+};
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{
-    ChannelSet, CsvOptions, CsvSamples, Recording, StylusKind, is_npz, outputs::OutputPath,
-    read_recording,
-};
+use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
 use grip_session::{
     exit::{Exit, WrongArgument},
     replay,
     report::EventLog,
 };
 use serde::Serialize;
-use slip_core::{Pipeline, PipelineConfig, Sample, units::Micros};
-use std::{fs::File, path::Path};
+use slip_core::{Pipeline, PipelineConfig, units::Micros};
+use std::path::Path;
 
 /// Samples between two looks of the bar.
 const SAMPLES_A_LOOK: u64 = 1 << 12;
@@ -74,68 +73,13 @@ const fn limits_of(channels: &ChannelSet) -> Option<&'static str> {
     }
 }
 
-/// Where samples come from.
-enum Source {
-    /// All of them, of a recording that had to be read whole.
-    Held,
-    /// A CSV with so many samples, read a second time.
-    Read(Box<CsvSamples<File>>, usize),
-}
-
-impl Source {
-    /// What is known of a recording before its first sample, and its samples. A CSV is read twice, so that one of any
-    /// length can be replayed: for its rate and its faults, and then for its samples.
-    fn open(file: &Path, csv: &CsvOptions) -> anyhow::Result<(Recording, Self)> {
-        if grip_import::is_foreign(file) {
-            return Ok((import::shown(file, csv)?, Self::Held));
-        }
-        if is_npz(file) {
-            return Ok((read_recording(file, csv)?, Self::Held));
-        }
-        let (mut first, mut count) = (CsvSamples::open(file, csv)?, 0);
-        while first.next_sample()?.is_some() {
-            count += 1;
-        }
-        let recording = first.survey()?;
-        Ok((recording, Self::Read(Box::new(CsvSamples::open(file, csv)?), count)))
-    }
-
-    fn count(&self, recording: &Recording) -> usize {
-        match self {
-            Self::Held => recording.samples.len(),
-            Self::Read(_, count) => *count,
-        }
-    }
-
-    /// Gives each sample, and the frame of taxels that came with it, to `each`.
-    fn run(
-        self,
-        recording: &Recording,
-        mut each: impl FnMut(&Sample, &[f32]) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
-        match self {
-            Self::Held => {
-                for (at, sample) in recording.samples.iter().enumerate() {
-                    let taxels = recording.taxels.as_ref();
-                    each(sample, taxels.map_or(&[] as &[f32], |taxels| taxels.frame(at)))?;
-                }
-            }
-            Self::Read(mut samples, _) => {
-                while let Some((sample, frame)) = samples.next_sample()? {
-                    each(&sample, frame)?;
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 /// A recording that is no MCAP.
 fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
     config.observation.esc = args.esc.unwrap_or(config.observation.esc);
     let estimator = estimator(args.model.as_deref(), &config)?;
-    let (recording, source) = Source::open(file, &csv_options(&args.csv)?)?;
+    let source = Source::open(file, &csv_options(&args.csv)?)?;
+    let recording = &source.recording;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
         output::note(&format!("{}: {notes}", file.display()));
@@ -143,7 +87,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     if let Some(limits) = limits_of(&recording.channels) {
         eprintln!("{}: {limits}", file.display());
     }
-    let pipeline = replay::pipeline_config(&recording, &config, args.observe);
+    let pipeline = replay::pipeline_config(recording, &config, args.observe);
     let vibration = recording.channels.stylus == StylusKind::Vibration;
     config.check_signal(pipeline.sample_rate, vibration)?;
     if let Some(made) = config.stylus_calibration().filter(|made| made.certificate.is_none()) {
@@ -158,8 +102,8 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         Pipeline::new(pipeline, Some(estimator)).with_context(|| file.display().to_string())?;
     let mut span: Option<[Micros; 2]> = None;
     let mut picture = args.plot.as_ref().map(|_| Picture::new());
-    let bar = output::progress(source.count(&recording), "samples");
-    source.run(&recording, |sample, taxels| {
+    let bar = output::progress(source.count, "samples");
+    source.each(|sample, taxels| {
         span = Some([span.map_or(sample.t, |[first, _]| first), sample.t]);
         let step = replay.handle_with(sample, taxels);
         if let Some(picture) = &mut picture {
@@ -192,7 +136,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         floor_lowered: replay.stage_counters().floor_lowered,
     };
     report(&summary, recording.rate_hz, args.json)?;
-    Ok(if summary.lost > 0 { Exit::DataLost } else { Exit::Done })
+    Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }
 
 /// The last line.

@@ -60,6 +60,12 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
             any_unit(rms)
         );
     }
+    // Of the first detector: the files of all are the same.
+    let recordings = scored().next().map_or(&[] as &[_], |score| score.recordings.as_slice());
+    for one in recordings {
+        one.remarks.iter().for_each(|remark| eprintln!("{}: {remark}", one.recording));
+    }
+    let cut = recordings.iter().any(|one| one.cut);
     for (score, detector) in scores.iter().zip(&detectors) {
         match score {
             Ok(score) => show(score, args)?,
@@ -70,7 +76,7 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
         let with_levels = scored().filter(|score| score.detector.decides != Decides::Own);
         score_curve::write(out, with_levels, args.guard_ms)?;
     }
-    Ok(Exit::Done)
+    Ok(if cut { Exit::DataLost } else { Exit::Done })
 }
 
 fn detectors(names: &[String]) -> anyhow::Result<Vec<Detector>> {

@@ -3,7 +3,11 @@
 mod folds;
 pub(super) mod rows;
 
-use super::{card, clock, columns::Columns, hyper, train_beyond};
+use super::{
+    card, clock,
+    columns::{self, Columns},
+    hyper, train_beyond,
+};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -85,16 +89,18 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let out = output::path(&args.output, output::MODEL, &args.force, &inputs)?;
     let config = fit_config(args)?;
     refuse_options_of_other_models(args)?;
-    let columns = Columns::new(&args.columns)?;
+    let wanted = Columns::new(&args.columns)?;
     match args.model.as_str() {
-        "mlp" => network(args, &config, columns, &out),
+        "mlp" => network(args, &config, wanted, &out),
         "ensemble" => {
-            let parts = Parts::read(args, columns)?;
-            train_beyond::ensemble(args, config, &parts, &out)
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::ensemble(args, config, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
         }
         "svr" => {
-            let parts = Parts::read(args, columns)?;
-            train_beyond::svr(args, &parts, &out)
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::svr(args, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
         }
         other => {
             let message = format!("--model {other}: expected mlp, ensemble or svr");
@@ -124,13 +130,13 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
 fn network(
     args: &TrainArgs,
     config: &FitConfig,
-    columns: Columns,
+    wanted: Columns,
     out: &OutputPath,
 ) -> anyhow::Result<Exit> {
     let inputs = [Some(args.data.as_path()), args.test.as_deref()];
     let card =
         card::output(args.card.as_deref(), &args.output, &args.force, &inputs, &[&args.output])?;
-    let parts = Parts::read(args, columns)?;
+    let parts = Parts::read(args, wanted)?;
     if let Some(folds) = args.split.folds {
         folds::run(args, config, &parts.train, folds)?;
     }
@@ -153,7 +159,7 @@ fn network(
         test_rows: parts.test.map(|rows| rows.rows()),
     };
     report(args, &fit, rows, cpu)?;
-    Ok(Exit::Done)
+    Ok(columns::exit(&train))
 }
 
 /// What speaks against the rows or the model, and against the model `text` of a number for gripd.

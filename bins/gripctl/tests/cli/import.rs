@@ -180,3 +180,60 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     let text = fs::read_to_string(folder.join("out.csv")).unwrap();
     assert_eq!(text, "t_s,vibration\n0.000000,1.0\n0.001000,2.0\n0.002000,1.0\n");
 }
+
+/// A signal that slips from 2 s on, at 1600 Hz, with stamps in whole milliseconds.
+fn coarse(file: &Path) {
+    let mut state = 5_u32;
+    let rows: String = (0..4800_u32)
+        .map(|i| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = f64::from(state >> 8) / f64::from(1 << 23) - 1.0;
+            let size = if i >= 3200 { 1.0 } else { 0.01 };
+            format!("{};{:.5}\n", i * 1000 / 1600, size * noise)
+        })
+        .collect();
+    fs::write(file, format!("board ready\nTime (ms);vib\n{rows}")).unwrap();
+}
+
+#[test]
+fn a_file_with_coarse_stamps_replays_as_what_is_imported_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    coarse(&folder.join("x.csv"));
+    let events = |file: &str| {
+        let mut lines = gripctl(folder, &["replay", file, "--json"]).done().json();
+        let summary = lines.pop().unwrap();
+        assert_eq!((number(&summary, "unusable"), number(&summary, "lost")), (0.0, 0.0), "{file}");
+        (lines, summary["samples"].clone(), summary["slips"].clone())
+    };
+    let direct = events("x.csv");
+    assert!(direct.0.iter().any(|line| line["type"] == "slip"), "{direct:?}");
+    for output in ["y.csv", "y.npz", "y.mcap"] {
+        let ran = gripctl(folder, &["import", "x.csv", "-o", output]).done();
+        let words = ["vib -> vibration", "1800 of 4800 repeat", "placed evenly at 1600."];
+        assert!(words.iter().all(|word| ran.out.contains(word)), "{}", ran.out);
+        let (_, samples, slips) = events(output);
+        assert_eq!((samples, slips), (direct.1.clone(), direct.2.clone()), "{output}");
+    }
+}
+
+#[test]
+fn a_table_that_was_cut_off_is_used_and_ends_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    coarse(&folder.join("x.csv"));
+    gripctl(folder, &["import", "x.csv", "-o", "y.csv"]).done();
+    let bytes = fs::read(folder.join("y.csv")).unwrap();
+    fs::write(folder.join("y.csv"), &bytes[..bytes.len() - 4]).unwrap();
+    fs::write(folder.join("labels.csv"), "recording,kind,material,onset_s\ny,onset,m,2.0\n")
+        .unwrap();
+    for args in [
+        &["replay", "y.csv"][..],
+        &["import", "y.csv", "-o", "z.csv"],
+        &["score", ".", "--floor", "live"],
+    ] {
+        let ran = gripctl(folder, args);
+        let said = format!("{}{}", ran.out, ran.err);
+        assert!(ran.code == 3 && said.contains("line 4801 was cut off"), "{args:?} {said}");
+    }
+}

@@ -108,7 +108,7 @@ fn rubbish_is_shown_in_short_and_without_control_characters() {
     let letters: String =
         (0..40_000_u32).map(|i| if i % 2 == 0 { '\u{fffd}' } else { 'a' }).collect();
     fs::write(folder.path().join("l.csv"), letters).unwrap();
-    let shown = gripctl(folder.path(), &["replay", "l.csv"]).refused(2, &["no column stylus"]).err;
+    let shown = gripctl(folder.path(), &["replay", "l.csv"]).refused(2, &["nothing was taken"]).err;
     assert!(shown.len() < 8000, "{shown}");
 }
 

@@ -212,8 +212,12 @@ fn table(
         reading.step(sample, &step);
     }
     reading.end();
-    if recording.notes.gaps > 0 {
+    let remarks = recording.notes.remarks.iter();
+    collected.notes.extend(remarks.map(|remark| format!("{}: {remark}", file.display())));
+    if recording.notes.gaps > 0 || recording.notes.cut {
         collected.lossy += 1;
+    }
+    if recording.notes.gaps > 0 {
         let gaps = recording.notes.gaps;
         collected.notes.push(format!("{}: {gaps} gaps", file.display()));
     }

@@ -73,6 +73,8 @@ pub(super) fn judge(
         window_s: 0.0,
         reported_s,
         length_s,
+        remarks: recording.notes.remarks.clone(),
+        cut: recording.notes.cut,
     };
     let windows = windows(one, guard_ms);
     if windows.is_empty() {

@@ -45,13 +45,27 @@ pub struct RecordingScore {
     pub length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
     pub reported_s: f64,
+    /// What is odd about its file: rows that were placed or left out. Stands at the first slip.
+    #[serde(skip)]
+    pub remarks: Vec<String>,
+    /// Whether rows at the end of its file are lost.
+    #[serde(skip)]
+    pub cut: bool,
 }
 
 impl RecordingScore {
     /// Of a further slip: what stands at the first one is not counted again.
     pub(super) fn without_alarms(&self) -> Self {
-        let (alarms, alarms_at) = (0, Vec::new());
-        Self { early: false, alarms, alarms_at, length_s: 0.0, reported_s: 0.0, ..self.clone() }
+        let (alarms, alarms_at, remarks) = (0, Vec::new(), Vec::new());
+        Self {
+            remarks,
+            early: false,
+            alarms,
+            alarms_at,
+            length_s: 0.0,
+            reported_s: 0.0,
+            ..self.clone()
+        }
     }
 
     /// Share of the recording in which a slip is reported, or that no rest was seen.

@@ -10,7 +10,9 @@ fn pressed(file: &Path, speed_m_s: f64) -> HeightProfile {
     let mut heights_m: Vec<f64> = Vec::new();
     for taxel in 1..=16 {
         let map = vec![("vibration".to_owned(), format!("channel{taxel}"))];
-        let recording = read_csv(file, &CsvOptions { rate_hz: Some(35.6), map }).unwrap();
+        let recording =
+            read_csv(file, &CsvOptions { rate_hz: Some(35.6), map, ..CsvOptions::default() })
+                .unwrap();
         heights_m.resize(recording.samples.len(), 0.0);
         heights_m.iter_mut().zip(&recording.samples).for_each(|(h, s)| *h += f64::from(s.stylus));
     }

@@ -12,7 +12,7 @@ pub enum SourceSpec {
     /// One gripper of a network.
     #[cfg(feature = "zenoh")]
     Gripper(super::GripperAt),
-    /// A recording, MCAP or CSV.
+    /// A recording, MCAP or a table.
     Recording(PathBuf),
     /// The report of a study, JSON.
     Study(PathBuf),
@@ -38,10 +38,15 @@ pub enum SpecError {
         "{0:?} is no address: tcp:HOST:PORT, where HOST is localhost or a number as 127.0.0.1 or [::1] (names are not looked up), or unix:PATH"
     )]
     Address(String),
+    /// The file is one that is imported first.
+    #[error(
+        "{0:?} is no recording of gripd: `gripctl import '{0}' -o '{0}.csv'` makes one of it, which opens here"
+    )]
+    Foreign(String),
     /// The file is of no kind that is known.
     #[error(
-        "{0:?} is neither a recording (.mcap, .csv) nor the report of a study (.json), and no address: those begin with tcp: or unix:. \
-         `gripctl import FILE -o run.csv` makes a recording of those of other programs (WAV, NPY, rosbag2)"
+        "{0:?} is neither a recording (.mcap, .csv; `gripctl import FILE -o run.csv` makes one of .wav, .npy, .npz, .db3) nor the report \
+          of a study (.json), and no address: those begin with tcp: or unix:"
     )]
     Kind(String),
 }
@@ -71,8 +76,13 @@ impl SourceSpec {
             return Ok(Self::Daemon(listen));
         }
         match extension(Path::new(text)).as_str() {
-            "mcap" | "csv" => Ok(Self::Recording(text.into())),
+            "mcap" | "csv" | "tsv" | "txt" | "dat" | "asc" | "lvm" => {
+                Ok(Self::Recording(text.into()))
+            }
             "json" => Ok(Self::Study(text.into())),
+            "wav" | "w64" | "npy" | "npz" | "db3" | "tsv" | "xlsx" => {
+                Err(SpecError::Foreign(text.to_owned()))
+            }
             _ => Err(SpecError::Kind(text.to_owned())),
         }
     }
@@ -133,5 +143,6 @@ mod tests {
         let name = refused("tcp:gripper.local:7747").to_string();
         assert!(name.contains("localhost") && name.contains("names are not looked up"), "{name}");
         assert!(refused("notes.txt").to_string().contains(".mcap"));
+        assert!(refused("a b.WAV").to_string().contains("import 'a b.WAV' -o 'a b.WAV.csv'"));
     }
 }

@@ -90,21 +90,16 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
         sentence(&watch)
     };
     assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
-    // The scope itself has no such flag.
-    assert!(file("b.csv", b"t_s,stylus,vibration\n1,2,3\n").contains("`gripctl replay --map"));
-    let named = file("it's.csv", b"time,height\n1,2\n");
-    assert!(named.contains("`gripctl import '") && named.contains(r"it'\''s.csv'"), "{named}");
+    for table in ["time_s,height\n1,2\n2,2\n", "t_s,stylus,vibration\n1,2,3\n2,2,3\n"] {
+        // The scope itself has no such flag.
+        let stated = file("b.csv", table.as_bytes());
+        assert!(stated.contains("--map") && stated.contains("`gripctl import"), "{stated}");
+    }
     assert!(file("c.csv", b"").contains("c.csv"));
     assert!(
-        file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n")
-            .contains("its first line is no text; `gripctl import")
+        file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n").contains("is no table but a program")
     );
-    assert!(
-        file("i.csv", b"\xff\xfe\xc3,\x28\n1,2\n")
-            .contains("its first line is no text; `gripctl import")
-    );
-    assert!(file("d.csv", b"t_s,stylus\n0.0,1\n0.1,many\n").contains("many"));
-    assert!(file("n.csv", b"stylus\n1\n2\n").contains("needs a column t_s"));
+    assert!(file("n.csv", b"stylus\n1\n2\n").contains("no column of times and no rate"));
     assert!(file("e.json", b"{\"results\": 4}").contains("no report of a study"));
     assert!(file("f.json", b"{").contains("no JSON"));
     let mut foreign = Vec::new();
@@ -131,7 +126,7 @@ fn hollow(path: &Path, bytes: u64) {
 fn a_huge_foreign_file_is_reported_in_a_sentence_and_not_read_into_memory() {
     let folder = tempfile::tempdir().unwrap();
     for (name, reported) in [
-        ("a.csv", "a.csv: is no table: its first line is longer than 64 KiB"),
+        ("a.csv", "a.csv: it is no table: a line has more than 1048576 bytes"),
         ("b.json", "b.json: is larger than 16 MiB: no report of a study has so much"),
     ] {
         let path = folder.path().join(name);
@@ -224,9 +219,8 @@ fn rows_before_a_bad_one_are_shown() {
             stated.starts_with(&format!("loaded; only the first {bad} rows can be")),
             "{stated}"
         );
-        // Lines of a later piece are not those of the file.
         let line = format!("line {}, column stylus: \"many\" is not a number", bad + 2);
-        assert_eq!(stated.contains(&line), rows == 500, "{stated}");
+        assert!(stated.contains(&line), "{stated}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! A CSV recording in; its samples, and what a pipeline makes of them, out, some megabytes at a time.
+//! A table in; its samples, and what a pipeline makes of them, out as they are read.
 
 use super::{Stop, deliver};
 use crate::derive::Observer;
@@ -12,19 +12,12 @@ use grip_session::report::EventLog;
 use grip_session::{HostConfig, report::Event};
 
 use grip_link::message::Unit;
-use grip_record::{CsvError, CsvOptions, Recording, StylusKind, files, parse_csv};
+use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files};
 use slip_core::{PipelineState, units::Micros};
 
 use slip_core::{Sample, Step};
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::{cell::Cell, io::Read, path::Path, rc::Rc};
 
-/// Bytes read at a time.
-const PIECE: u64 = 4 << 20;
-/// Longest first line of a table (bytes).
-const HEADER: u64 = 64 << 10;
-/// Longest other line (bytes).
-const LINE: u64 = 1 << 20;
 /// Rows, or other items, of a block.
 const BLOCK: usize = 2048;
 /// Device time of a block (us): states and events are placed by the rows around them.
@@ -34,134 +27,68 @@ const STATE_US: u64 = 10_000;
 
 /// Reads the recording to its end, or to its first fault.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
-    let failed = |error: std::io::Error| {
-        Stop::Failed(format!(
-            "{}: cannot be read ({error}); check the path and its permissions",
-            file.display()
-        ))
+    let failed = |error: CsvError| Stop::Failed(sentence(&error));
+    let (read, len) = (Rc::new(Cell::new(0)), Cell::new(0));
+    let input = || {
+        let input = files::open(file)?;
+        len.set(input.metadata()?.len());
+        read.set(0);
+        Ok(Counted { input, read: Rc::clone(&read) })
     };
-    let input = files::open(file).map_err(failed)?;
-    let len = input.metadata().map_err(failed)?.len();
-    let mut input = BufReader::with_capacity(1 << 16, input);
-    let mut header = Vec::new();
-    if !line(&mut input, HEADER, &mut header).map_err(failed)? {
-        return Err(Stop::Failed(too_long(file, "first line", HEADER)));
-    }
+    let mut samples = CsvSamples::of(file, input, &CsvOptions::default()).map_err(failed)?;
     let mut tape = Tape::default();
-    let mut read = header.len() as u64;
+    tape.begin(&samples.about().map_err(failed)?, outlet)?;
     loop {
-        let mut piece = header.clone();
-        (&mut input).take(PIECE).read_to_end(&mut piece).map_err(failed)?;
-        let ends = line(&mut input, LINE, &mut piece).map_err(failed)?;
-        let fresh = piece.len() - header.len();
-        if fresh == 0 && read > header.len() as u64 {
-            break;
-        }
-        read += fresh as u64;
-        if !ends {
-            return Err(stop(&too_long(file, "line", LINE), tape.rows == 0, &tape));
-        }
-        let options = CsvOptions::default();
-        match parse_csv(file, &piece, &options) {
-            Ok(recording) => tape.play(&recording, outlet, share(read, len))?,
-            Err(error) => {
-                let first = tape.rows == 0;
-                // Where nothing before the bad row can be used either, that row is what is to be reported.
-                if let Some(Ok(recording)) =
-                    before(&piece, &error).map(|whole| parse_csv(file, whole, &options))
-                {
-                    tape.play(&recording, outlet, share(read, len))?;
+        match samples.next_sample() {
+            Ok(Some((sample, taxels))) => {
+                if tape.is_due(&sample) {
+                    deliver(outlet, tape.take(), share(read.get(), len.get()))?;
                 }
-                return Err(stop(&sentence(&error), first, &tape));
+                tape.push(&sample, taxels);
+                tape.rows += 1;
+            }
+            Ok(None) => break,
+            Err(error) => {
+                deliver(outlet, tape.take(), 1.0)?;
+                let (rows, error) = (tape.rows, sentence(&error));
+                return Err(match rows {
+                    0 => Stop::Failed(error),
+                    _ => Stop::Short(format!("only the first {rows} rows can be used; {error}")),
+                });
             }
         }
-        if fresh == 0 {
-            break;
-        }
     }
-    Ok(())
+    deliver(outlet, tape.take(), 1.0)?;
+    match samples.losses() {
+        _ if tape.rows == 0 => Err(failed(CsvError::NoRows { file: file.to_owned() })),
+        [] => Ok(()),
+        [first, ..] => Err(Stop::Short(first.to_string())),
+    }
 }
 
-/// Reads to the end of a line; `false` where it is longer than a line of a table can be: a file without lines would fill the memory.
-fn line(input: &mut impl BufRead, most: u64, out: &mut Vec<u8>) -> std::io::Result<bool> {
-    let read = input.take(most).read_until(b'\n', out)?;
-    Ok((read as u64) < most || out.last() == Some(&b'\n'))
+/// Counts what is read.
+struct Counted<R> {
+    input: R,
+    read: Rc<Cell<u64>>,
 }
 
-fn too_long(file: &Path, what: &str, most: u64) -> String {
-    let most_kb = most >> 10;
-    format!("{}: is no table: its {what} is longer than {most_kb} KiB", file.display())
+impl<R: Read> Read for Counted<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        self.read.set(self.read.get() + read as u64);
+        Ok(read)
+    }
 }
 
-/// What is wrong with the file; what the scope has no flag for is said in its own words.
+/// What is wrong with the file; gripmon itself has none of the flags that would help.
 fn sentence(error: &CsvError) -> String {
-    match error {
-        CsvError::NoTime { file, .. } | CsvError::NoRate { file, .. } => format!(
-            "{}: has no times: what the scope shows needs a column t_s in seconds (`gripctl import {} --rate HZ -o run.csv` makes a recording of it)",
-            file.display(),
-            named(file)
-        ),
-        CsvError::NoStylus { file, found } if found.iter().any(|name| !is_text(name)) => {
-            no_text(file)
-        }
-        CsvError::NoText { file } => no_text(file),
-        CsvError::NoStylus { file, found } => format!(
-            "{}: no column stylus, vibration, travel_m or pressure_0; `gripctl import {} --map vibration=NAME -o run.csv` makes a recording of it; the file has: {}",
-            file.display(),
-            named(file),
-            found.join(", ")
-        ),
-        CsvError::Ambiguous { file, first, second } => format!(
-            "{}: has {first} and {second}, only one of them can be used; rename or remove the other (`gripctl replay --map {first}={first}` does without)",
-            file.display()
-        ),
-        other => other.to_string(),
+    let text = error.to_string();
+    if text.contains("--") {
+        return format!(
+            "{text}; with that, `gripctl import FILE -o run.csv` makes a file that is shown"
+        );
     }
-}
-
-fn no_text(file: &Path) -> String {
-    format!(
-        "{}: is no table: its first line is no text; `gripctl import {} -o run.csv` may read it",
-        file.display(),
-        named(file)
-    )
-}
-
-/// A file as an argument of a command that is pasted.
-pub(super) fn named(file: &Path) -> String {
-    format!("'{}'", file.display().to_string().replace('\'', r"'\''"))
-}
-
-/// Whether a name may be one: what is no text could not be read.
-fn is_text(name: &str) -> bool {
-    !name.contains(char::REPLACEMENT_CHARACTER)
-}
-
-/// The lines of the piece before the one that cannot be used; `None` where it is not a line that is wrong.
-fn before<'a>(piece: &'a [u8], error: &CsvError) -> Option<&'a [u8]> {
-    let (CsvError::FieldCount { line, .. }
-    | CsvError::NotANumber { line, .. }
-    | CsvError::TimeOutOfRange { line, .. }
-    | CsvError::TimeBackwards { line, .. }) = error
-    else {
-        return None;
-    };
-    let lines = usize::try_from(*line).ok()?.checked_sub(1)?;
-    let ends = piece.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-    let (end, _) = ends.take(lines).last()?;
-    piece.get(..=end)
-}
-
-/// Lines are counted from the start of a piece: beyond the first one they show nothing.
-fn stop(error: &str, first: bool, tape: &Tape) -> Stop {
-    let rows = tape.rows;
-    match (rows, first) {
-        (0, _) => Stop::Failed(error.to_owned()),
-        (_, true) => Stop::Short(format!("only the first {rows} rows can be used; {error}")),
-        (_, false) => Stop::Short(format!(
-            "only the first {rows} rows can be used; `gripctl replay` says what is wrong with the rest"
-        )),
-    }
+    text
 }
 
 /// What was read so far.
@@ -176,7 +103,7 @@ struct Tape {
     first_us: Option<u64>,
     log: EventLog,
     rows: u64,
-    /// The median step of the first piece (us), by which gaps are reported.
+    /// The usual step (us), by which gaps are reported.
     step_us: u64,
     last_us: Option<u64>,
     reported: Option<PipelineState>,
@@ -184,21 +111,6 @@ struct Tape {
 }
 
 impl Tape {
-    fn play(&mut self, recording: &Recording, outlet: &mut Outlet, done: f64) -> Result<(), Stop> {
-        if self.rows == 0 {
-            self.begin(recording, outlet)?;
-        }
-        for (row, sample) in recording.samples.iter().enumerate() {
-            let taxels = recording.taxels.as_ref().map_or(&[] as &[f32], |t| t.frame(row));
-            if self.is_due(sample) {
-                deliver(outlet, self.take(), done)?;
-            }
-            self.push(sample, taxels);
-            self.rows += 1;
-        }
-        deliver(outlet, self.take(), done)
-    }
-
     /// Whether what waits makes a block without this sample: across a long gap nothing is placed any more.
     fn is_due(&self, sample: &Sample) -> bool {
         let since_us = self.first_us.map_or(0, |first_us| sample.t.0.saturating_sub(first_us));
@@ -247,6 +159,10 @@ impl Tape {
         if !notes.ignored_columns.is_empty() {
             let text = format!("columns that are not shown: {}", notes.ignored_columns.join(", "));
             let note = NoticeLine { level: Level::Info, text };
+            deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
+        }
+        for text in &notes.remarks {
+            let note = NoticeLine { level: Level::Info, text: text.clone() };
             deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
         }
         Ok(())

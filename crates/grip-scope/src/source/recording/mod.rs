@@ -1,7 +1,7 @@
 //! A recording in; what it holds out, as fast as the model takes it: nothing is dropped, the thread waits for room.
 //!
 //! An MCAP file is first looked into at some hundred places, by its index, so that a first picture of all of it is there at once; then it is
-//! read from its start to its end. A CSV file is read some megabytes at a time.
+//! read from its start to its end. A table is read row by row.
 
 mod csv;
 mod entries;
@@ -27,8 +27,8 @@ pub(super) enum Stop {
 pub(super) fn run(file: &Path, outlet: &mut Outlet) {
     outlet.status(SourceStatus::Loading { done: 0.0 });
     let read = match extension(file).as_str() {
-        "csv" => csv::read(file, outlet),
-        _ => mcap::read(file, outlet),
+        "mcap" => mcap::read(file, outlet),
+        _ => csv::read(file, outlet),
     };
     let status = match read {
         Ok(()) => SourceStatus::Complete { note: String::new() },

@@ -37,7 +37,9 @@ pub(crate) fn is_vibration(name: &str) -> bool {
         "acceleration",
         "accelerometer",
     ];
-    WORDS.contains(&plain(name).as_str())
+    let plain = plain(name);
+    let stem = plain.strip_suffix("raw").unwrap_or(&plain).trim_end_matches(['_', ',']);
+    WORDS.contains(&stem)
 }
 
 /// Whether it is that of the normal force of a finger.
@@ -60,22 +62,17 @@ pub(crate) fn taxel(name: &str) -> Option<(String, usize)> {
         .then(|| (stem.trim_end_matches(['[', '_', '.']).to_owned(), number))
 }
 
-/// What the unit at the end of a name multiplies a number by to make it one of the base unit (m, N, m/s).
-pub(crate) fn scale(name: &str) -> Option<(f64, &'static str)> {
-    let bare = name.trim_end_matches([')', ']', '}', ' ']);
-    let unit = bare.rsplit(['(', '[', '{', '_', ' ']).next().unwrap_or_default();
-    Some(match unit {
-        "m" => (1.0, "m"),
-        "mm" => (1e-3, "mm"),
-        "um" | "\u{b5}m" | "\u{3bc}m" => (1e-6, "um"),
-        "nm" => (1e-9, "nm"),
-        "N" | "n" => (1.0, "N"),
-        "mN" | "mn" => (1e-3, "mN"),
-        "kN" | "kn" => (1e3, "kN"),
-        "m/s" => (1.0, "m/s"),
-        "mm/s" => (1e-3, "mm/s"),
-        _ => return None,
-    })
+/// Whether it is that of an acceleration without a name for its axis.
+pub(crate) fn is_acceleration(name: &str) -> bool {
+    ["accel", "acc", "acceleration", "accelerometer"].contains(&plain(name).as_str())
+}
+
+/// Whether it is that of a sensor on the robot, which feels its motion and no slip.
+pub(crate) fn is_robot(name: &str) -> bool {
+    const WORDS: [&str; 9] =
+        ["base", "wrist", "robot", "reference", "ref", "arm", "flange", "palm", "hand"];
+    let lower = name.to_lowercase();
+    lower.split(|c: char| !c.is_alphanumeric()).any(|word| WORDS.contains(&word))
 }
 
 #[cfg(test)]
@@ -95,9 +92,13 @@ mod tests {
         assert_eq!(taxel("/tactile.data[12]"), Some(("/tactile.data".to_owned(), 12)));
         assert_eq!(taxel("electrode_3"), Some(("electrode".to_owned(), 3)));
         assert_eq!((taxel("pressure"), taxel("joint[3]")), (None, None));
-        assert!(is_vibration("Vib [V]") && is_vibration("/x.audio") && !is_vibration("vibes"));
+        assert!(
+            is_vibration("Vib [V]")
+                && is_vibration("/x.audio")
+                && is_vibration("vibration, raw")
+                && !is_vibration("vibes")
+        );
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
-        assert_eq!(scale("Force [mN]"), Some((1e-3, "mN")));
-        assert_eq!((scale("force"), scale("travel_um").map(|s| s.0)), (None, Some(1e-6)));
+        assert!(is_robot("/wrist/imu.accel") && is_robot("base_a") && !is_robot("armature_a"));
     }
 }

@@ -5,7 +5,7 @@
 //! first row is a baseline and no sample. The acceleration of the finger itself shows a slip as well, so nobody takes
 //! it for motion but `--map reference_x=Ax1 ...`.
 
-use crate::stream::Stream;
+use crate::find::Signal;
 
 /// Taxels of a finger.
 const TAXELS: usize = 28;
@@ -42,26 +42,28 @@ impl Layout {
         Ok(Some(Self { finger: chosen, fingers }))
     }
 
-    /// Reports which signals are those of the finger.
-    pub(crate) fn apply(&self, mut stream: Stream) -> Stream {
+    /// Marks which signals are those of the finger; what else is to be known.
+    pub(crate) fn apply(&self, signals: &mut [Signal]) -> Vec<String> {
         let finger = self.finger;
-        stream.units.fill(Some("counts"));
-        for (name, known) in stream.names.iter().zip(&mut stream.known) {
-            if *name == format!("D0_{finger}") {
-                *known = Some("vibration".to_owned());
-            } else if let Some(taxel) = (0..TAXELS).find(|k| *name == format!("S{k}_{finger}")) {
-                *known = Some(format!("pressure_{taxel}"));
+        for signal in signals {
+            signal.unit = Some("counts".to_owned());
+            if signal.name == format!("D0_{finger}") {
+                signal.known = Some("vibration".to_owned());
+            } else if let Some(taxel) =
+                (0..TAXELS).find(|k| signal.name == format!("S{k}_{finger}"))
+            {
+                signal.known = Some(format!("pressure_{taxel}"));
             }
         }
         let others: Vec<String> =
             self.fingers.iter().filter(|other| **other != finger).map(u32::to_string).collect();
-        stream.notes.push("the first row is the baseline, no sample".to_owned());
+        let mut notes = vec!["the first row is the baseline, no sample".to_owned()];
         if !others.is_empty() {
-            stream.notes.push(format!(
+            notes.push(format!(
                 "finger {finger} is used; --finger chooses another one ({})",
                 others.join(", ")
             ));
         }
-        stream
+        notes
     }
 }
