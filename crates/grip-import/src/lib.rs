@@ -31,12 +31,10 @@ pub use stream::{MOST_VALUES, Stream, Times};
 
 use topic::Topics;
 
+use core::mem;
 use grip_record::{CsvOptions, CsvSamples, is_npz, read_recording};
 use slip_core::PipelineConfig;
-use std::{
-    mem,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]
