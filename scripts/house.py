@@ -10,7 +10,7 @@ from pathlib import Path
 
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
-    ["slip-msg", "mlp-core", "grip-plot"],
+    ["slip-msg", "mlp-core", "grip-plot", "grip-table"],
     ["slip-core", "grip-link", "mlp"],
     ["grip-port", "grip-record", "grip-robotiq"],
     ["grip-session"],

@@ -30,7 +30,8 @@ impl Place {
         }
         match read_labels(&self.file) {
             Ok(labels) => Ok(labels.into_iter().find(|label| label.recording == self.name)),
-            Err(LabelError::Table(CsvError::Empty { .. } | CsvError::NoRows { .. })) => Ok(None),
+            Err(LabelError::Table(CsvError::NoRows { .. })) => Ok(None),
+            Err(LabelError::Table(error)) if error.is_empty_file() => Ok(None),
             Err(error) => Err(error),
         }
     }

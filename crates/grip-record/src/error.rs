@@ -267,6 +267,14 @@ pub enum CsvError {
     },
 }
 
+impl CsvError {
+    /// Whether the file is empty.
+    #[must_use]
+    pub const fn is_empty_file(&self) -> bool {
+        matches!(self, Self::Table(grip_table::TableError::Empty { .. }))
+    }
+}
+
 /// A word of a command line, in quotes where a shell would split or change it.
 pub(crate) fn shell(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);

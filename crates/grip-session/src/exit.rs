@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn what_the_caller_can_correct_is_reported_from_what_failed() {
-        assert_eq!(Exit::of(&CsvError::Empty { file: "x".into() }), Exit::WrongArguments);
+        assert_eq!(Exit::of(&CsvError::NoRows { file: "x".into() }), Exit::WrongArguments);
         assert_eq!(Exit::of(&std::io::Error::other("disk full")), Exit::Failed);
         let disk = |error: &(dyn core::error::Error + 'static)| error.is::<std::io::Error>();
         assert_eq!(Exit::of_any(&std::io::Error::other("disk full"), disk), Exit::WrongArguments);

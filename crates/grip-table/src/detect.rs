@@ -212,6 +212,13 @@ impl Candidate {
                 };
             }
         }
+        // Commas are decimal in one column below a name without one; otherwise they separate.
+        let is_one = cells.get(run.start).is_some_and(|kinds| kinds.len() == 1);
+        if is_one && decimal == Decimal::Comma && delimiter != Delimiter::Byte(b',') {
+            let above = run.start.checked_sub(1).and_then(|above| lines.get(above));
+            let is_named = above.is_some_and(|line| !line.cells.concat().contains(&b','));
+            score = if is_named { score } else { -1 };
+        }
         if run.is_empty() || by_hand {
             // Text alone: the delimiter that the first line has most of.
             score = lines.first().map_or(0, |line| i64::try_from(line.cells.len()).unwrap_or(0));
@@ -394,11 +401,13 @@ impl Candidate {
         if given.is_empty() {
             given = vec![String::new(); usual];
             least = usual;
-        } else if all(given.len() + 1) && !ends_blank {
+        } else if all(given.len() + 1) && !ends_blank && !numbers.is_empty() {
             // Names of rows, as R writes them, have no name themselves.
             given.insert(0, String::new());
             least += 1;
-        } else if all(given.len() - 1) && given.len() > 1 {
+        } else if all(given.len() - 1)
+            && given.last().is_some_and(|name| name.is_empty() || name == "Comment")
+        {
             least -= 1;
         }
         let mut columns: Vec<Column> = Vec::with_capacity(given.len());

@@ -12,8 +12,9 @@ use crate::TableError;
 /// Most bytes of a workbook, and of the text that it becomes.
 const MOST: usize = 64 << 20;
 const MOST_TEXT: usize = 512 << 20;
-/// Most rows of a sheet, by its format.
+/// Most rows and columns of a sheet, by its format.
 const MOST_ROWS: u32 = 1 << 20;
+const MOST_COLUMNS: u32 = 1 << 14;
 
 /// Whether a file that begins so is one.
 pub(crate) fn is_workbook(head: &[u8]) -> bool {
@@ -42,42 +43,66 @@ pub(crate) fn text_of(file: &Path, head: &[u8], input: impl Read) -> Result<Vec<
 
 fn sheet_of(book: &mut Xlsx<Cursor<Vec<u8>>>, sheet: &str) -> Result<(Vec<u8>, usize), String> {
     let mut cells = book.worksheet_cells_reader(sheet).map_err(|error| error.to_string())?;
-    let (mut text, mut numbers, mut row, mut column) = (Vec::new(), 0, 0, 0);
+    let mut lines: Vec<Line> = Vec::new();
+    let (mut bytes, mut numbers) = (0, 0);
     while let Some(cell) = cells.next_cell().map_err(|error| error.to_string())? {
-        let (at_row, at_column) = cell.get_position();
-        if at_row >= MOST_ROWS || at_column >= MOST_ROWS {
-            return Err("a cell lies outside of every sheet".to_owned());
-        }
+        let (row, column) = cell.get_position();
+        let is_number = matches!(cell.get_value(), DataRef::Float(_) | DataRef::Int(_));
         let written = match cell.get_value() {
             DataRef::Empty => continue,
-            DataRef::Float(value) => {
-                numbers += 1;
-                value.to_string()
-            }
-            DataRef::Int(value) => {
-                numbers += 1;
-                value.to_string()
-            }
+            DataRef::Float(value) => value.to_string(),
+            DataRef::Int(value) => value.to_string(),
             DataRef::String(word) => quoted(word),
             DataRef::SharedString(word) => quoted(word),
             DataRef::Error(_) => "NaN".to_owned(),
             other => quoted(&calamine::Data::from(other.clone()).to_string()),
         };
-        while row < at_row {
-            text.push(b'\n');
-            (row, column) = (row + 1, 0);
+        if row >= MOST_ROWS || column >= MOST_COLUMNS {
+            return Err("a cell lies outside of every sheet".to_owned());
         }
-        while column < at_column {
-            text.push(b'\t');
-            column += 1;
+        lines.resize_with(lines.len().max(row as usize + 1), Line::default);
+        let Some(line) = lines.get_mut(row as usize) else { continue };
+        bytes += written.len() + column.saturating_sub(line.column) as usize;
+        if bytes > MOST_TEXT {
+            return Err(format!("its sheet has more than {MOST_TEXT} bytes of text"));
         }
-        text.extend_from_slice(written.as_bytes());
+        line.go_to(column);
+        line.text.push_str(&written);
+        line.has_number |= is_number;
+        numbers += usize::from(is_number);
+    }
+    // Cells at the end of a row that were never filled are not in the file.
+    let last = lines.iter().filter(|line| line.has_number).map(|line| line.column).max();
+    let mut text = Vec::new();
+    for mut line in lines {
+        if line.has_number {
+            line.go_to(last.unwrap_or(0));
+        }
+        text.extend_from_slice(line.text.as_bytes());
+        text.push(b'\n');
         if text.len() > MOST_TEXT {
             return Err(format!("its sheet has more than {MOST_TEXT} bytes of text"));
         }
     }
-    text.push(b'\n');
     Ok((text, numbers))
+}
+
+/// The cells of one row between tabs.
+#[derive(Default)]
+struct Line {
+    text: String,
+    /// The column at its end.
+    column: u32,
+    has_number: bool,
+}
+
+impl Line {
+    fn go_to(&mut self, column: u32) {
+        while self.column < column {
+            self.text.push('\t');
+            self.column += 1;
+        }
+    }
 }
 
 fn quoted(text: &str) -> String {

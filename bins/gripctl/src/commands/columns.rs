@@ -3,10 +3,16 @@
 use super::read;
 use crate::cli::learn::ColumnArgs;
 use grip_record::{Npz, NpzError, is_npz};
-use grip_session::exit::WrongArgument;
+use grip_session::exit::{Exit, WrongArgument};
 use mlp::train::{Classes, ColumnSpec, DataSet, ModelFile};
 use ndarray::Array2;
 use std::path::Path;
+
+/// How a command ends that has used `rows`: with loss of data where a file of them was cut off.
+pub(crate) fn exit(rows: &DataSet) -> Exit {
+    let is_lost = rows.left_out.iter().any(|loss| loss.is_data());
+    if is_lost { Exit::DataLost } else { Exit::Done }
+}
 
 /// The columns asked for.
 pub(crate) struct Columns {
@@ -72,14 +78,18 @@ impl Columns {
             return self.load_npz(file, &name, bytes, group);
         }
         let inputs = &self.inputs[..];
-        Ok(match &self.target {
+        let rows = match &self.target {
             Target::Class(classes) => {
                 DataSet::from_class_csv(&name, &bytes, inputs, classes, group)?
             }
             Target::Numbers(targets) => {
                 DataSet::from_grouped_csv(&name, &bytes, inputs, targets, group)?
             }
-        })
+        };
+        for loss in &rows.left_out {
+            eprintln!("{name}: {loss}");
+        }
+        Ok(rows)
     }
 
     /// An array for each column.

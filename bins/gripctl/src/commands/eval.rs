@@ -1,6 +1,6 @@
 //! `gripctl eval`: a model file of any kind against rows of data.
 
-use super::columns::Columns;
+use super::columns::{self, Columns};
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_session::{ModelError, exit::Exit, model};
@@ -31,23 +31,25 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let text = model::read_text(&args.model)?;
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
     let load = |(inputs, targets)| Columns::of_numbers(inputs, targets).load(&args.data);
-    let result = match Kind::of(&text) {
+    let (result, exit) = match Kind::of(&text) {
         Kind::Svr => {
             let svr = Svr::from_json(&text).map_err(fault)?;
-            scored(&svr, &load(svr.specs())?, &svr.targets)?
+            let rows = load(svr.specs())?;
+            (scored(&svr, &rows, &svr.targets)?, columns::exit(&rows))
         }
         Kind::Ensemble => {
             let ensemble = Ensemble::from_json(&text).map_err(fault)?;
-            scored(&ensemble, &load(ensemble.specs())?, ensemble.targets())?
+            let rows = load(ensemble.specs())?;
+            (scored(&ensemble, &rows, ensemble.targets())?, columns::exit(&rows))
         }
         Kind::Network => {
             let file = ModelFile::from_json(&text).map_err(fault)?;
             let rows = Columns::of(&file).load(&args.data)?;
-            evaluated(&file.large_model().map_err(fault)?, &rows)?
+            (evaluated(&file.large_model().map_err(fault)?, &rows)?, columns::exit(&rows))
         }
     };
     report(args, &result)?;
-    Ok(Exit::Done)
+    Ok(exit)
 }
 
 /// What a model file holds.

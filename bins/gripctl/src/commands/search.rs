@@ -1,6 +1,10 @@
 //! `gripctl search`: the network that a genetic algorithm finds for rows of data.
 
-use super::{clock, columns::Columns, train_beyond::explain};
+use super::{
+    clock,
+    columns::{self, Columns},
+    train_beyond::explain,
+};
 use crate::{cli::learn::SearchArgs, output};
 use anyhow::Context as _;
 use grip_session::exit::{Exit, WrongArgument};
@@ -63,14 +67,14 @@ struct Compared<'a> {
 }
 
 pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
-    let columns = Columns::new(&args.columns)?;
-    let data = columns.load_grouped(&args.data, args.group.as_deref())?;
+    let wanted = Columns::new(&args.columns)?;
+    let data = wanted.load_grouped(&args.data, args.group.as_deref())?;
     if args.compare && args.columns.classify {
         let message = "--compare: the other learners estimate numbers and tell no classes apart";
         return Err(WrongArgument(message.to_owned()).into());
     }
-    let columns = columns.with_classes_of(&data);
-    let test = args.test.as_deref().map(|file| columns.load(file)).transpose()?;
+    let wanted = wanted.with_classes_of(&data);
+    let test = args.test.as_deref().map(|file| wanted.load(file)).transpose()?;
     let split = Split::holdout(&data, args.holdout, args.seed)
         .map_err(|error| WrongArgument(format!("--holdout: {error}")))?;
     let (train, validation) = split.of(&data)?;
@@ -99,7 +103,7 @@ pub(crate) fn run(args: &SearchArgs) -> anyhow::Result<Exit> {
     if !args.json {
         output::line(&format!("model written to {}", args.output.display()))?;
     }
-    Ok(Exit::Done)
+    Ok(columns::exit(&data))
 }
 
 fn config(args: &SearchArgs) -> SearchConfig {

@@ -3,7 +3,11 @@
 mod folds;
 mod rows;
 
-use super::{card, clock, columns::Columns, hyper, train_beyond};
+use super::{
+    card, clock,
+    columns::{self, Columns},
+    hyper, train_beyond,
+};
 use crate::{cli::learn::TrainArgs, output};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -77,16 +81,18 @@ struct Rows {
 pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let config = fit_config(args)?;
     refuse_options_of_other_models(args)?;
-    let columns = Columns::new(&args.columns)?;
+    let wanted = Columns::new(&args.columns)?;
     match args.model.as_str() {
-        "mlp" => network(args, &config, columns),
+        "mlp" => network(args, &config, wanted),
         "ensemble" => {
-            let parts = Parts::read(args, columns)?;
-            train_beyond::ensemble(args, config, &parts.train, parts.test.as_ref())
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::ensemble(args, config, &parts.train, parts.test.as_ref())?;
+            Ok(columns::exit(&parts.train))
         }
         "svr" => {
-            let parts = Parts::read(args, columns)?;
-            train_beyond::svr(args, &parts.train, parts.test.as_ref())
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::svr(args, &parts.train, parts.test.as_ref())?;
+            Ok(columns::exit(&parts.train))
         }
         other => {
             let message = format!("--model {other}: expected mlp, ensemble or svr");
@@ -113,9 +119,9 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Result<Exit> {
+fn network(args: &TrainArgs, config: &FitConfig, wanted: Columns) -> anyhow::Result<Exit> {
     let card_path = card::path(args.card.as_deref(), &args.output, &[&args.output, &args.data])?;
-    let parts = Parts::read(args, columns)?;
+    let parts = Parts::read(args, wanted)?;
     if let Some(folds) = args.split.folds {
         folds::run(args, config, &parts.train, folds)?;
     }
@@ -138,7 +144,7 @@ fn network(args: &TrainArgs, config: &FitConfig, columns: Columns) -> anyhow::Re
         test_rows: parts.test.map(|rows| rows.rows()),
     };
     report(args, &fit, rows, cpu)?;
-    Ok(Exit::Done)
+    Ok(columns::exit(&train))
 }
 
 fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {

@@ -330,7 +330,7 @@ fn file(label: &Label, directory: &Path) -> PathBuf {
 /// What a recording would be asked to put on its first line is wrong advice for labels.
 fn labels_error(file: &Path, error: LabelError) -> ScoreError {
     match error {
-        LabelError::Table(CsvError::Empty { .. }) => {
+        LabelError::Table(error) if error.is_empty_file() => {
             ScoreError::Unlabelled { file: file.to_owned() }
         }
         LabelError::Table(CsvError::NoRows { .. }) => {

@@ -180,7 +180,7 @@ fn chance_finds_nothing_where_alarms_are_few_and_recordings_long() {
 
 #[test]
 fn a_recording_that_cannot_be_used_is_the_callers_to_correct() {
-    for error in [CsvError::BadRate { rate_hz: 0.0 }, CsvError::Empty { file: "x".into() }] {
+    for error in [CsvError::BadRate { rate_hz: 0.0 }, CsvError::NoRows { file: "x".into() }] {
         assert_eq!(Exit::of(&ScoreError::Recording(error)), Exit::WrongArguments);
     }
 }

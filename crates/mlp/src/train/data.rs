@@ -1,10 +1,10 @@
 //! Bytes of a CSV file or arrays, and column specs in, feature and target rows out.
 
+use grip_table::{Loss, Row, Table};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use sha2::{Digest, Sha256};
 
 use super::column::ColumnSpec;
-use super::csv_file::{CsvFile, Row};
 pub use super::data_error::{DataSetError, Place};
 use super::objective::count;
 use super::scaling::{Method, Scaling};
@@ -39,6 +39,8 @@ pub struct DataSet {
     target_values: Array2<f64>,
     /// One label a row, or none at all.
     labels: Vec<String>,
+    /// What of the file is no row and was left out: a last line that was cut off, a remark behind the rows.
+    pub left_out: Vec<Loss>,
 }
 
 impl DataSet {
@@ -78,6 +80,7 @@ impl DataSet {
             input_values: read.inputs,
             target_values: read.targets,
             labels: read.texts.into_iter().next().unwrap_or_default(),
+            left_out: read.left_out,
         })
     }
 
@@ -99,7 +102,8 @@ impl DataSet {
         let mut texts = read.texts.into_iter();
         let of_rows = texts.next().unwrap_or_default();
         let data = Self::from_classes(file, inputs, read.inputs, classes, &of_rows)?;
-        Ok(Self { sha256: sha256(bytes), labels: texts.next().unwrap_or_default(), ..data })
+        let (labels, left_out) = (texts.next().unwrap_or_default(), read.left_out);
+        Ok(Self { sha256: sha256(bytes), labels, left_out, ..data })
     }
 
     /// Data that was computed, or read from another kind of file: raw features (rows x inputs) and targets (rows x targets) of
@@ -140,6 +144,7 @@ impl DataSet {
             input_values,
             target_values,
             labels: Vec::new(),
+            left_out: Vec::new(),
         })
     }
 
@@ -226,6 +231,7 @@ impl DataSet {
             input_values: self.input_values.select(Axis(0), rows),
             target_values: self.target_values.select(Axis(0), rows),
             labels: rows.iter().filter_map(|row| self.labels.get(*row).cloned()).collect(),
+            left_out: self.left_out.clone(),
         })
     }
 
@@ -317,6 +323,17 @@ struct CsvRows {
     targets: Array2<f64>,
     /// The texts of each column of texts.
     texts: Vec<Vec<String>>,
+    left_out: Vec<Loss>,
+}
+
+/// The number of a column.
+fn column(file: &str, table: &Table<&[u8]>, name: &str) -> Result<usize, DataSetError> {
+    table.check_repeated(|repeated| repeated == name)?;
+    table.position(name).ok_or_else(|| DataSetError::Missing {
+        file: file.to_owned(),
+        column: name.to_owned(),
+        available: table.header().join(", "),
+    })
 }
 
 fn read_csv(
@@ -326,19 +343,20 @@ fn read_csv(
     targets: &[ColumnSpec],
     texts: &[&str],
 ) -> Result<CsvRows, DataSetError> {
-    let mut csv = CsvFile::open(file, bytes)?;
-    let places = |specs: &[ColumnSpec], csv: &CsvFile<'_>| {
-        specs.iter().map(|spec| csv.column(&spec.name)).collect::<Result<Vec<_>, _>>()
+    let mut table = Table::open(file.as_ref(), bytes)?;
+    let at = |name: &str, table: &Table<&[u8]>| column(file, table, name);
+    let places = |specs: &[ColumnSpec], table: &Table<&[u8]>| {
+        specs.iter().map(|spec| at(&spec.name, table)).collect::<Result<Vec<_>, _>>()
     };
-    let (input_places, target_places) = (places(inputs, &csv)?, places(targets, &csv)?);
-    let text_places = texts.iter().map(|name| csv.column(name)).collect::<Result<Vec<_>, _>>()?;
+    let (input_places, target_places) = (places(inputs, &table)?, places(targets, &table)?);
+    let text_places = texts.iter().map(|name| at(name, &table)).collect::<Result<Vec<_>, _>>()?;
     let (mut rows, mut labels) = (0, vec![Vec::new(); texts.len()]);
     let (mut input_values, mut target_values) = (Vec::new(), Vec::new());
-    while let Some(row) = csv.next_row()? {
+    while let Some(row) = table.next_row()? {
         read_fields(&row, &input_places, inputs, &mut input_values)?;
         read_fields(&row, &target_places, targets, &mut target_values)?;
-        for ((labels, &at), name) in labels.iter_mut().zip(&text_places).zip(texts) {
-            labels.push(read_label(&row, at, name)?);
+        for (labels, &at) in labels.iter_mut().zip(&text_places) {
+            labels.push(read_label(&row, at)?);
         }
         rows += 1;
     }
@@ -351,7 +369,13 @@ fn read_csv(
         |columns, values| Array2::from_shape_vec((rows, columns), values).map_err(|_| no_rows());
     let (inputs, targets) =
         (array(inputs.len(), input_values)?, array(targets.len(), target_values)?);
-    Ok(CsvRows { inputs, targets, texts: labels })
+    let left_out = table.losses().to_vec();
+    Ok(CsvRows { inputs, targets, texts: labels, left_out })
+}
+
+fn place(row: &Row<'_>, column: usize) -> Place {
+    let file = row.file().display().to_string();
+    Place { file, line: row.line, column: row.name(column) }
 }
 
 fn read_fields(
@@ -361,10 +385,18 @@ fn read_fields(
     values: &mut Vec<f64>,
 ) -> Result<(), DataSetError> {
     for (&at, spec) in places.iter().zip(specs) {
-        let value = row.number(at, &spec.name)?;
+        let value = match row.number(at) {
+            Ok(value) if value.abs() <= f64::from(f32::MAX) => value,
+            // A number of another form, which the reader of tables explains.
+            Err(error) if row.cell(at).contains([',', '.', '\'']) => return Err(error.into()),
+            _ => {
+                let text = row.cell(at).into_owned();
+                return Err(DataSetError::NotANumber { place: place(row, at), text });
+            }
+        };
         // A positive value that is 0 in the model's precision has no logarithm there either.
         if spec.transform == Transform::Ln && !spec.transform.accepts(super::rounded(value)) {
-            let place = row.place(&spec.name);
+            let place = place(row, at);
             return Err(DataSetError::LogOfNonPositive { place, value: value.to_string() });
         }
         values.push(value);
@@ -372,10 +404,10 @@ fn read_fields(
     Ok(())
 }
 
-fn read_label(row: &Row<'_>, at: usize, name: &str) -> Result<String, DataSetError> {
-    match row.text(at) {
-        "" => Err(DataSetError::NoLabel { place: row.place(name) }),
-        label => Ok(label.to_owned()),
+fn read_label(row: &Row<'_>, at: usize) -> Result<String, DataSetError> {
+    match row.cell(at).into_owned() {
+        label if label.is_empty() => Err(DataSetError::NoLabel { place: place(row, at) }),
+        label => Ok(label),
     }
 }
 

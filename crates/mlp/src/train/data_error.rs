@@ -24,12 +24,6 @@ impl fmt::Display for Place {
 /// Why a file is no data set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DataSetError {
-    /// Empty file.
-    #[error("{file}: no header row")]
-    NoHeader {
-        /// Name of the file.
-        file: String,
-    },
     /// A header and nothing below it.
     #[error("{file}: no rows below the header")]
     NoRows {
@@ -81,26 +75,6 @@ pub enum DataSetError {
         column: String,
         /// All names of the header, separated by commas.
         available: String,
-    },
-    /// Several columns have the name asked for.
-    #[error("{file}: several columns \"{column}\"")]
-    Ambiguous {
-        /// Name of the file.
-        file: String,
-        /// The name asked for.
-        column: String,
-    },
-    /// Too few or too many fields.
-    #[error("{file}, line {line}: {given} fields where the header has {needed}")]
-    RowLength {
-        /// Name of the file.
-        file: String,
-        /// Line, counted from 1.
-        line: u64,
-        /// Fields of the header.
-        needed: usize,
-        /// Fields of the row.
-        given: usize,
     },
     /// Text, nothing, NaN, an infinity, or more than an `f32` can hold.
     #[error("{place}: \"{text}\" is not a finite number")]
@@ -157,14 +131,13 @@ pub enum DataSetError {
         /// Rows there are.
         rows: usize,
     },
-    /// The bytes are no CSV text.
-    #[error("{file}, line {line}: {message}")]
-    Malformed {
-        /// Name of the file.
-        file: String,
-        /// Line, counted from 1, or 0 when unknown.
-        line: u64,
-        /// What the reader states.
-        message: String,
-    },
+    /// The file is no table, or a line of it no row.
+    #[error("{0}")]
+    Table(String),
+}
+
+impl From<grip_table::TableError> for DataSetError {
+    fn from(error: grip_table::TableError) -> Self {
+        Self::Table(error.to_string())
+    }
 }

@@ -31,7 +31,6 @@
 //! ```
 
 mod aligned;
-mod csv_file;
 pub mod data;
 mod data_error;
 pub mod fit;
