@@ -36,12 +36,10 @@ pub use zstd::unpack;
 
 use topic::Topics;
 
+use core::mem;
 use grip_record::{CsvOptions, CsvSamples, Recording};
 use slip_core::PipelineConfig;
-use std::{
-    mem,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// What a file does not contain.
 #[derive(Clone, Debug, Default)]

@@ -316,6 +316,7 @@ impl Placer {
 }
 
 #[cfg(test)]
+#[expect(clippy::cast_possible_truncation, reason = "times of some minutes")]
 mod tests {
     use super::*;
 
