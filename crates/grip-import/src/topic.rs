@@ -3,9 +3,9 @@
 use crate::{
     error::ImportError,
     json,
-    mcap_file::unpack,
     ros::{Decoder, Leaves},
     stream::{Room, Stream, Times, reading},
+    zstd::unpack,
 };
 use std::{collections::HashMap, path::Path};
 

@@ -294,7 +294,8 @@ impl CsvError {
 }
 
 /// A word of a command line, in quotes where a shell would split or change it.
-pub(crate) fn shell(word: &str) -> String {
+#[must_use]
+pub fn shell(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
     if word.chars().all(is_plain) {
         word.to_owned()

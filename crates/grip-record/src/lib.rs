@@ -75,7 +75,7 @@ pub use channels::{COLUMN_NAMES, Channel, ChannelSet, StylusKind};
 pub use columns::{Columns, Rows};
 pub use csv_read::{CsvOptions, CsvSamples, parse_csv, read_csv, read_recording};
 pub use csv_write::{CsvWriter, WriteError};
-pub use error::CsvError;
+pub use error::{CsvError, shell};
 pub use find::{Found, Signal, Use};
 pub use irregularities::{Lengths, parse_irregularities, read_irregularities};
 pub use labels::{Label, LabelError, LabelKind, read_labels};

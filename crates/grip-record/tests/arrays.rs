@@ -132,7 +132,7 @@ mod tests {
     fn what_is_written_comes_back() {
         let (folder, recording) = (tempfile::tempdir().unwrap(), recording());
         let file = folder.path().join("rec.npz");
-        recording.write_npz(std::fs::File::create(&file).unwrap()).unwrap();
+        recording.write_npz(File::create(&file).unwrap()).unwrap();
         let back = read_recording(&file, &CsvOptions::default()).unwrap();
         assert_eq!(back.columns(), ["stylus", "force_n", "travel_m", "pressure_0", "pressure_1"]);
         same(&back, &recording);
@@ -261,7 +261,7 @@ mod tests {
         let file = folder.path().join("rows.npz");
         let values = arr2(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
         for values in [&values.view(), &values.t().to_owned().reversed_axes().view()] {
-            write_columns(std::fs::File::create(&file).unwrap(), &["a", "b", "c"], values).unwrap();
+            write_columns(File::create(&file).unwrap(), &["a", "b", "c"], values).unwrap();
             let mut npz = Npz::open(&file).unwrap();
             assert_eq!(npz.names(), ["a", "b", "c"]);
             assert_eq!(npz.numbers("b").unwrap(), arr1(&[2.0, 5.0]));

@@ -1,5 +1,6 @@
 //! Made-up runs of a gripper, filled into a model by hand.
 
+use grip_link::message::Unit;
 use grip_link::message::daemon::{
     Appended, BadFrames, ClockOffset, GripState, Gripper, Health, Latency, LinkState, Method,
     Reading, RealTime, Scene, SensorHealth,
@@ -80,6 +81,7 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         force_max_n: Some(40.0),
         link: LinkState::Stream,
         taxels: 4,
+        stylus: Unit::Metre,
     };
     model.take(Feed::Gripper(gripper));
     model

@@ -80,7 +80,7 @@ impl SourceSpec {
                 Ok(Self::Recording(text.into()))
             }
             "json" => Ok(Self::Study(text.into())),
-            "wav" | "w64" | "npy" | "npz" | "db3" | "tsv" | "xlsx" => {
+            "wav" | "w64" | "npy" | "npz" | "db3" | "xlsx" => {
                 Err(SpecError::Foreign(text.to_owned()))
             }
             _ => Err(SpecError::Kind(text.to_owned())),

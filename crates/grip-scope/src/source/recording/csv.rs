@@ -12,7 +12,7 @@ use grip_session::report::EventLog;
 use grip_session::{HostConfig, report::Event};
 
 use grip_link::message::Unit;
-use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files};
+use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files, shell};
 use slip_core::{PipelineState, units::Micros};
 
 use slip_core::{Sample, Step};
@@ -27,7 +27,7 @@ const STATE_US: u64 = 10_000;
 
 /// Reads the recording to its end, or to its first fault.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
-    let failed = |error: CsvError| Stop::Failed(sentence(&error));
+    let failed = |error: CsvError| Stop::Failed(sentence(file, &error));
     let (read, len) = (Rc::new(Cell::new(0)), Cell::new(0));
     let input = || {
         let input = files::open(file)?;
@@ -50,7 +50,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             Ok(None) => break,
             Err(error) => {
                 deliver(outlet, tape.take(), 1.0)?;
-                let (rows, error) = (tape.rows, sentence(&error));
+                let (rows, error) = (tape.rows, sentence(file, &error));
                 return Err(match rows {
                     0 => Stop::Failed(error),
                     _ => Stop::Short(format!("only the first {rows} rows can be used; {error}")),
@@ -81,11 +81,12 @@ impl<R: Read> Read for Counted<R> {
 }
 
 /// What is wrong with the file; gripmon itself has none of the flags that would help.
-fn sentence(error: &CsvError) -> String {
+fn sentence(file: &Path, error: &CsvError) -> String {
     let text = error.to_string();
     if text.contains("--") {
         return format!(
-            "{text}; with that, `gripctl import FILE -o run.csv` makes a file that is shown"
+            "{text}; with that, `gripctl import {} -o run.csv` makes a file that is shown",
+            shell(&file.display().to_string())
         );
     }
     text

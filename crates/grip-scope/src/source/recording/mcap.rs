@@ -1,11 +1,12 @@
 //! An MCAP recording in; a picture of all of it first, then everything in it, out.
 
 use super::entries::Entries;
-use super::{Stop, csv::named, deliver, preview};
+use super::{Stop, deliver, preview};
 use crate::damage::Damage;
 use crate::feed::Feed;
 use crate::source::outlet::Outlet;
 use grip_record::mcap::{Entry, McapError, McapIndex, McapReader};
+use grip_record::shell;
 use std::fs::File;
 use std::path::Path;
 
@@ -54,7 +55,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
 /// What is wrong; a file of another program goes through an import first.
 fn sentence(file: &Path, error: &McapError) -> String {
     let McapError::Foreign { what, .. } = error else { return error.to_string() };
-    let (shown, named) = (file.display(), named(file));
+    let (shown, named) = (file.display(), shell(&file.display().to_string()));
     format!(
         "{shown}: was not recorded by gripd: {what}; `gripctl import {named} -o run.csv` makes a recording of it"
     )
