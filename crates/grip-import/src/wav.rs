@@ -179,7 +179,7 @@ impl Reader {
     fn padded(&mut self, at: u64) -> u64 {
         match self.chunks {
             Chunks::W64 => at.checked_next_multiple_of(8).unwrap_or(at),
-            Chunks::Riff { .. } if at % 2 == 0 => at,
+            Chunks::Riff { .. } if at.is_multiple_of(2) => at,
             // Some programs leave the byte out.
             Chunks::Riff { .. } => match self.bytes(at) {
                 Ok(name) if [*b"fmt ", *b"data", *b"fact", *b"LIST"].contains(&name) => at,
