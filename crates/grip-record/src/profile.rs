@@ -76,7 +76,6 @@ impl HeightProfile {
         }
         if points.first().zip(points.last()).is_some_and(|(first, last)| last.x_mm < first.x_mm) {
             points.reverse();
-            points.iter_mut().for_each(|point| point.x_mm = -point.x_mm);
         }
         let fewer = |rows| CsvError::FewRows { file: file.to_owned(), rows, needed: Self::FEWEST };
         let measured = points.iter().filter(|point| point.height_m.is_finite()).count();
@@ -283,7 +282,7 @@ mod tests {
             ),
             (
                 "x_mm,height_um\n9,1\n8,2\n8.3,3\n7,4\n",
-                "line 4, column x_mm: 0.3 mm back where 1 mm",
+                "line 5, column x_mm: a step of 1.3 mm where 1 mm",
             ),
             ("x_mm,height_um\n0,1\n1,2\n2,3\n9e9,4\n", "line 5"),
             ("x_mm,height_um\n0,1\n1,NaN\n2,\n3,NaN\n", "1 heights"),
@@ -331,7 +330,7 @@ mod tests {
             let off = |i: usize| profile.heights_m[i] - 3e-6 * (i as f64 / 40.0).sin();
             assert!((1000..1020).all(|i| off(i).abs() < 1e-7) && off(2000).abs() < 1e-8);
         }
-        let text = "x_mm,height_um\n0,nan\n1,1\n2,NaN\n3,\n,\n4,4\n5,inf\n";
+        let text = "x_mm,height_um\n0,nan\n1,1\n2,NaN\n3,\n,\n4,4\n5,5\n6,inf\n";
         let profile = parse(text, None).unwrap();
         assert_eq!(profile.filled.first(), Some(&(1..3)));
         assert!(
