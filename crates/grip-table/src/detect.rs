@@ -1,8 +1,9 @@
 //! The form of a table, found in its first lines.
 //!
-//! Each delimiter splits the first lines; the one that makes the most numbers is taken. In its lines the first eight neighbours
-//! with numbers in the same columns (or the longest run of such lines) show which columns hold numbers. The first line with
-//! numbers in all of them is the first row; the last line of text above it that has as many cells is the header.
+//! Each delimiter splits the first lines; the one that makes the most numbers is taken. In its lines the first eight
+//! neighbours with numbers in the same columns (or the longest run of such lines) show which columns hold numbers. The
+//! first line with numbers in all of them is the first row; the last line of text above it that has as many cells is
+//! the header.
 
 use crate::{
     LOOK_AHEAD_LINES,
@@ -19,13 +20,15 @@ const END_OF_HEADER: &[u8] = b"***End_of_Header***";
 /// One column of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// Its name as in the file without blanks around it, or `column_K` (from 0) where it has none or that of an earlier one.
+    /// Its name as in the file without blanks around it, or `column_K` (from 0) where it has none or that of an
+    /// earlier one.
     pub name: String,
     /// The name as in the file, empty where it has none.
     pub given: String,
     /// Its unit: that of a row of units, or of the name (`Time (ms)`, `acc [g]`, `t/ms`, `height_mm`).
     pub unit: Option<String>,
-    /// Whether text stands in its first cells, and not in few of them by mistake. Its cells are not looked at unless asked for.
+    /// Whether text stands in its first cells, and not in few of them by mistake. Its cells are not looked at unless
+    /// asked for.
     pub is_text: bool,
     /// The earlier column of the same name.
     pub(crate) repeats: Option<usize>,
@@ -36,8 +39,8 @@ pub struct Column {
 pub enum Header {
     /// From this line.
     Line(u64),
-    /// From this line, but numbers are among them: those of arrays (`,0,1` of pandas) have no meaning, so times and signals
-    /// have to be asked about.
+    /// From this line, but numbers are among them: those of arrays (`,0,1` of pandas) have no meaning, so times and
+    /// signals have to be asked about.
     Numbers(u64),
     /// There is none: `column_0`, `column_1`, ..
     None,
@@ -91,8 +94,8 @@ struct Candidate {
     score: i64,
 }
 
-/// The form of the table whose first bytes are `start`, all of it where `whole`. In a table written `by_hand` the first line is
-/// the header.
+/// The form of the table whose first bytes are `start`, all of it where `whole`. In a table written `by_hand` the
+/// first line is the header.
 pub(crate) fn shape(
     start: &[u8],
     whole: bool,
@@ -274,7 +277,8 @@ impl Candidate {
         Some(self.finish(&numbers, header, units, start, line))
     }
 
-    /// Whether `0,5` is one number here and two cells in `pairs`: below a name of one column, where no point is decimal.
+    /// Whether `0,5` is one number here and two cells in `pairs`: below a name of one column, where no point is
+    /// decimal.
     fn is_one_column_above(&self, pairs: &Self) -> bool {
         let (Some(rows), Some(above)) =
             (self.lines.get(self.run.clone()), self.run.start.checked_sub(1))
@@ -332,7 +336,8 @@ impl Candidate {
             .any(|column| kinds.and_then(|kinds| kinds.get(*column)) == Some(&Cell::Number))
     }
 
-    /// Whether a line holds units: below the names of numbers units alone, or numbers in columns that have none below (Rigol).
+    /// Whether a line holds units: below the names of numbers units alone, or numbers in columns that have none below
+    /// (Rigol).
     fn is_units(&self, at: usize, numbers: &[usize]) -> bool {
         let (Some(line), Some(kinds)) = (self.lines.get(at), self.cells.get(at)) else {
             return false;
@@ -379,7 +384,8 @@ impl Candidate {
         rows.iter().all(|row| if unnamed { first(row) } else { fractions(row) })
     }
 
-    /// The form, where these columns hold numbers, the names stand in the line `header` and the rows begin at the line `start`.
+    /// The form, where these columns hold numbers, the names stand in the line `header` and the rows begin at the line
+    /// `start`.
     fn finish(
         self,
         numbers: &[usize],

@@ -1,7 +1,7 @@
 //! Tables of numbers as people have them: the one reader behind every program that takes a table.
 //!
-//! A [`Table`] finds the form of a file in its first bytes ([`LOOK_AHEAD`], at most [`LOOK_AHEAD_LINES`] lines) and then gives
-//! its rows one after the other; its memory does not depend on the length of the file.
+//! A [`Table`] finds the form of a file in its first bytes ([`LOOK_AHEAD`], at most [`LOOK_AHEAD_LINES`] lines) and
+//! then gives its rows one after the other; its memory does not depend on the length of the file.
 //!
 //! | what | how |
 //! |---|---|
@@ -17,7 +17,8 @@
 //! | other kinds of files | named by their first bytes ([`TableError::Foreign`]); `.xlsx` is read with the feature `xlsx` |
 //!
 //! Limits: a line has at most 1 MiB. The form is that of the look-ahead: a column that turns into text later is an
-//! error where it is used. A table [written by hand](Table::by_hand) has its header in its first line, and every row counts.
+//! error where it is used. A table [written by hand](Table::by_hand) has its header in its first line, and every row
+//! counts.
 //!
 #![doc = include_str!("../README.md")]
 
@@ -144,7 +145,8 @@ impl<R: Read> Table<R> {
         Self::new(file, input, false)
     }
 
-    /// The same for a table that somebody writes: its first line is the header, every line below is a row, also the last one.
+    /// The same for a table that somebody writes: its first line is the header, every line below is a row, also the
+    /// last one.
     ///
     /// # Errors
     /// As [`Table::open`].
@@ -175,14 +177,11 @@ impl<R: Read> Table<R> {
         if !whole && memchr::memchr2(b'\n', b'\r', &start).is_none() {
             return Err(TableError::LongLine { file: file.to_owned() });
         }
-        if start.iter().filter(|byte| is_control(byte)).count() > start.len() / 8
-            && start.iter().take(4096).any(is_control)
-        {
-            let nuls = start.iter().rev().take_while(|byte| **byte == 0).count();
-            let text = start.get(..start.len() - nuls).unwrap_or_default();
-            if text.iter().filter(|byte| is_control(byte)).count() >= text.len().div_ceil(8) {
-                return Err(TableError::NoText { file: file.to_owned() });
-            }
+        let nuls = start.iter().rev().take_while(|byte| **byte == 0).count();
+        let text = start.get(..start.len() - nuls).unwrap_or_default();
+        let controls = text.iter().filter(|byte| is_control(byte)).count();
+        if !start.is_empty() && 8 * controls >= text.len() {
+            return Err(TableError::NoText { file: file.to_owned() });
         }
         let shape = detect::shape(&start, whole, by_hand)
             .map_err(|(line, fault)| fault_of(file, line, fault))?
@@ -395,8 +394,8 @@ impl<R> Table<R> {
         })
     }
 
-    /// The column of a quantity, and how much of the base unit one of its numbers is: `name_unit` itself, or the same name with
-    /// another unit of the quantity behind or below it (`height_mm`, `Height [nm]` for `height`, `um`).
+    /// The column of a quantity, and how much of the base unit one of its numbers is: `name_unit` itself, or the same
+    /// name with another unit of the quantity behind or below it (`height_mm`, `Height [nm]` for `height`, `um`).
     ///
     /// # Errors
     /// Where there is none, or its unit is absent, not known or of something else.
@@ -453,6 +452,7 @@ impl<R> Table<R> {
 
 impl<'a> Row<'a> {
     /// The cell at `column` (from 0), trimmed; bytes that are not UTF-8 are taken for Windows-1252.
+    #[inline]
     #[must_use]
     pub fn cell(&self, column: usize) -> Cow<'a, str> {
         text(self.record.cell(column))
@@ -462,6 +462,7 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// Where it is text.
+    #[inline]
     pub fn value(&self, column: usize) -> Result<Option<f64>, TableError> {
         let cell = self.record.cell(column);
         if cell.is_empty() {
@@ -476,6 +477,7 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// Where it is blank or text.
+    #[inline]
     pub fn number(&self, column: usize) -> Result<f64, TableError> {
         self.value(column)?.ok_or_else(|| self.not_a_number(column, PLAIN_NUMBER))
     }
@@ -498,9 +500,11 @@ impl<'a> Row<'a> {
     }
 
     /// The text of a number with a decimal point, for readings that a `f64` would round.
+    #[inline]
     #[must_use]
     pub fn digits(&self, column: usize) -> Cow<'a, str> {
         match self.cell(column) {
+            text if self.decimal == Decimal::Point => text,
             Cow::Borrowed(text) => plain(text, self.decimal),
             owned @ Cow::Owned(_) => owned,
         }
@@ -533,6 +537,7 @@ impl<'a> Row<'a> {
 }
 
 /// Bytes as UTF-8, or as Windows-1252 where they are none.
+#[inline]
 fn text(bytes: &[u8]) -> Cow<'_, str> {
     match str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),

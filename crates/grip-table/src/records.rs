@@ -165,6 +165,7 @@ impl Record {
     }
 
     /// The cell at `column`, trimmed; empty where there is none.
+    #[inline]
     pub(crate) fn cell(&self, column: usize) -> &[u8] {
         if column >= self.count {
             return &[];

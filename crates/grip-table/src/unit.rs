@@ -102,8 +102,8 @@ const UNITS: [(&str, Quantity, f64); 61] = [
     ("bar", Pressure, 1e5),
 ];
 
-/// What `unit` measures and how much of its base unit one is; `None` where it is not known. Both signs for micro, `\u{b2}` and
-/// words in any case are taken, symbols in their own case or all in lower case.
+/// What `unit` measures and how much of its base unit one is; `None` where it is not known. Both signs for micro,
+/// `\u{b2}` and words in any case are taken, symbols in their own case or all in lower case.
 #[must_use]
 pub fn scale(unit: &str) -> Option<(Quantity, f64)> {
     let unit = unit.trim().replace(['\u{b5}', '\u{3bc}'], "u").replace('\u{b2}', "2");
@@ -117,7 +117,8 @@ pub fn scale(unit: &str) -> Option<(Quantity, f64)> {
     found.map(|(_, quantity, factor)| (*quantity, *factor))
 }
 
-/// The unit in a name: in brackets (any), or a known one behind `/`, `_` or a blank at its end. With it the name without.
+/// The unit in a name: in brackets (any), or a known one behind `/`, `_` or a blank at its end. With it the name
+/// without.
 #[must_use]
 pub fn of_name(name: &str) -> Option<(String, String)> {
     for (open, close) in [('(', ')'), ('[', ']'), ('{', '}')] {
