@@ -65,6 +65,7 @@ pub struct Pace {
 impl PaceFinder {
     /// Takes the next stamp (ns), which is not before the last one.
     pub fn push(&mut self, stamp_ns: i64) {
+        self.repeated += usize::from(self.block.last() == Some(&stamp_ns));
         self.block.push(stamp_ns);
         self.rows += 1;
         if self.block.len() == BLOCK {
@@ -89,7 +90,6 @@ impl PaceFinder {
             }
             sum.coarse |= look.coarse;
         }
-        self.repeated += self.block.windows(2).filter(|pair| pair[0] == pair[1]).count();
         self.block.clear();
     }
 

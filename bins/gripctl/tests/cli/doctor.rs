@@ -191,7 +191,7 @@ fn a_recording_where_a_port_should_be_is_named_as_one() {
     // A sound under another name.
     fs::copy(folder.path().join("rest.wav"), folder.path().join("rest.m4a")).unwrap();
     let sound = gripctl(folder.path(), &["replay", "rest.m4a"]);
-    assert!(sound.code == 2 && sound.err.contains("is no text"), "{sound:?}");
+    assert!(sound.code == 2 && sound.err.contains("name it .wav"), "{sound:?}");
 }
 
 /// Status of Robotiq's manual: activated, open fingers at 13. Asked for three registers, unit 9 answers with it.
