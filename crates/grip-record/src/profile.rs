@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
-use grip_table::Table;
+use grip_table::{Loss, Table};
 
 /// A height profile at equal steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct HeightProfile {
     pub step_m: f64,
     /// Places in `heights_m` at which nothing was measured, in order: the heights there lie on a line between their neighbours.
     pub filled: Vec<Range<usize>>,
+    /// What of the file was no row and is left out.
+    pub left_out: Vec<Loss>,
 }
 
 /// How far a step may lie from the median of all (part of it), or from a multiple of it.
@@ -34,7 +36,7 @@ impl HeightProfile {
     /// Heights (m) that were all measured, `step_m` (m) apart.
     #[must_use]
     pub fn new(heights_m: Vec<f64>, step_m: f64) -> Self {
-        Self { heights_m, step_m, filled: Vec::new() }
+        Self { heights_m, step_m, filled: Vec::new(), left_out: Vec::new() }
     }
 
     /// Reads the profile in `file`: columns `x_mm`, rising or falling by equal steps, and `height_um`; others are passed over. A
@@ -90,7 +92,8 @@ impl HeightProfile {
                 (1e-3 * step_mm, places)
             }
         };
-        Self::laid_out(&points, &places, step_m).ok_or_else(|| fewer(measured))
+        let profile = Self::laid_out(&points, &places, step_m).ok_or_else(|| fewer(measured))?;
+        Ok(Self { left_out: table.losses().to_vec(), ..profile })
     }
 
     /// Each height at its place, what is absent between two of them on a line; `None` for fewer than three heights.

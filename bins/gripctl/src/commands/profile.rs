@@ -14,7 +14,7 @@ use grip_record::{
     HeightProfile,
     outputs::{OutputKind, OutputPath},
 };
-use grip_session::exit::{Exit, WrongArgument};
+use grip_session::exit::{Exit, WrongArgument, escape};
 use std::{io::Write as _, path::Path};
 
 /// Columns of the parts: no other command writes them.
@@ -45,15 +45,17 @@ pub(crate) fn run(args: &ProfileArgs) -> anyhow::Result<Exit> {
     if let Some(parts) = &parts {
         write_parts(parts, &profile, &evaluation)?;
     }
-    for warning in &line.warnings {
-        eprintln!("{}: {warning}", args.file.display());
+    let left_out = profile.left_out.iter().map(ToString::to_string);
+    for warning in line.warnings.iter().cloned().chain(left_out) {
+        output::note(&format!("{}: {}", args.file.display(), escape(&warning)));
     }
     if args.json {
         output::json(&line)?;
     } else {
         print(&line, args.level)?;
     }
-    Ok(Exit::Done)
+    let is_lost = profile.left_out.iter().any(|loss| loss.is_data());
+    Ok(if is_lost { Exit::DataLost } else { Exit::Done })
 }
 
 fn options(args: &ProfileArgs) -> Result<ProfileOptions, WrongArgument> {

@@ -89,7 +89,7 @@ fn a_user_is_reported_what_spoils_the_figures() {
     rows[3001] = "3.000,500".to_owned();
     rows[4001] = "4.000,".to_owned();
     rows.drain(5001..5011);
-    fs::write(folder.path().join("holes.csv"), rows.join("\n")).unwrap();
+    fs::write(folder.path().join("holes.csv"), rows.join("\n") + "\n").unwrap();
     let args = ["profile", "holes.csv", "--speed", "0.05", "--json"];
     let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
     let warnings = line["warnings"].to_string();
@@ -100,8 +100,11 @@ fn a_user_is_reported_what_spoils_the_figures() {
     ] {
         assert!(warnings.contains(words), "{warnings}");
     }
+    fs::write(folder.path().join("cut.csv"), rows.join("\n") + "\n9.1").unwrap();
+    let cut = gripctl(folder.path(), &["profile", "cut.csv", "--speed", "0.05"]);
+    assert!(cut.code == 3 && cut.err.contains("was cut off and is left out"), "{}", cut.err);
     rows.drain(6001..6151);
-    fs::write(folder.path().join("holes.csv"), rows.join("\n")).unwrap();
+    fs::write(folder.path().join("holes.csv"), rows.join("\n") + "\n").unwrap();
     gripctl(folder.path(), &args)
         .refused(2, &["no heights from 6.0100 to 6.1600 mm", "split the file"]);
     assert!(stated(&["--cutoff-mm", "20"]).contains("less than one cutoff"));
