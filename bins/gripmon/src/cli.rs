@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(source(&[]).unwrap(), "tcp:127.0.0.1:7747");
         assert_eq!(source(&["--demo", "--seed", "7"]).unwrap(), "demo:default");
         assert_eq!(source(&["run.mcap"]).unwrap(), "run.mcap");
-        assert!(source(&["notes.txt"]).is_err());
+        assert!(source(&["notes.pdf"]).is_err());
         #[cfg(not(feature = "fleet"))]
         assert!(source(&["fleet:tcp/x:1"]).unwrap_err().to_string().contains("--features fleet"));
         let reported = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();

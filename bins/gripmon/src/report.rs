@@ -65,7 +65,7 @@ mod tests {
         assert!(text.contains("<h1>Grasp: run.csv</h1>") && text.contains(">500<"), "{text}");
         let error = |spec| run(spec, MEMORY, &page).unwrap_err().to_string();
         let there = error(SourceSpec::Recording(table));
-        assert!(there.contains("is there already and is not replaced"), "{there}");
+        assert!(there.contains("is there already"), "{there}");
         assert_eq!(fs::read_to_string(&page).unwrap(), text);
         let missing = error(SourceSpec::Recording(folder.path().join("none.csv")));
         assert!(missing.contains("none.csv"), "{missing}");

@@ -4,7 +4,7 @@
 //! writes them. Of an array that nobody asks for only the name is read.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek, Write};
+use std::io::{BufReader, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, ArrayRef2};
@@ -215,22 +215,36 @@ fn archive<R: Read + Seek>(
     mut input: R,
 ) -> Result<(ZipArchive<R>, Vec<String>), NpzError> {
     let no_archive = |message: String| NpzError::Archive { file: file.to_owned(), message };
+    let unreadable = |source| Box::new(CsvError::Unreadable { file: file.to_owned(), source });
     let mut magic = [0; 6];
     if input.read_exact(&mut magic).is_ok() && magic == *b"\x93NUMPY" {
         let message = "it is a single .npy, whose columns have no names; save each under its name with numpy.savez";
         return Err(no_archive(message.to_owned()));
     }
-    let archive = ZipArchive::new(input).map_err(|error| {
-        // The directory is written last.
-        let cut = if magic.starts_with(b"PK") { " (it was cut off: save it again)" } else { "" };
-        no_archive(format!("{error}{cut}"))
-    })?;
+    // The directory is written last, and its end is looked for only where it can be: not in all of a file of any size.
+    if !ends_with_a_directory(&mut input).map_err(unreadable)? {
+        let cut = magic.starts_with(b"PK");
+        let message = if cut { "it was cut off: save it again" } else { "it is no archive" };
+        return Err(no_archive(message.to_owned()));
+    }
+    let archive = ZipArchive::new(input).map_err(|error| no_archive(error.to_string()))?;
     let name = |at: usize| {
         let name = archive.name_for_index(at).unwrap_or_default();
         name.strip_suffix(".npy").unwrap_or(name).to_owned()
     };
     let names = (0..archive.len()).map(name).collect();
     Ok((archive, names))
+}
+
+/// Whether the end of the directory of an archive, and the longest comment behind it, may stand at the end of `input`.
+fn ends_with_a_directory(input: &mut (impl Read + Seek)) -> std::io::Result<bool> {
+    const LONGEST_END: u64 = 22 + 65_535;
+    let size = input.seek(SeekFrom::End(0))?;
+    input.seek(SeekFrom::Start(size.saturating_sub(LONGEST_END)))?;
+    let mut end = Vec::new();
+    input.by_ref().take(LONGEST_END).read_to_end(&mut end)?;
+    input.rewind()?;
+    Ok(end.windows(4).any(|bytes| bytes == b"PK\x05\x06"))
 }
 
 /// Where the columns of an `.npz` of any size lie: the arrays that are as long as those with the name of a recording's column, or

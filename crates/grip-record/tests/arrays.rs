@@ -314,6 +314,6 @@ mod tests {
         let options = CsvOptions { rate_hz: Some(1000.0), ..CsvOptions::default() };
         let read = read_recording(&file, &options).unwrap();
         let remarks = read.notes.remarks.join("; ");
-        assert_eq!((read.samples.len(), remarks.as_str()), (2, "not used: camera, of 3 values"));
+        assert_eq!((read.samples.len(), remarks.as_str()), (2, "not used: camera, of 4 values"));
     }
 }

@@ -275,14 +275,16 @@ fn events(model: &Model, span: Span) -> Section {
 mod tests {
     use super::{Scale, grasp};
     use crate::channel::Channel;
-    use crate::feed::{EventKind, EventMark, Feed, RowBlock};
+    use crate::feed::{EventKind, EventMark, Feed, RowBlock, StylusInfo};
     use crate::model::Model;
     use crate::span::Span;
+    use grip_link::message::Unit;
     use slip_core::{PipelineState, SlipReport, alarm::Method, units::Micros};
 
     /// Two seconds; a slip from 1.0 s to 1.2 s, over which the object travels 1.5 mm and the force rises from 5 N to 12 N.
     fn model() -> Model {
         let mut model = Model::new(1 << 22);
+        model.take(Feed::Stylus(StylusInfo::one(Unit::Metre)));
         let times_us: Vec<u64> = (0..2000).map(|i| 1000 * i).collect();
         let travel = times_us.iter().map(|t_us| match t_us {
             0..1_000_000 => 0.0,

@@ -190,7 +190,8 @@ fn nobody_reads_the_output_and_the_recording_is_complete_all_the_same() {
     child.stderr.take().unwrap().read_to_string(&mut err).unwrap();
     let code = child.wait().unwrap().code();
     assert!([Some(0), Some(3)].contains(&code) && !err.contains("panicked"), "{code:?} {err}");
-    let recording = read_csv(&folder.path().join("run.csv"), &CsvOptions::default()).unwrap();
+    assert_eq!(fs::metadata(folder.path().join("run.csv")).unwrap().len(), 1_200_000);
+    let recording = read_csv(&folder.path().join("run-0001.csv"), &CsvOptions::default()).unwrap();
     let seconds = recording.samples.last().unwrap().t.as_seconds();
     assert!(recording.samples.len() > 1000 && seconds < 60.0, "{seconds} s");
 }

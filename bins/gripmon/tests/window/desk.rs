@@ -139,7 +139,7 @@ fn a_picture_is_asked_for_written_and_replaces_nothing() {
     assert!(first.starts_with(b"\x89PNG"));
     // Another program took the name between the wish and the picture.
     let message = make(&mut harness);
-    assert!(message.is_error && message.text.contains("is not replaced"), "{}", message.text);
+    assert!(message.is_error && message.text.contains("is there already"), "{}", message.text);
     assert_eq!(fs::read(&path).unwrap(), first);
     assert!(!harness.state().asked.contains(&Ask::Close));
     harness.key_press(Key::S);
@@ -246,7 +246,7 @@ fn what_cannot_be_written_is_reported_in_a_sentence() {
     harness.state_mut().desk.scope.state.cursors = [None; 2];
     click(&mut harness, "Samples as CSV");
     let message = written(&mut harness);
-    assert!(message.is_error && message.text.contains("cannot be written"), "{message:?}");
+    assert!(message.is_error && message.text.contains("there is no such folder"), "{message:?}");
 }
 
 #[test]
@@ -369,7 +369,7 @@ fn a_file_that_is_dropped_is_opened_and_what_is_none_is_refused_as_an_argument_i
     };
     assert_eq!(drop(&["a.mcap"]), (vec![opened("a.mcap")], None));
     assert_eq!(drop(&["study.json"]), (vec![opened("study.json")], None));
-    let (asked, message) = drop(&["notes.txt"]);
+    let (asked, message) = drop(&["notes.pdf"]);
     assert!(asked.is_empty() && message.unwrap().contains("neither a recording"));
     let (asked, message) = drop(&["a.mcap", "b.csv"]);
     assert!(asked.is_empty() && message.unwrap().contains("one file at a time"));

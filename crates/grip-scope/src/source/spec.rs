@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(refused("tcp:nowhere"), SpecError::Address("tcp:nowhere".to_owned()));
         let name = refused("tcp:gripper.local:7747").to_string();
         assert!(name.contains("localhost") && name.contains("names are not looked up"), "{name}");
-        assert!(refused("notes.txt").to_string().contains(".mcap"));
+        assert!(refused("notes.pdf").to_string().contains(".mcap"));
         assert!(refused("a b.WAV").to_string().contains("import 'a b.WAV' -o 'a b.WAV.csv'"));
     }
 }

@@ -21,10 +21,10 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with names that are numbers.
+/// What to do about a file whose columns have names of their places only.
 fn without_header(available: &str) -> &'static str {
-    match available.split(", ").all(|name| name.parse::<f64>().is_ok()) {
-        true => "; the first line was taken for names: put names above the numbers",
+    match available.split(", ").all(|name| name.starts_with("column_")) {
+        true => "; its first line is numbers: use these names, or put names above the numbers",
         false => "",
     }
 }

@@ -13,7 +13,7 @@ message! {
         24 force_max_n as "force_max": Option<f32>, "N, largest force of the controller", "Largest force of the controller.";
         28 link: LinkState, "link state", "State of the link.";
         29 taxels: u8, "of its array", "Taxels of its array.";
-        30 stylus: Unit, "unit", "Unit of the stylus: metres, or none where it is a vibration in a unit of its own.", reserved 1;
+        30 stylus: Unit, "unit: 1 metres; 0 a vibration in a unit of its own, or not known", "Unit of the stylus.", reserved 1;
     }
 }
 

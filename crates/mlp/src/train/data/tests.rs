@@ -43,7 +43,7 @@ fn messages_say_where_and_what() {
     );
     assert_eq!(
         message("9.3e-2,1.377\n1,2\n", &["v"]),
-        "grasps.csv: no column \"v\" (there are: 9.3e-2, 1.377); the first line was taken for names: put names above the numbers"
+        "grasps.csv: no column \"v\" (there are: column_0, column_1); its first line is numbers: use these names, or put names above the numbers"
     );
     assert_eq!(
         message("v,f_n\n1,2\n\nfast,3\n", &["v"]),
