@@ -142,8 +142,7 @@ fn a_huge_foreign_file_is_reported_in_a_sentence_and_not_read_into_memory() {
     let watch = open(&path);
     let stated = sentence(&watch);
     assert!(
-        watch.samples(Channel::Stylus) > 100_000
-            && stated.contains("line 300002: bytes that are no text stand in the place of rows"),
+        watch.samples(Channel::Stylus) > 100_000 && stated.contains("stand in the place of rows"),
         "{stated}"
     );
 }
