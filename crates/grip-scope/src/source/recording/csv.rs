@@ -16,7 +16,8 @@ use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files
 use slip_core::{PipelineState, units::Micros};
 
 use slip_core::{Sample, Step};
-use std::{cell::Cell, io::Read, path::Path, rc::Rc};
+use core::cell::Cell;
+use std::{io::Read, path::Path, rc::Rc};
 
 /// Rows, or other items, of a block.
 const BLOCK: usize = 2048;
