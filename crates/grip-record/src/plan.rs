@@ -154,12 +154,12 @@ impl Plan {
         };
         let time = head.time(file, options)?;
         let mut sparse = Vec::new();
-        let time = match time.zip(time.and_then(|time| head.signals.get(time))) {
-            Some((at, signal)) => {
+        let time = match time {
+            Some(at) => {
                 let times;
                 (times, sparse) = look(at);
                 let rows = times.get(plan.skip..).unwrap_or_default();
-                plan.time(file, head, (at, signal), rows, options)?
+                plan.time(file, head, at, rows, options)?
             }
             None => None,
         };
@@ -204,11 +204,11 @@ impl Plan {
         &mut self,
         file: &Path,
         head: &Head,
-        (at, signal): (usize, &Signal),
+        at: usize,
         times: &[f64],
         options: &CsvOptions,
     ) -> Result<Option<usize>, CsvError> {
-        let Signal { name, unit, .. } = signal;
+        let Some(Signal { name, unit, .. }) = head.signals.get(at) else { return Ok(None) };
         let stated = match (options.time_unit, unit) {
             (Some(unit), _) => Some(unit),
             (None, _) if name == "t_s" => Some(TimeUnit::Seconds),

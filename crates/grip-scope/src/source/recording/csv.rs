@@ -15,8 +15,8 @@ use grip_link::message::Unit;
 use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files, shell};
 use slip_core::{PipelineState, units::Micros};
 
-use slip_core::{Sample, Step};
 use core::cell::Cell;
+use slip_core::{Sample, Step};
 use std::{io::Read, path::Path, rc::Rc};
 
 /// Rows, or other items, of a block.
