@@ -28,23 +28,31 @@ fn the_page_is_read_by_a_strict_reader() {
     std::fs::write(concat!(env!("CARGO_TARGET_TMPDIR"), "/metrics.txt"), &text).unwrap();
     let samples = parse(&text);
     let one = |name: &str| samples[&(name.to_owned(), Vec::new())];
-    let label = |name: &str, label: &str, value: &str| samples[&key(name, label, value)];
-    assert_eq!(one("gripd_uptime_seconds"), 2.5);
-    assert_eq!((one("gripd_samples_total"), one("gripd_sample_rate_hertz")), (20_000.0, 10_000.0));
-    assert_eq!(label("gripd_samples_lost_total", "cause", "line"), 3.0);
-    assert_eq!(label("gripd_samples_lost_total", "cause", "dropped_by_gripper"), 2.0);
-    assert_eq!(label("gripd_frames_bad_total", "cause", "crc"), 4.0);
-    assert_eq!(label("gripd_link_state", "state", "stream"), 1.0);
-    assert_eq!(label("gripd_link_state", "state", "closed"), 0.0);
-    assert_eq!(label("gripd_slips_gross_total", "method", "travel"), 1.0);
-    assert_eq!(label("gripd_scene", "scene", "holding"), 1.0);
-    assert_eq!(label("gripd_sensor_good", "sensor", "stylus"), 1.0);
-    assert_eq!(label("gripd_sensor_good", "sensor", "reference"), 0.0);
-    assert!(!samples.contains_key(&key("gripd_sensor_good", "sensor", "pressure")), "it has none");
-    assert_eq!(label("gripd_reloads_total", "result", "refused"), 2.0);
-    assert_eq!(one("gripd_force_command_newtons"), 2.5);
+    for (name, value) in [
+        ("gripd_uptime_seconds", 2.5),
+        ("gripd_samples_total", 20_000.0),
+        ("gripd_sample_rate_hertz", 10_000.0),
+        ("gripd_force_command_newtons", 2.5),
+    ] {
+        assert_eq!(one(name), value, "{name}");
+    }
     assert!(one("gripd_force_applied_newtons").is_nan());
-    assert_eq!(label("gripd_build_info", "version", "1.2.3"), 1.0);
+    for (name, label, of, value) in [
+        ("gripd_samples_lost_total", "cause", "line", 3.0),
+        ("gripd_samples_lost_total", "cause", "dropped_by_gripper", 2.0),
+        ("gripd_frames_bad_total", "cause", "crc", 4.0),
+        ("gripd_link_state", "state", "stream", 1.0),
+        ("gripd_link_state", "state", "closed", 0.0),
+        ("gripd_slips_gross_total", "method", "travel", 1.0),
+        ("gripd_scene", "scene", "holding", 1.0),
+        ("gripd_sensor_good", "sensor", "stylus", 1.0),
+        ("gripd_sensor_good", "sensor", "reference", 0.0),
+        ("gripd_reloads_total", "result", "refused", 2.0),
+        ("gripd_build_info", "version", "1.2.3", 1.0),
+    ] {
+        assert_eq!(samples[&key(name, label, of)], value, "{name} {of}");
+    }
+    assert!(!samples.contains_key(&key("gripd_sensor_good", "sensor", "pressure")), "it has none");
 }
 
 #[test]
