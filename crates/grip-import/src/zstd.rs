@@ -53,8 +53,9 @@ mod tests {
     #[test]
     fn a_cut_frame_gives_its_whole_blocks() {
         // Numbers that compress a little, over several blocks of 128 KiB.
-        let plain: Vec<u8> =
-            (0..600_000_u32).map(|n| (n.wrapping_mul(n) >> 7) as u8 & 0x3F).collect();
+        let plain: Vec<u8> = (0..600_000_u32)
+            .map(|n| u8::try_from((n.wrapping_mul(n) >> 7) & 0x3F).unwrap())
+            .collect();
         let level = ruzstd::encoding::CompressionLevel::Fastest;
         let packed = ruzstd::encoding::compress_to_vec(&*plain, level);
         let size = plain.len() as u64;
