@@ -125,10 +125,10 @@ fn csv_channels_by_name_unit_and_word() {
     assert!((sample.travel_m.unwrap() - 2e-5).abs() < 1e-10);
     assert_eq!(recording.taxels.as_ref().unwrap().frame(4), [4.0, 7.0]);
 
-    // With another vibration, the only acceleration is the motion reference.
-    fs::write(&file, "t_s,mic,ax,ay\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n").unwrap();
+    // With another vibration, the acceleration of a robot is the motion reference.
+    fs::write(&file, "t_s,mic,base_ax,base_ay\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n").unwrap();
     let imported = taken(&file);
-    assert_eq!(uses(&imported), ["reference_x=ax", "reference_y=ay", "vibration=mic"]);
+    assert_eq!(uses(&imported), ["reference_x=base_ax", "reference_y=base_ay", "vibration=mic"]);
     assert_eq!(imported.recording.samples[1].reference_vector(), Some([2.0, 3.0, 0.0]));
 
     // One axis by name: the others are of the same sensor, which the slip shakes, and no reference.
