@@ -360,6 +360,18 @@ impl<'a> Finding<'a> {
     }
 }
 
+/// The name for an example: of the first that is neither a time nor a count of rows, else none.
+#[must_use]
+pub fn example<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<String> {
+    const COUNTS: [&str; 9] =
+        ["sample", "samples", "index", "count", "counter", "row", "seq", "frame", "id"];
+    let is_signal = |name: &&str| {
+        let unit = grip_table::of_name(name).map(|(_, unit)| unit);
+        !crate::time::is_time(name, unit.as_deref()) && !COUNTS.contains(&&*words::plain(name))
+    };
+    names.find(is_signal).map(str::to_owned)
+}
+
 /// The column that `name` is as a member of the group `theirs`, which is mapped to `ours`.
 fn member(ours: &str, theirs: &str, name: &str) -> Option<String> {
     let bare = name.split(['(', '{']).next().unwrap_or(name).trim_end();
@@ -391,6 +403,13 @@ mod tests {
     fn found(names: &[&str]) -> Result<Found, CsvError> {
         let signal = |name: &&str| Signal { name: (*name).to_owned(), ..Signal::default() };
         find(Path::new("x"), &names.iter().map(signal).collect::<Vec<_>>(), &[])
+    }
+
+    #[test]
+    fn an_example_is_no_time_and_no_count() {
+        let of = |names: &[&str]| example(names.iter().copied());
+        assert_eq!(of(&["Sample", "time_ms", "ch0"]).as_deref(), Some("ch0"));
+        assert_eq!(of(&["t", "/a.seq"]), None);
     }
 
     #[test]
