@@ -9,7 +9,10 @@ use crate::{
     stream::{Stream, Times, reading},
 };
 use grip_record::{
-    Columns, CsvError, CsvOptions, Recording, Signal, Use, clock::Clock, find::find, pace::Pace,
+    Columns, CsvError, CsvOptions, Recording, Signal, Use,
+    clock::Clock,
+    find::{example, find},
+    pace::Pace,
     time::TimeUnit,
 };
 use slip_core::units::Micros;
@@ -74,7 +77,7 @@ pub fn assign(
     });
     let base = base.ok_or_else(|| CsvError::NoStylus {
         file: file.to_owned(),
-        example: signals.first().map(|signal| signal.name.clone()),
+        example: example(signals.iter().map(|signal| signal.name.as_str())),
         found: signals.iter().map(|signal| signal.name.clone()).collect(),
     })?;
     let mut notes: Vec<String> =

@@ -4,7 +4,7 @@ use crate::{
     error::ImportError,
     json,
     ros::{Decoder, Leaves},
-    stream::{Room, Stream, Times, reading},
+    stream::{Room, Stream, Times, joined, reading},
     zstd::unpack,
 };
 use std::{collections::HashMap, path::Path};
@@ -70,7 +70,7 @@ impl Topics {
     /// # Errors
     /// Where no topic can be read.
     pub(crate) fn finish(self, file: &Path) -> Result<Vec<Stream>, ImportError> {
-        let mut streams: Vec<Stream> = self.all.into_iter().flatten().map(Topic::finish).collect();
+        let mut streams = joined(self.all.into_iter().flatten().map(Topic::finish).collect());
         let Some(first) = streams.first_mut() else {
             let what = match self.notes.is_empty() {
                 true => "it has no topics".to_owned(),

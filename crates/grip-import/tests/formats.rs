@@ -125,10 +125,10 @@ fn csv_channels_by_name_unit_and_word() {
     assert!((sample.travel_m.unwrap() - 2e-5).abs() < 1e-10);
     assert_eq!(recording.taxels.as_ref().unwrap().frame(4), [4.0, 7.0]);
 
-    // With another vibration, the only acceleration is the motion reference.
-    fs::write(&file, "t_s,mic,ax,ay\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n").unwrap();
+    // With another vibration, the acceleration of a robot is the motion reference.
+    fs::write(&file, "t_s,mic,base_ax,base_ay\n0,1,2,3\n0.001,1,2,3\n0.002,1,2,3\n").unwrap();
     let imported = taken(&file);
-    assert_eq!(uses(&imported), ["reference_x=ax", "reference_y=ay", "vibration=mic"]);
+    assert_eq!(uses(&imported), ["reference_x=base_ax", "reference_y=base_ay", "vibration=mic"]);
     assert_eq!(imported.recording.samples[1].reference_vector(), Some([2.0, 3.0, 0.0]));
 
     // One axis by name: the others are of the same sensor, which the slip shakes, and no reference.
@@ -503,7 +503,13 @@ fn json_mcap(file: &Path, messages: impl Iterator<Item = (usize, u64, f64)>) {
     let mut writer = mcap::Writer::new(out).unwrap();
     // What differs between two runs of one publisher.
     let runs = ["first", "second"].map(|run| BTreeMap::from([("run".to_owned(), run.to_owned())]));
-    let channels = runs.map(|run| writer.add_channel(0, "/vib", "json", &run).unwrap());
+    let mut channels: Vec<u16> = Vec::new();
+    for run in &runs {
+        channels.push(writer.add_channel(0, "/vib", "json", run).unwrap());
+    }
+    // The same fields under another type.
+    let other = writer.add_schema("vib/v2", "jsonschema", b"{}").unwrap();
+    channels.push(writer.add_channel(other, "/vib", "json", &runs[0]).unwrap());
     for (channel, log_time, value) in messages {
         let channel_id = channels[channel];
         let header =
@@ -533,6 +539,33 @@ fn a_publisher_that_started_again_is_one_topic() {
     assert!(!imported.notes.iter().any(|note| note.contains("out of order")));
     fs::write(folder.join("bag_11.mcap.zstd"), "").unwrap();
     refused(&folder, &ImportOptions::default(), &["zstd -d --rm"]);
+}
+
+#[test]
+fn a_topic_under_two_types_is_joined_or_asked_about() {
+    let (_kept, folder) = folder();
+    let file = folder.join("x.mcap");
+    let put = |is_later: fn(u32) -> bool| {
+        let channel = |k| if is_later(k) { 2 } else { 0 };
+        let row = |k: u32| (channel(k), u64::from(k) * 1_000_000, f64::from(k));
+        json_mcap(&file, (0..400).map(row));
+    };
+    for is_later in [|k| k >= 150, |k| k < 150] {
+        put(is_later);
+        let imported = taken(&file);
+        let samples = &imported.recording.samples;
+        assert_eq!((samples.len(), samples[399].vibration()[0]), (400, 399.0));
+        let joined = |note: &String| {
+            note.contains("250 rows under two types") || note.contains("and 150 rows under")
+        };
+        assert!(imported.notes.iter().any(joined), "{:?}", imported.notes);
+    }
+    put(|k| k % 2 == 1);
+    let names = ["/vib#1.vibration, /vib#2.vibration", "--map 'vibration=/vib#1.vibration'"];
+    refused(&file, &ImportOptions::default(), &names);
+    refused(&file, &with_map(&[("vibration", "/vib.vibration")]), &["no such signal", names[0]]);
+    let second = import(&file, &with_map(&[("vibration", "/vib#2.vibration")])).unwrap();
+    assert_eq!(second.recording.samples.len(), 200);
 }
 
 #[test]

@@ -4,8 +4,8 @@
 //!    `--map pressure=/skin.data` its items as taxels.
 //! 2. A signal with the name of a recording's column is that column.
 //! 3. Words: a vibration (`vib`, `piezo`, `mic`, ...), a normal force, an array of taxels. The three axes of the only acceleration
-//!    are the vibration where there is none else. They are the motion reference beside a vibration of another kind; beside another
-//!    acceleration only where their name says that they are those of a robot, because a second finger feels the slip too.
+//!    are the vibration where there is none else. Beside a vibration they are the motion reference only where their name says that
+//!    they are those of a robot and of no finger, because a second finger feels the slip too.
 //!
 //! What could be two things is refused. Forces, lengths, speeds and accelerations are converted from the unit of their name.
 
@@ -295,21 +295,24 @@ impl<'a> Finding<'a> {
         if self.has("reference") {
             return Ok(());
         }
-        let is_vibration = |used: &&Use| used.ours.starts_with("vibration");
-        let same_kind = self.taken.values().filter(is_vibration).any(|used| {
-            words::acceleration(&used.theirs).is_some() || words::is_acceleration(&used.theirs)
-        });
         let fitting: Vec<String> =
-            groups.keys().filter(|group| !same_kind || words::is_robot(group)).cloned().collect();
+            groups.keys().filter(|group| words::is_robot(group)).cloned().collect();
         if let [group] = fitting.as_slice() {
             for (axis, at, signal) in groups.remove(group).into_iter().flatten() {
                 self.take(&format!("reference_{axis}"), at, signal)?;
             }
-        } else if let Some(group) = groups.keys().next() {
-            let groups = groups.keys().cloned().collect::<Vec<_>>().join(", ");
+            return Ok(());
+        }
+        let own: Vec<_> =
+            self.taken.values().filter_map(|used| words::motion(&used.theirs)).collect();
+        let free = self.free().into_iter().filter_map(|(_, signal)| words::motion(&signal.name));
+        let groups: BTreeSet<String> = free.filter(|group| !own.contains(group)).collect();
+        let likely = groups.iter().find(|group| words::is_robot(group)).or(groups.first());
+        if let Some(likely) = likely {
+            let likely = shell(&format!("reference={likely}"));
+            let groups = groups.iter().cloned().collect::<Vec<_>>().join(", ");
             self.notes.push(format!(
-                "{groups} may be another finger or the robot: where it is the robot, --map {}",
-                shell(&format!("reference={group}"))
+                "{groups} may be another finger or the robot: where it is the robot, --map {likely}"
             ));
         }
         Ok(())
@@ -357,6 +360,18 @@ impl<'a> Finding<'a> {
     }
 }
 
+/// The name for an example: of the first that is neither a time nor a count of rows, else none.
+#[must_use]
+pub fn example<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<String> {
+    const COUNTS: [&str; 9] =
+        ["sample", "samples", "index", "count", "counter", "row", "seq", "frame", "id"];
+    let is_signal = |name: &&str| {
+        let unit = grip_table::of_name(name).map(|(_, unit)| unit);
+        !crate::time::is_time(name, unit.as_deref()) && !COUNTS.contains(&&*words::plain(name))
+    };
+    names.find(is_signal).map(str::to_owned)
+}
+
 /// The column that `name` is as a member of the group `theirs`, which is mapped to `ours`.
 fn member(ours: &str, theirs: &str, name: &str) -> Option<String> {
     let bare = name.split(['(', '{']).next().unwrap_or(name).trim_end();
@@ -378,5 +393,57 @@ fn known_units(base: &str) -> &'static str {
         "m" => "length (m, cm, mm, um, nm, in)",
         "N" => "force (N, mN, kN, gf, kgf, lbf)",
         _ => "speed (m/s, mm/s, um/s)",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(names: &[&str]) -> Result<Found, CsvError> {
+        let signal = |name: &&str| Signal { name: (*name).to_owned(), ..Signal::default() };
+        find(Path::new("x"), &names.iter().map(signal).collect::<Vec<_>>(), &[])
+    }
+
+    #[test]
+    fn an_example_is_no_time_and_no_count() {
+        let of = |names: &[&str]| example(names.iter().copied());
+        assert_eq!(of(&["Sample", "time_ms", "ch0"]).as_deref(), Some("ch0"));
+        assert_eq!(of(&["t", "/a.seq"]), None);
+    }
+
+    #[test]
+    fn only_what_names_the_robot_is_a_motion_reference() {
+        for (vibration, other) in [
+            ("vibration", "right_finger_acc_"),
+            ("mic", "finger2_a"),
+            ("vib", "tip2.accel."),
+            ("vibration", "right_hand_index_acc_"),
+            ("vibration", "robot_palm_acc_"),
+            ("vib", "basement_acc_"),
+            ("vib", "a"),
+            ("vibration", "wrist_imu_"),
+        ] {
+            let axes = ["x", "y", "z"].map(|axis| format!("{other}{axis}"));
+            let found = found(&[vibration, &axes[0], &axes[1], &axes[2]]).unwrap();
+            let uses: Vec<_> = found.uses.iter().map(|used| used.ours.as_str()).collect();
+            assert_eq!(uses, ["vibration"], "{other}");
+            let group = other.trim_end_matches(['_', '.']);
+            let way = format!("where it is the robot, --map reference={group}");
+            assert!(found.notes.iter().any(|note| note.ends_with(&way)), "{:?}", found.notes);
+        }
+        for names in [["vibration", "imu2_acc"], ["acc", "hand_acc"], ["vibration", "base_acc"]] {
+            let found = found(&names).unwrap();
+            let way = format!("--map reference={}", names[1]);
+            assert_eq!((found.uses.len(), found.notes.len()), (1, 1), "{names:?}");
+            assert!(found.notes[0].ends_with(&way), "{:?}", found.notes);
+        }
+        for two in [["left_a", "right_hand_a"], ["tip_acc_", "palm_acc_"]] {
+            let axes = two.map(|group| ["x", "y", "z"].map(|axis| format!("{group}{axis}")));
+            let names: Vec<_> = axes.iter().flatten().map(String::as_str).collect();
+            assert!(matches!(found(&names), Err(CsvError::Unclear { .. })), "{two:?}");
+        }
+        let robot = found(&["mic", "/wrist/imu.accel.x", "/wrist/imu.accel.y"]).unwrap();
+        assert_eq!((robot.uses.len(), robot.notes.len()), (3, 0));
     }
 }

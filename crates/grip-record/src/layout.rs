@@ -73,7 +73,8 @@ impl Layout {
             let free = |(name, ours): &(&String, &String)| {
                 ours.is_empty() && !name.is_empty() && !name.ends_with(TEXT)
             };
-            let example = sources.iter().zip(header).find(free).map(|(name, _)| name.clone());
+            let free = sources.iter().zip(header).filter(free).map(|(name, _)| name.as_str());
+            let example = crate::find::example(free);
             let found = sources.clone();
             return Err(CsvError::NoStylus { file: file.to_owned(), found, example });
         }

@@ -223,7 +223,7 @@ impl Plan {
                 }
                 stated => stated,
             },
-            (None, None) => None,
+            (None, None) => TimeUnit::of_word(name),
         };
         let stamps = clock::stamps(name, times, stated);
         let rate_hz = options.rate_hz.filter(|rate_hz| *rate_hz > 0.0);

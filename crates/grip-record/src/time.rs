@@ -40,6 +40,16 @@ impl TimeUnit {
         Self::ALL.into_iter().find(is).filter(|_| quantity == Quantity::Time)
     }
 
+    /// The unit that the name of a column of times says in a word.
+    pub(crate) fn of_word(name: &str) -> Option<Self> {
+        match name.to_lowercase().as_str() {
+            "seconds" => Some(Self::Seconds),
+            "millis" => Some(Self::Millis),
+            "micros" => Some(Self::Micros),
+            _ => None,
+        }
+    }
+
     /// The unit that the numbers themselves leave: since 1970 by their size, else by the rate that their usual step gives.
     ///
     /// # Errors
@@ -196,6 +206,7 @@ mod tests {
             assert_eq!(unit.and_then(TimeUnit::of_unit), expected, "{name}");
             assert!(is_time(name, unit), "{name}");
         }
+        assert_eq!(["Micros", "time"].map(TimeUnit::of_word), [Some(Micros), None]);
         for (name, unit) in [("temperature_s", Some("s")), ("time_of_flight", None), ("mm", None)] {
             assert!(!is_time(name, unit), "{name}");
         }

@@ -62,17 +62,54 @@ pub(crate) fn taxel(name: &str) -> Option<(String, usize)> {
         .then(|| (stem.trim_end_matches(['[', '_', '.']).to_owned(), number))
 }
 
-/// Whether it is that of an acceleration without a name for its axis.
-pub(crate) fn is_acceleration(name: &str) -> bool {
-    ["accel", "acc", "acceleration", "accelerometer"].contains(&plain(name).as_str())
+/// The group of what may be the motion of something: an acceleration, or an IMU that does not say what it gives.
+pub(crate) fn motion(name: &str) -> Option<String> {
+    if let Some((group, _)) = acceleration(name) {
+        return Some(group);
+    }
+    let bare = name.split(['(', '[', '{']).next().unwrap_or_default().trim();
+    let separators = ['.', '_', '/', ' ', '-'];
+    let (start, axis) = bare.rsplit_once(separators).unwrap_or(("", bare));
+    let is_axis = ["x", "y", "z"].contains(&axis.to_lowercase().as_str());
+    let group = if is_axis { start } else { bare };
+    let word = group.rsplit(separators).next().unwrap_or_default().to_lowercase();
+    let words = ["acceleration", "accel", "acc", "accelerometer", "imu"];
+    words.contains(&without_number(&word)).then(|| group.to_owned())
 }
 
-/// Whether it is that of a sensor on the robot, which feels its motion and no slip.
+/// Whether it is that of a sensor on the robot, which feels its motion and no slip: a word says so, and none names a finger.
 pub(crate) fn is_robot(name: &str) -> bool {
-    const WORDS: [&str; 9] =
-        ["base", "wrist", "robot", "reference", "ref", "arm", "flange", "palm", "hand"];
+    const ROBOT: [&str; 7] = ["base", "wrist", "robot", "reference", "ref", "arm", "flange"];
+    const FINGER: [&str; 20] = [
+        "left",
+        "right",
+        "l",
+        "r",
+        "f",
+        "finger",
+        "fingers",
+        "fingertip",
+        "tip",
+        "thumb",
+        "index",
+        "middle",
+        "ring",
+        "little",
+        "pinky",
+        "pad",
+        "hand",
+        "palm",
+        "gripper",
+        "jaw",
+    ];
     let lower = name.to_lowercase();
-    lower.split(|c: char| !c.is_alphanumeric()).any(|word| WORDS.contains(&word))
+    let words = || lower.split(|c: char| !c.is_alphanumeric());
+    words().any(|word| ROBOT.contains(&word))
+        && !words().any(|word| FINGER.contains(&without_number(word)))
+}
+
+fn without_number(word: &str) -> &str {
+    word.trim_end_matches(|c: char| c.is_ascii_digit())
 }
 
 #[cfg(test)]
@@ -99,6 +136,32 @@ mod tests {
                 && !is_vibration("vibes")
         );
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
-        assert!(is_robot("/wrist/imu.accel") && is_robot("base_a") && !is_robot("armature_a"));
+        for name in ["/wrist/imu.accel", "base_a", "arm acc", "Flange.acc"] {
+            assert!(is_robot(name), "{name}");
+        }
+        for name in [
+            "armature_a",
+            "basement_acc",
+            "palm_acc",
+            "robot_hand_acc",
+            "base/tip2.accel",
+            "arm_right_a",
+            "wrist_f2_acc",
+            "imu2_acc",
+            "a",
+        ] {
+            assert!(!is_robot(name), "{name}");
+        }
+        for (name, group) in [
+            ("base_acc", Some("base_acc")),
+            ("wrist_imu_x", Some("wrist_imu")),
+            ("imu2_acc [g]", Some("imu2_acc")),
+            ("/imu1.z", Some("/imu1")),
+            ("ax", Some("a")),
+            ("/imu.orientation.x", None),
+            ("imu_temperature", None),
+        ] {
+            assert_eq!(motion(name).as_deref(), group, "{name}");
+        }
     }
 }

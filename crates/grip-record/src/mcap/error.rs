@@ -1,10 +1,11 @@
 //! What is wrong with an MCAP file: where, and what to do about it.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::cdr::CdrError;
 use super::schema::Topic;
+use crate::error::shell;
 
 /// Why an MCAP file could not be read (to its end). Offsets count bytes from the start of the file.
 #[derive(Debug, thiserror::Error)]
@@ -24,11 +25,11 @@ pub enum McapError {
         file: PathBuf,
     },
     /// The file holds topics or messages of others.
-    #[error("{}: was not recorded by gripd: {what}; only its own recordings can be used", file.display())]
+    #[error("{}: was not recorded by gripd: {what}", file.display())]
     Foreign {
         /// The file.
         file: PathBuf,
-        /// What was found.
+        /// What was found, and what can be done.
         what: String,
     },
     /// The file ends before its end: the program that wrote it was killed, or the disk was full.
@@ -67,6 +68,13 @@ pub enum McapError {
 }
 
 impl McapError {
+    /// A file of another program, which goes through an import first.
+    pub(super) fn foreign(file: &Path, what: &str) -> Self {
+        let named = shell(&file.display().to_string());
+        let what = format!("{what}; `gripctl import {named} -o run.mcap` makes a recording of it");
+        Self::Foreign { file: file.to_owned(), what }
+    }
+
     /// Where the damage begins (bytes from the start of the file), where it is damage and what lies behind it may be whole.
     #[must_use]
     pub const fn damaged_at(&self) -> Option<u64> {

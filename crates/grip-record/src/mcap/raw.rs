@@ -23,6 +23,8 @@ pub type Unpack = fn(&str, &[u8], u64) -> io::Result<Vec<u8>>;
 pub(super) enum RawError {
     Io(io::Error),
     NoMcap,
+    /// A compression that gripd does not use, and others do.
+    Zstd,
     /// The input ended inside the record that begins there, or before the end of the data.
     Truncated {
         offset: u64,
@@ -418,6 +420,7 @@ impl<R: Read> Pieces<R> {
                     return Err(damage("the chunk cannot be decompressed"));
                 }
             }
+            "zstd" if self.unpack.is_none() => return Err(RawError::Zstd),
             other => match self.unpack {
                 Some(unpack) => {
                     *chunk =

@@ -136,10 +136,9 @@ impl<R: Read> McapReader<R> {
 
     /// Learns a schema or a channel, where it is one of ours.
     fn announce(&mut self, place: &Place) -> Result<(), McapError> {
-        let foreign = |what: String| McapError::Foreign { file: self.file.clone(), what };
         match self.raw.record(place).map_err(|error| reported(&self.file, error))? {
             RawRecord::Schema { header, data } => {
-                let topic = own_schema(&header.name, &header.encoding, &data).map_err(foreign)?;
+                let topic = own_schema(&self.file, &header.name, &header.encoding, &data)?;
                 self.schemas.insert(header.id, topic);
             }
             RawRecord::Channel(channel) => {
@@ -147,7 +146,10 @@ impl<R: Read> McapReader<R> {
                 let (topic, encoding) = (channel.topic, channel.message_encoding);
                 let own = Topic::from_name(&topic)
                     .filter(|own| described == Some(*own) && encoding == MESSAGE_ENCODING)
-                    .ok_or_else(|| foreign(format!("it has the topic {topic:?} ({encoding})")))?;
+                    .ok_or_else(|| {
+                        let what = format!("it has the topic {topic:?} ({encoding})");
+                        McapError::foreign(&self.file, &what)
+                    })?;
                 self.channels.insert(channel.id, own);
             }
             _ => {}
@@ -183,11 +185,12 @@ impl<R: Read> McapReader<R> {
 }
 
 /// The topic whose messages the schema describes, or what is foreign about it.
-fn own_schema(name: &str, encoding: &str, data: &[u8]) -> Result<Topic, String> {
+fn own_schema(file: &Path, name: &str, encoding: &str, data: &[u8]) -> Result<Topic, McapError> {
     let topic = Topic::ALL.into_iter().find(|topic| topic.schema() == name);
     let topic = topic.filter(|_| encoding == SCHEMA_ENCODING);
-    let topic =
-        topic.ok_or_else(|| format!("it has messages of the type {name:?} ({encoding})"))?;
+    let topic = topic.ok_or_else(|| {
+        McapError::foreign(file, &format!("it has messages of the type {name:?} ({encoding})"))
+    })?;
     let own = fields(&topic.definition());
     // Fields were only ever added at the end: what an earlier version wrote lacks some of the last.
     let known = core::str::from_utf8(data).is_ok_and(|text| {
@@ -202,15 +205,17 @@ fn own_schema(name: &str, encoding: &str, data: &[u8]) -> Result<Topic, String> 
     if known {
         return Ok(topic);
     }
-    Err(format!(
+    let what = format!(
         "its messages of the type {name:?} have other fields than this version of gripctl knows"
-    ))
+    );
+    Err(McapError::Foreign { file: file.to_owned(), what })
 }
 
 pub(super) fn reported(file: &Path, error: RawError) -> McapError {
     let file = file.to_owned();
     match error {
         RawError::Io(source) => McapError::Unreadable { file, source },
+        RawError::Zstd => McapError::foreign(&file, "its chunks are compressed with zstd"),
         RawError::NoMcap => McapError::NoMcap { file },
         RawError::Truncated { offset } => McapError::Truncated { file, offset },
         RawError::Damaged { offset, what, .. } => McapError::Damaged { file, offset, what },

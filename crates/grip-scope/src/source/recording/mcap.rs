@@ -6,14 +6,12 @@ use crate::damage::Damage;
 use crate::feed::Feed;
 use crate::source::outlet::Outlet;
 use grip_record::mcap::{Entry, McapError, McapIndex, McapReader};
-use grip_record::shell;
 use std::fs::File;
 use std::path::Path;
 
 /// Reads the recording to its end; damaged parts are passed over, reported and counted.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
-    let mut reader =
-        McapReader::open(file).map_err(|error| Stop::Failed(sentence(file, &error)))?;
+    let mut reader = McapReader::open(file).map_err(|error| Stop::Failed(error.to_string()))?;
     let unreadable = |error: std::io::Error| {
         Stop::Failed(format!("{}: cannot be read ({error})", file.display()))
     };
@@ -49,27 +47,17 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     }
     let rest: Vec<Feed> = entries.take();
     deliver(outlet, rest, 1.0)?;
-    verdict(file, damage, seen)
-}
-
-/// What is wrong; a file of another program goes through an import first.
-fn sentence(file: &Path, error: &McapError) -> String {
-    let McapError::Foreign { what, .. } = error else { return error.to_string() };
-    let (shown, named) = (file.display(), shell(&file.display().to_string()));
-    format!(
-        "{shown}: was not recorded by gripd: {what}; `gripctl import {named} -o run.csv` makes a recording of it"
-    )
+    verdict(damage, seen)
 }
 
 /// What was read stands, unless nothing was.
-fn verdict(file: &Path, damage: Damage, seen: bool) -> Result<(), Stop> {
-    let sentence = |error: McapError| sentence(file, &error);
+fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
     let parts = |first: McapError| match damage.passed {
-        _ if !seen => sentence(first),
+        _ if !seen => first.to_string(),
         1 => format!("1 damaged part was passed over: {first}"),
         count => format!("{count} damaged parts were passed over, the first one: {first}"),
     };
-    let reported = [damage.first.map(parts), damage.end.map(sentence)];
+    let reported = [damage.first.map(parts), damage.end.map(|error| error.to_string())];
     let reported: Vec<String> = reported.into_iter().flatten().collect();
     match (seen, reported.is_empty()) {
         (true, true) => Ok(()),
