@@ -7,13 +7,15 @@
 
 use crate::{
     LOOK_AHEAD_LINES,
-    number::{self, Decimal, Digits},
+    number::{self, Decimal, Digits, Points},
     records::{Delimiter, RecordFault, Records},
     text, unit,
 };
 
 /// Rows whose equal form is believed.
 const BELIEVED: usize = 8;
+/// Bytes of a text that may be a unit.
+const LONGEST_UNIT: usize = 12;
 /// The last line before a block of numbers in a file of LabVIEW.
 const END_OF_HEADER: &[u8] = b"***End_of_Header***";
 
@@ -57,6 +59,10 @@ pub(crate) struct Shape {
     /// Line of the first row.
     pub(crate) first: u64,
     pub(crate) last_column: Digits,
+    /// What of each column points may be.
+    pub(crate) points: Vec<Points>,
+    /// The line and text of a row whose commas may be decimal.
+    pub(crate) commas: Option<(u64, String)>,
 }
 
 /// A line of the look-ahead, split.
@@ -178,15 +184,16 @@ impl Candidate {
     fn new(delimiter: Delimiter, lines: Vec<Line>, by_hand: bool) -> Self {
         let with = |decimal| Self::of(delimiter, decimal, &lines, by_hand);
         let mut best = with(Decimal::Point);
-        if delimiter != Delimiter::Byte(b',') {
-            let comma = with(Decimal::Comma);
-            if by_hand {
-                best.3 = Decimal::Open;
-            } else if comma.2 > best.2 {
-                best = comma;
-            } else if !lines.iter().any(|line| line.cells.iter().any(|cell| is_fraction(cell))) {
-                best = (best.0, best.1, best.2, Decimal::Open);
-            }
+        // Where commas separate, a cell has one only within quotes.
+        let comma = with(Decimal::Comma);
+        let separates = delimiter == Delimiter::Byte(b',');
+        let is_fraction_in = |line: &Line| line.cells.iter().any(|cell| is_fraction(cell));
+        if by_hand {
+            best.3 = if separates { Decimal::Point } else { Decimal::Open };
+        } else if comma.2 > best.2 {
+            best = comma;
+        } else if !separates && !lines.iter().any(is_fraction_in) {
+            best.3 = Decimal::Open;
         }
         let (cells, run, score, decimal) = best;
         Self { delimiter, decimal, lines, cells, run, score }
@@ -266,15 +273,18 @@ impl Candidate {
             start = at;
         }
         let mut units = None;
-        if let Some(at) = header.filter(|at| self.is_units(*at, &numbers))
+        if let Some(at) = header
             && let Some(above) = self.header_above(at, after, width)
-            && !(width == 2 && self.is_pair(above) && !self.is_bracketed(at))
+            && self.is_units(at, above, &numbers)
+            && !(width == 2 && self.is_pair(above) && !self.are_symbols(at))
         {
             units = Some(at);
             header = Some(above);
         }
+        header = header.filter(|at| units.is_some() || !self.are_settings(*at, &numbers));
+        let commas = self.decimal_commas(start, header);
         let line = self.lines.get(start).map_or(0, |line| line.line);
-        Some(self.finish(&numbers, header, units, start, line))
+        Some(Shape { commas, ..self.finish(&numbers, header, units, start, line) })
     }
 
     /// Whether `0,5` is one number here and two cells in `pairs`: below a name of one column, where no point is
@@ -314,6 +324,7 @@ impl Candidate {
             let is_comma_off = |count: usize| count == width + 1 || count + 1 == width;
             let last_is_blank = line.cells.last().is_some_and(Vec::is_empty);
             let near = nearest && is_comma_off(line.cells.len()) && width > 1 && !has_number;
+            let has_text = has_text && !is_log(&line.cells);
             if has_text
                 && (line.cells.len() == width || (last_is_blank && line.cells.len() == width + 1))
             {
@@ -324,7 +335,8 @@ impl Candidate {
             if split || (has_text && near) {
                 return Some(at);
             }
-            nearest &= !has_text || line.cells.first().is_some_and(|cell| comment(cell).is_some());
+            nearest &= !cells.contains(&Cell::Text)
+                || line.cells.first().is_some_and(|cell| comment(cell).is_some());
         }
         None
     }
@@ -336,9 +348,9 @@ impl Candidate {
             .any(|column| kinds.and_then(|kinds| kinds.get(*column)) == Some(&Cell::Number))
     }
 
-    /// Whether a line holds units: below the names of numbers units alone, or numbers in columns that have none below
-    /// (Rigol).
-    fn is_units(&self, at: usize, numbers: &[usize]) -> bool {
+    /// Whether a line holds units: below the names of numbers units alone, or short texts with one unit among them
+    /// directly below as many names, or numbers in columns that have none below (Rigol).
+    fn is_units(&self, at: usize, above: usize, numbers: &[usize]) -> bool {
         let (Some(line), Some(kinds)) = (self.lines.get(at), self.cells.get(at)) else {
             return false;
         };
@@ -348,8 +360,16 @@ impl Candidate {
             return true;
         }
         let of = |column: &usize| line.cells.get(*column).filter(|cell| !cell.is_empty());
-        let mut cells = numbers.iter().filter_map(of).peekable();
-        cells.peek().is_some() && cells.all(|cell| unit::of_cell(&text(cell)).is_some())
+        let is_known = |cell: &&Vec<u8>| unit::of_cell(&text(cell)).is_some();
+        let cells = || numbers.iter().filter_map(of);
+        let is_below = above + 1 == at
+            && self.lines.get(above).is_some_and(|names| {
+                let is_name = |cell: &Vec<u8>| !cell.is_empty() && !cell.contains(&b':');
+                names.cells.len() == line.cells.len() && names.cells.iter().all(is_name)
+            })
+            && !self.is_mixed(above, numbers)
+            && line.cells.iter().all(|cell| cell.len() <= LONGEST_UNIT);
+        cells().any(|cell| is_known(&cell)) && (is_below || cells().all(|cell| is_known(&cell)))
     }
 
     /// Whether the line above `at` is a pair too: a list of settings, not a header.
@@ -358,12 +378,79 @@ impl Candidate {
         above.is_some_and(|line| line.cells.len() == 2)
     }
 
-    fn is_bracketed(&self, at: usize) -> bool {
-        self.lines.get(at).is_some_and(|line| {
-            line.cells
-                .iter()
-                .all(|cell| cell.is_empty() || matches!(cell.first(), Some(b'(' | b'[')))
-        })
+    /// Whether these units are no names: in brackets, or no words.
+    fn are_symbols(&self, at: usize) -> bool {
+        let is_symbol = |cell: &Vec<u8>| {
+            cell.len() <= 3 || cell.contains(&b'/') || matches!(cell.first(), Some(b'(' | b'['))
+        };
+        self.lines.get(at).is_some_and(|line| line.cells.iter().all(is_symbol))
+    }
+
+    /// Whether the line at `at` and the one above it are settings: texts with numbers behind.
+    fn are_settings(&self, at: usize, numbers: &[usize]) -> bool {
+        let above = at.checked_sub(1).filter(|above| self.is_mixed(*above, numbers));
+        let is_text =
+            |above: usize| self.cells.get(above).is_some_and(|kinds| kinds.contains(&Cell::Text));
+        self.is_mixed(at, numbers) && above.is_some_and(is_text)
+    }
+
+    /// What commas may be that separate cells of digits alone: decimal ones of half as many numbers.
+    fn decimal_commas(&self, start: usize, header: Option<usize>) -> Option<(u64, String)> {
+        let rows = self.lines.get(start..).filter(|_| self.delimiter == Delimiter::Byte(b','))?;
+        let width = rows.first()?.cells.len();
+        let is_whole = |cell: &Vec<u8>| {
+            let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+            !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+        };
+        let is_pairs = |row: &Line| {
+            row.cells.len() == width
+                && row.cells.iter().all(is_whole)
+                && row.cells.iter().skip(1).step_by(2).all(|cell| cell.first() != Some(&b'-'))
+        };
+        if header.is_some() || width % 2 != 0 || !rows.iter().all(is_pairs) {
+            return None;
+        }
+        let above = start.checked_sub(1).and_then(|above| self.cells.get(above));
+        let half_named = above.is_some_and(|kinds| {
+            2 * kinds.len() == width && kinds.iter().all(|kind| *kind == Cell::Text)
+        });
+        let cell = |row: &Line, at: usize| row.cells.get(at).cloned().unwrap_or_default();
+        let number = |row: &Line| text(&cell(row, 0)).parse::<i64>().unwrap_or(0);
+        let counts_up = rows.windows(2).all(|pair| number(&pair[0]) < number(&pair[1]));
+        let is_padded = |row: &Line| {
+            (row.cells.first().is_some_and(|cell| cell.starts_with(b"-0")))
+                || (cell(row, 1).len() > 1 && cell(row, 1).starts_with(b"0"))
+        };
+        let digits = cell(rows.first()?, 1).len();
+        let is_one = width == 2
+            && (rows.iter().any(is_padded)
+                || (!counts_up && rows.iter().all(|row| cell(row, 1).len() == digits)));
+        (half_named || is_one).then(|| {
+            let shown = rows.iter().find(|row| is_padded(row)).or(rows.first());
+            shown.map(|row| (row.line, text(&row.cells.join(&b',')).into_owned()))
+        })?
+    }
+
+    /// What a column leaves open about points: `1.184` may be thousands among whole numbers.
+    fn points(&self, rows: &[&Line], column: usize) -> Points {
+        let by_mark = matches!(self.delimiter, Delimiter::Byte(b';' | b'\t' | b'|'));
+        let is_grouped = |cell: &Vec<u8>| number::is_grouped(&text(cell), '.');
+        let cells = || rows.iter().filter_map(|row| row.cells.get(column));
+        let pointed = |cell: &&Vec<u8>| cell.contains(&b'.');
+        let shown = rows
+            .iter()
+            .flat_map(|row| &row.cells)
+            .filter(pointed)
+            .any(|cell| !is_grouped(cell) && cell_of(cell, Decimal::Point) == Cell::Number);
+        if !by_mark || !cells().filter(pointed).all(is_grouped) {
+            return Points::Clear;
+        }
+        match (cells().any(|cell| pointed(&cell)), cells().any(|cell| number::is_hundreds(cell))) {
+            (true, true) => Points::Whole,
+            (false, true) if !shown => Points::Whole,
+            (true, false) if !shown => Points::Grouped,
+            _ => Points::Clear,
+        }
     }
 
     /// Whether the row at `at` is a header of numbers: `,0,1` or `0,1,2` above fractions.
@@ -427,7 +514,8 @@ impl Candidate {
             };
             let of_row = units
                 .and_then(|line| self.lines.get(line)?.cells.get(at))
-                .and_then(|cell| unit::of_cell(&text(cell)));
+                .filter(|cell| cell_of(cell, self.decimal) == Cell::Text)
+                .map(|cell| unit::of_cell(&text(cell)).unwrap_or_else(|| text(cell).into_owned()));
             let unit = of_row.or_else(|| unit::of_name(&given).map(|(_, unit)| unit));
             let cells = || rows.iter().filter_map(|row| row.cells.get(at));
             let has_text = cells().any(|cell| cell_of(cell, self.decimal) == Cell::Text);
@@ -446,6 +534,7 @@ impl Candidate {
             Some(line) if columns.iter().any(is_number) => Header::Numbers(line),
             Some(line) => Header::Line(line),
         };
+        let points = (0..columns.len()).map(|at| self.points(&rows, at)).collect();
         // 1,250 alone may be thousands.
         let mut cells = rows
             .iter()
@@ -462,8 +551,26 @@ impl Candidate {
             header,
             first,
             last_column,
+            points,
+            commas: None,
         }
     }
+}
+
+/// Whether a line is one of a log: `[I] sensor ok, 2.0 g`, `I (31) boot: mode, done`, `mode:DIO, clock:1`.
+fn is_log(cells: &[Vec<u8>]) -> bool {
+    let first = cells.first().map(|cell| text(cell)).unwrap_or_default();
+    let is_marked = first.starts_with('[') && first.split_once("] ").is_some();
+    let is_sentence = first.contains(": ") && first.split_whitespace().count() > 2;
+    let is_amount = |cell: &Vec<u8>| {
+        text(cell).split_once(' ').is_some_and(|(number, unit)| {
+            number.parse::<f64>().is_ok() && unit::scale(unit).is_some()
+        })
+    };
+    let is_setting = |cell: &Vec<u8>| cell.contains(&b':');
+    is_marked
+        || (cells.len() > 1
+            && (is_sentence || cells.iter().any(is_amount) || cells.iter().all(is_setting)))
 }
 
 /// A name, without the mark of a comment before the first.

@@ -61,6 +61,21 @@ pub enum TableError {
         /// The line where the quotes begin.
         line: u64,
     },
+    /// Commas that may be decimal or separate cells.
+    #[error(
+        "{}: line {line}: {text:?} may be numbers with decimal commas, or as many cells as it has digits between commas; save \
+         the table with semicolons between the columns, or write a name above each column (one name for one column of decimal \
+         commas)",
+        file.display()
+    )]
+    DecimalCommas {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// The row, at most 40 characters of it.
+        text: String,
+    },
     /// A column that is not there.
     #[error(
         "{}: no column {wanted}; the file has, separated by commas: {}",

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | encodings | UTF-8, UTF-16 with a byte order mark or evident without, else Windows-1252; lines end with LF, CR LF or CR |
 //! | delimiters | `,` `;` tab `\|` or blanks: the one that makes the most numbers; a first line `sep=;` is obeyed |
-//! | decimal sign | point; comma where no comma separates; thousands separators are refused |
+//! | decimal sign | point; comma where no comma separates or cells are in quotes; what may be thousands is refused |
 //! | text before the rows | passed over; the header is the last line of text with as many cells as the rows |
 //! | comments | lines that begin with `#`, `%` or `//`; one may be the header |
 //! | units | of a row below the header, or of the name: [`Column::unit`], [`scale`] |
@@ -50,7 +50,7 @@ use encoding_rs_io::{DecodeReaderBytes, DecodeReaderBytesBuilder};
 
 use detect::Shape;
 use lines::{LONGEST_LINE, LineFault};
-use number::{plain, remedy};
+use number::{Points, plain, remedy};
 use records::{Record, RecordFault, Records};
 
 /// Bytes and lines in which the form of a table is looked for.
@@ -134,6 +134,7 @@ pub struct Row<'a> {
     names: &'a [String],
     record: &'a Record,
     decimal: Decimal,
+    points: &'a [Points],
 }
 
 impl<R: Read> Table<R> {
@@ -186,6 +187,13 @@ impl<R: Read> Table<R> {
         let shape = detect::shape(&start, whole, by_hand)
             .map_err(|(line, fault)| fault_of(file, line, fault))?
             .ok_or_else(|| TableError::Empty { file: file.to_owned() })?;
+        if let Some((line, text)) = shape.commas {
+            return Err(TableError::DecimalCommas {
+                file: file.to_owned(),
+                line,
+                text: excerpt(&text),
+            });
+        }
         if shape.columns.iter().any(|column| column.given.bytes().any(|byte| is_control(&byte))) {
             return Err(TableError::NoText { file: file.to_owned() });
         }
@@ -341,6 +349,7 @@ impl<R> Table<R> {
             file: &self.file,
             names: &self.names,
             decimal: self.shape.decimal,
+            points: &self.shape.points,
             record: &self.records.now,
         }
     }
@@ -469,6 +478,7 @@ impl<'a> Row<'a> {
             return Ok(None);
         }
         number::parse(cell, self.decimal)
+            .filter(|_| !self.may_be_thousands(column))
             .map(Some)
             .ok_or_else(|| self.not_a_number(column, PLAIN_NUMBER))
     }
@@ -504,10 +514,17 @@ impl<'a> Row<'a> {
     #[must_use]
     pub fn digits(&self, column: usize) -> Cow<'a, str> {
         match self.cell(column) {
+            text if self.may_be_thousands(column) => Cow::Owned(format!("'{text}")),
             text if self.decimal == Decimal::Point => text,
             Cow::Borrowed(text) => plain(text, self.decimal),
             owned @ Cow::Owned(_) => owned,
         }
+    }
+
+    #[inline]
+    fn may_be_thousands(&self, column: usize) -> bool {
+        let points = self.points.get(column).filter(|points| **points != Points::Clear);
+        points.is_some_and(|points| points.leave_open(self.record.cell(column)))
     }
 
     /// That the cell at `column` is no number, with what helps.
@@ -519,7 +536,10 @@ impl<'a> Row<'a> {
             line: self.line,
             column: self.name(column),
             text: excerpt(&text),
-            remedy: remedy(&text, self.decimal, otherwise),
+            remedy: match self.may_be_thousands(column) {
+                true => number::THOUSANDS,
+                false => remedy(&text, self.decimal, otherwise),
+            },
         }
     }
 
