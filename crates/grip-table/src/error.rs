@@ -78,14 +78,16 @@ pub enum TableError {
     },
     /// A column that is not there.
     #[error(
-        "{}: no column {wanted}; the file has, separated by commas: {}",
-        file.display(), found.join(", ")
+        "{}: no column {wanted}{}; the file has: {}",
+        file.display(), read_too(names), list(found)
     )]
     Missing {
         /// The file.
         file: PathBuf,
         /// The name looked for.
         wanted: String,
+        /// Names of which one column with a fitting unit is read too.
+        names: Vec<String>,
         /// The names there are.
         found: Vec<String>,
     },
@@ -182,6 +184,32 @@ pub enum TableError {
         /// The cell, at most 40 characters of it.
         text: String,
     },
+}
+
+fn read_too(names: &[String]) -> String {
+    match names {
+        [_, _, ..] => {
+            format!(
+                "; one column named {} with its unit in brackets or below is read too",
+                names.join(", ")
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+/// The first names, separated by commas: a bag may have hundreds. Those with a comma stand in quotes.
+#[must_use]
+pub fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST);
+    let quoted =
+        |name: &String| if name.contains(',') { format!("{name:?}") } else { name.clone() };
+    let shown = shown.map(quoted).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// The first 40 characters of a cell: enough to find it.
