@@ -118,7 +118,11 @@ pub enum CsvError {
         found: Vec<String>,
     },
     /// A column of text where numbers are wanted.
-    #[error("{}: column {column} holds text and cannot be {wanted}", file.display())]
+    #[error(
+        "{}: column {column} holds text and cannot be {wanted}{}",
+        file.display(),
+        if wanted == "t_s" { "; a date or a time of day is not read: write seconds, or leave it out and give --rate HZ" } else { "" }
+    )]
     Text {
         /// The file.
         file: PathBuf,
@@ -304,15 +308,6 @@ pub fn shell(word: &str) -> String {
     }
 }
 
-/// The first names: a bag may have hundreds.
-fn list(names: &[String]) -> String {
-    const MOST: usize = 40;
-    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST).cloned();
-    let shown = shown.collect::<Vec<_>>().join(", ");
-    match names.len().saturating_sub(MOST) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
-}
+use grip_table::list;
 
 pub(crate) use grip_table::excerpt;

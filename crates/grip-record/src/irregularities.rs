@@ -30,7 +30,7 @@ pub fn read_irregularities(file: &Path) -> Result<Vec<Lengths>, CsvError> {
 pub fn parse_irregularities(file: &Path, bytes: &[u8]) -> Result<Vec<Lengths>, CsvError> {
     let mut table = Table::by_hand(file, bytes)?;
     let ((delta, delta_m), (spacing, s_m)) =
-        (table.quantity("delta", "m")?, table.quantity("s", "m")?);
+        (table.quantity(&["delta"], "m")?, table.quantity(&["s"], "m")?);
     let mut list = Vec::new();
     while let Some(row) = table.next_row()? {
         list.push(Lengths {

@@ -20,6 +20,9 @@ pub struct HeightProfile {
     pub left_out: Vec<Loss>,
 }
 
+/// Names of places and of heights: their own ones, and those of instruments.
+const PLACES: [&str; 4] = ["x", "position", "distance", "length"];
+const HEIGHTS: [&str; 5] = ["height", "z", "profile", "h\u{f6}he", "y"];
 /// How far a step may lie from the median of all (part of it), or from a multiple of it.
 const STEP_TOLERANCE: f64 = 0.1;
 /// Places of a profile over its rows, at most.
@@ -39,8 +42,8 @@ impl HeightProfile {
         Self { heights_m, step_m, filled: Vec::new(), left_out: Vec::new() }
     }
 
-    /// Reads the profile in `file`: columns `x_mm`, rising or falling by equal steps, and `height_um`; others are passed over. A
-    /// falling profile is turned round. Heights that are absent (an empty cell, NaN, a row left out) are
+    /// Reads the profile in `file`: columns `x_mm`, rising or falling by equal steps, and `height_um`, or the only ones with a name of
+    /// instruments (`Position`, `Z`, ..) and a unit of length; others are passed over. A falling profile is turned round. Heights that are absent (an empty cell, NaN, a row left out) are
     /// [`filled`](HeightProfile::filled) within and dropped at the ends. Steps count as equal where `x_mm` is rounded to fewer digits than they
     /// have. With `step_m` (m, positive) given, the steps are that long and `x_mm` is not looked at.
     ///
@@ -58,10 +61,10 @@ impl HeightProfile {
     pub fn parse(file: &Path, bytes: &[u8], step_m: Option<f64>) -> Result<Self, CsvError> {
         let mut table = Table::open(file, bytes)?;
         let x_column = match step_m {
-            None => Some(table.quantity("x", "mm")?),
+            None => Some(table.quantity(&PLACES, "mm")?),
             Some(_) => None,
         };
-        let (height_column, unit_m) = table.quantity("height", "um")?;
+        let (height_column, unit_m) = table.quantity(&HEIGHTS, "um")?;
         let mut points = Vec::new();
         while let Some(row) = table.next_row()? {
             let absent = |column| row.cell(column).is_empty();
@@ -252,6 +255,9 @@ mod tests {
             "x_um;height_mm\n0;0,001\n0,4;-0,002\n0,8;0,0035\n",
             "X [mm]\tHeight [nm]\n0\t1000\n0.0004\t-2000\n0.0008\t3500\n",
             "# profilometer\nx,height\nmm,\u{b5}m\n0,1\n0.0004,-2\n0.0008,3.5\n",
+            "X [mm];Z [nm]\n0;1000\n0,0004;-2000\n0,0008;3500\n",
+            "Position;H\u{f6}he\n(\u{b5}m);(nm)\n0,0;1000\n0,4;-2000\n0,8;3500\n",
+            "distance (um),y,profile (um)\n0,1,1\n0.4,1,-2\n0.8,1,3.5\n",
         ] {
             let found = parse(text, None).unwrap();
             assert!((found.step_m - 4e-7).abs() < 1e-15, "{text}: {found:?}");
@@ -277,6 +283,9 @@ mod tests {
                 "column height [px] is in \"px\", which is no known unit of a length",
             ),
             ("x_mm,height_ms\n0,1\n1,2\n", "column height_ms is in \"ms\""),
+            ("x_mm,height_foo\n0,1\n1,2\n", "column height_foo is in \"foo\""),
+            ("x_mm,z\n0,1\n1,2\n", "for example z_um"),
+            ("x_mm,z (m),y (m)\n0,1,1\n1,2,2\n", "named height, z, profile"),
             ("x_mm,height_um\n0,1\n1,2\n", "2 heights"),
             ("x_mm,height_um\n0,1\n1,2\n1,3\n2,4\n", "line 4, column x_mm: the same place"),
             (

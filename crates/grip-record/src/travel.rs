@@ -49,7 +49,7 @@ impl Travel {
         let bytes = read_bytes(file)?;
         let mut table = Table::open(file, bytes.as_slice())?;
         let time_column = table.required("t_s")?;
-        let (travel_column, travel_m) = table.quantity("travel", "mm")?;
+        let (travel_column, travel_m) = table.quantity(&["travel"], "mm")?;
         let mut points: Vec<(Micros, f64)> = Vec::new();
         while let Some(row) = table.next_row()? {
             let at = time(&row, time_column, points.last().map(|point| point.0))?;

@@ -5,15 +5,19 @@
 //! first line with numbers in all of them is the first row; the last line of text above it that has as many cells is
 //! the header.
 
+mod doubts;
+
 use crate::{
     LOOK_AHEAD_LINES,
-    number::{self, Decimal, Digits},
+    number::{self, Decimal, Digits, Points},
     records::{Delimiter, RecordFault, Records},
     text, unit,
 };
 
 /// Rows whose equal form is believed.
 const BELIEVED: usize = 8;
+/// Bytes of a text that may be a unit.
+const LONGEST_UNIT: usize = 12;
 /// The last line before a block of numbers in a file of LabVIEW.
 const END_OF_HEADER: &[u8] = b"***End_of_Header***";
 
@@ -57,6 +61,10 @@ pub(crate) struct Shape {
     /// Line of the first row.
     pub(crate) first: u64,
     pub(crate) last_column: Digits,
+    /// What of each column points may be.
+    pub(crate) points: Vec<Points>,
+    /// The line and text of a row whose commas may be decimal.
+    pub(crate) commas: Option<(u64, String)>,
 }
 
 /// A line of the look-ahead, split.
@@ -178,15 +186,16 @@ impl Candidate {
     fn new(delimiter: Delimiter, lines: Vec<Line>, by_hand: bool) -> Self {
         let with = |decimal| Self::of(delimiter, decimal, &lines, by_hand);
         let mut best = with(Decimal::Point);
-        if delimiter != Delimiter::Byte(b',') {
-            let comma = with(Decimal::Comma);
-            if by_hand {
-                best.3 = Decimal::Open;
-            } else if comma.2 > best.2 {
-                best = comma;
-            } else if !lines.iter().any(|line| line.cells.iter().any(|cell| is_fraction(cell))) {
-                best = (best.0, best.1, best.2, Decimal::Open);
-            }
+        // Where commas separate, a cell has one only within quotes.
+        let comma = with(Decimal::Comma);
+        let separates = delimiter == Delimiter::Byte(b',');
+        let is_fraction_in = |line: &Line| line.cells.iter().any(|cell| is_fraction(cell));
+        if by_hand {
+            best.3 = if separates { Decimal::Point } else { Decimal::Open };
+        } else if comma.2 > best.2 {
+            best = comma;
+        } else if !separates && !lines.iter().any(is_fraction_in) {
+            best.3 = Decimal::Open;
         }
         let (cells, run, score, decimal) = best;
         Self { delimiter, decimal, lines, cells, run, score }
@@ -266,15 +275,18 @@ impl Candidate {
             start = at;
         }
         let mut units = None;
-        if let Some(at) = header.filter(|at| self.is_units(*at, &numbers))
+        if let Some(at) = header
             && let Some(above) = self.header_above(at, after, width)
-            && !(width == 2 && self.is_pair(above) && !self.is_bracketed(at))
+            && self.is_units(at, above, &numbers)
+            && !(width == 2 && self.is_pair(above) && !self.are_symbols(at))
         {
             units = Some(at);
             header = Some(above);
         }
+        header = header.filter(|at| units.is_some() || !self.are_settings(*at, &numbers));
+        let commas = self.decimal_commas(start, header);
         let line = self.lines.get(start).map_or(0, |line| line.line);
-        Some(self.finish(&numbers, header, units, start, line))
+        Some(Shape { commas, ..self.finish(&numbers, header, units, start, line) })
     }
 
     /// Whether `0,5` is one number here and two cells in `pairs`: below a name of one column, where no point is
@@ -314,6 +326,7 @@ impl Candidate {
             let is_comma_off = |count: usize| count == width + 1 || count + 1 == width;
             let last_is_blank = line.cells.last().is_some_and(Vec::is_empty);
             let near = nearest && is_comma_off(line.cells.len()) && width > 1 && !has_number;
+            let has_text = has_text && !doubts::is_log(&line.cells);
             if has_text
                 && (line.cells.len() == width || (last_is_blank && line.cells.len() == width + 1))
             {
@@ -324,7 +337,8 @@ impl Candidate {
             if split || (has_text && near) {
                 return Some(at);
             }
-            nearest &= !has_text || line.cells.first().is_some_and(|cell| comment(cell).is_some());
+            nearest &= !cells.contains(&Cell::Text)
+                || line.cells.first().is_some_and(|cell| comment(cell).is_some());
         }
         None
     }
@@ -336,9 +350,9 @@ impl Candidate {
             .any(|column| kinds.and_then(|kinds| kinds.get(*column)) == Some(&Cell::Number))
     }
 
-    /// Whether a line holds units: below the names of numbers units alone, or numbers in columns that have none below
-    /// (Rigol).
-    fn is_units(&self, at: usize, numbers: &[usize]) -> bool {
+    /// Whether a line holds units: below the names of numbers units alone, or short texts with one unit among them
+    /// directly below as many names, or numbers in columns that have none below (Rigol).
+    fn is_units(&self, at: usize, above: usize, numbers: &[usize]) -> bool {
         let (Some(line), Some(kinds)) = (self.lines.get(at), self.cells.get(at)) else {
             return false;
         };
@@ -348,8 +362,16 @@ impl Candidate {
             return true;
         }
         let of = |column: &usize| line.cells.get(*column).filter(|cell| !cell.is_empty());
-        let mut cells = numbers.iter().filter_map(of).peekable();
-        cells.peek().is_some() && cells.all(|cell| unit::of_cell(&text(cell)).is_some())
+        let is_known = |cell: &&Vec<u8>| unit::of_cell(&text(cell)).is_some();
+        let cells = || numbers.iter().filter_map(of);
+        let is_below = above + 1 == at
+            && self.lines.get(above).is_some_and(|names| {
+                let is_name = |cell: &Vec<u8>| !cell.is_empty() && !cell.contains(&b':');
+                names.cells.len() == line.cells.len() && names.cells.iter().all(is_name)
+            })
+            && !self.is_mixed(above, numbers)
+            && line.cells.iter().all(|cell| cell.len() <= LONGEST_UNIT);
+        cells().any(|cell| is_known(&cell)) && (is_below || cells().all(|cell| is_known(&cell)))
     }
 
     /// Whether the line above `at` is a pair too: a list of settings, not a header.
@@ -358,12 +380,20 @@ impl Candidate {
         above.is_some_and(|line| line.cells.len() == 2)
     }
 
-    fn is_bracketed(&self, at: usize) -> bool {
-        self.lines.get(at).is_some_and(|line| {
-            line.cells
-                .iter()
-                .all(|cell| cell.is_empty() || matches!(cell.first(), Some(b'(' | b'[')))
-        })
+    /// Whether these units are no names: in brackets, or no words.
+    fn are_symbols(&self, at: usize) -> bool {
+        let is_symbol = |cell: &Vec<u8>| {
+            cell.len() <= 3 || cell.contains(&b'/') || matches!(cell.first(), Some(b'(' | b'['))
+        };
+        self.lines.get(at).is_some_and(|line| line.cells.iter().all(is_symbol))
+    }
+
+    /// Whether the line at `at` and the one above it are settings: texts with numbers behind.
+    fn are_settings(&self, at: usize, numbers: &[usize]) -> bool {
+        let above = at.checked_sub(1).filter(|above| self.is_mixed(*above, numbers));
+        let is_text =
+            |above: usize| self.cells.get(above).is_some_and(|kinds| kinds.contains(&Cell::Text));
+        self.is_mixed(at, numbers) && above.is_some_and(is_text)
     }
 
     /// Whether the row at `at` is a header of numbers: `,0,1` or `0,1,2` above fractions.
@@ -427,7 +457,8 @@ impl Candidate {
             };
             let of_row = units
                 .and_then(|line| self.lines.get(line)?.cells.get(at))
-                .and_then(|cell| unit::of_cell(&text(cell)));
+                .filter(|cell| cell_of(cell, self.decimal) == Cell::Text)
+                .map(|cell| unit::of_cell(&text(cell)).unwrap_or_else(|| text(cell).into_owned()));
             let unit = of_row.or_else(|| unit::of_name(&given).map(|(_, unit)| unit));
             let cells = || rows.iter().filter_map(|row| row.cells.get(at));
             let has_text = cells().any(|cell| cell_of(cell, self.decimal) == Cell::Text);
@@ -446,6 +477,7 @@ impl Candidate {
             Some(line) if columns.iter().any(is_number) => Header::Numbers(line),
             Some(line) => Header::Line(line),
         };
+        let points = (0..columns.len()).map(|at| self.points(&rows, at)).collect();
         // 1,250 alone may be thousands.
         let mut cells = rows
             .iter()
@@ -462,6 +494,8 @@ impl Candidate {
             header,
             first,
             last_column,
+            points,
+            commas: None,
         }
     }
 }

@@ -61,16 +61,33 @@ pub enum TableError {
         /// The line where the quotes begin.
         line: u64,
     },
+    /// Commas that may be decimal or separate cells.
+    #[error(
+        "{}: line {line}: {text:?} may be numbers with decimal commas, or as many cells as it has digits between commas; save \
+         the table with semicolons between the columns, or write a name above each column (one name for one column of decimal \
+         commas)",
+        file.display()
+    )]
+    DecimalCommas {
+        /// The file.
+        file: PathBuf,
+        /// The line.
+        line: u64,
+        /// The row, at most 40 characters of it.
+        text: String,
+    },
     /// A column that is not there.
     #[error(
-        "{}: no column {wanted}; the file has, separated by commas: {}",
-        file.display(), found.join(", ")
+        "{}: no column {wanted}{}; the file has: {}",
+        file.display(), read_too(names), list(found)
     )]
     Missing {
         /// The file.
         file: PathBuf,
         /// The name looked for.
         wanted: String,
+        /// Names of which one column with a fitting unit is read too.
+        names: Vec<String>,
         /// The names there are.
         found: Vec<String>,
     },
@@ -167,6 +184,32 @@ pub enum TableError {
         /// The cell, at most 40 characters of it.
         text: String,
     },
+}
+
+fn read_too(names: &[String]) -> String {
+    match names {
+        [_, _, ..] => {
+            format!(
+                "; one column named {} with its unit in brackets or below is read too",
+                names.join(", ")
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+/// The first names, separated by commas: a bag may have hundreds. Those with a comma stand in quotes.
+#[must_use]
+pub fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST);
+    let quoted =
+        |name: &String| if name.contains(',') { format!("{name:?}") } else { name.clone() };
+    let shown = shown.map(quoted).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(MOST) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
 }
 
 /// The first 40 characters of a cell: enough to find it.

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | encodings | UTF-8, UTF-16 with a byte order mark or evident without, else Windows-1252; lines end with LF, CR LF or CR |
 //! | delimiters | `,` `;` tab `\|` or blanks: the one that makes the most numbers; a first line `sep=;` is obeyed |
-//! | decimal sign | point; comma where no comma separates; thousands separators are refused |
+//! | decimal sign | point; comma where no comma separates or cells are in quotes; what may be thousands is refused |
 //! | text before the rows | passed over; the header is the last line of text with as many cells as the rows |
 //! | comments | lines that begin with `#`, `%` or `//`; one may be the header |
 //! | units | of a row below the header, or of the name: [`Column::unit`], [`scale`] |
@@ -27,13 +27,14 @@ mod error;
 mod foreign;
 mod lines;
 mod number;
+mod quantity;
 mod records;
 mod unit;
 #[cfg(feature = "xlsx")]
 mod xlsx;
 
 pub use detect::{Column, Header};
-pub use error::{TableError, excerpt};
+pub use error::{TableError, excerpt, list};
 pub use number::Decimal;
 pub use records::Delimiter;
 pub use unit::{Quantity, of_name, scale};
@@ -50,7 +51,7 @@ use encoding_rs_io::{DecodeReaderBytes, DecodeReaderBytesBuilder};
 
 use detect::Shape;
 use lines::{LONGEST_LINE, LineFault};
-use number::{plain, remedy};
+use number::{Points, plain, remedy};
 use records::{Record, RecordFault, Records};
 
 /// Bytes and lines in which the form of a table is looked for.
@@ -134,6 +135,7 @@ pub struct Row<'a> {
     names: &'a [String],
     record: &'a Record,
     decimal: Decimal,
+    points: &'a [Points],
 }
 
 impl<R: Read> Table<R> {
@@ -186,6 +188,13 @@ impl<R: Read> Table<R> {
         let shape = detect::shape(&start, whole, by_hand)
             .map_err(|(line, fault)| fault_of(file, line, fault))?
             .ok_or_else(|| TableError::Empty { file: file.to_owned() })?;
+        if let Some((line, text)) = shape.commas {
+            return Err(TableError::DecimalCommas {
+                file: file.to_owned(),
+                line,
+                text: excerpt(&text),
+            });
+        }
         if shape.columns.iter().any(|column| column.given.bytes().any(|byte| is_control(&byte))) {
             return Err(TableError::NoText { file: file.to_owned() });
         }
@@ -341,6 +350,7 @@ impl<R> Table<R> {
             file: &self.file,
             names: &self.names,
             decimal: self.shape.decimal,
+            points: &self.shape.points,
             record: &self.records.now,
         }
     }
@@ -387,46 +397,7 @@ impl<R> Table<R> {
     /// Where it is not.
     pub fn required(&self, name: &str) -> Result<usize, TableError> {
         self.check_repeated(|column| column == name)?;
-        self.position(name).ok_or_else(|| TableError::Missing {
-            file: self.file.clone(),
-            wanted: name.to_owned(),
-            found: self.names.clone(),
-        })
-    }
-
-    /// The column of a quantity, and how much of the base unit one of its numbers is: `name_unit` itself, or the same
-    /// name with another unit of the quantity behind or below it (`height_mm`, `Height [nm]` for `height`, `um`).
-    ///
-    /// # Errors
-    /// Where there is none, or its unit is absent, not known or of something else.
-    pub fn quantity(&self, name: &str, unit: &str) -> Result<(usize, f64), TableError> {
-        let wanted = format!("{name}_{unit}");
-        let (quantity, factor) = scale(unit).unwrap_or((Quantity::Length, 1.0));
-        let is_it = |column: &Column| {
-            let bare = of_name(&column.given).map_or(column.given.clone(), |(bare, _)| bare);
-            bare.eq_ignore_ascii_case(name)
-        };
-        let found = self.position(&wanted).or_else(|| self.columns().iter().position(is_it));
-        let Some((at, column)) = found.and_then(|at| Some((at, self.columns().get(at)?))) else {
-            return self.required(&wanted).map(|at| (at, factor));
-        };
-        self.check_repeated(|given| *given == column.given)?;
-        if column.name == wanted {
-            return Ok((at, factor));
-        }
-        let (file, column_name) = (self.file.clone(), column.name.clone());
-        let Some(given) = column.unit.clone() else {
-            return Err(TableError::NoUnit { file, column: column_name, wanted });
-        };
-        match scale(&given).filter(|(found, _)| *found == quantity) {
-            Some((_, factor)) => Ok((at, factor)),
-            None => Err(TableError::Unit {
-                file,
-                column: column_name,
-                unit: given,
-                wanted: quantity.words(),
-            }),
-        }
+        self.position(name).ok_or_else(|| self.missing(name.to_owned(), &[]))
     }
 
     /// # Errors
@@ -469,6 +440,7 @@ impl<'a> Row<'a> {
             return Ok(None);
         }
         number::parse(cell, self.decimal)
+            .filter(|_| !self.may_be_thousands(column))
             .map(Some)
             .ok_or_else(|| self.not_a_number(column, PLAIN_NUMBER))
     }
@@ -504,10 +476,17 @@ impl<'a> Row<'a> {
     #[must_use]
     pub fn digits(&self, column: usize) -> Cow<'a, str> {
         match self.cell(column) {
+            text if self.may_be_thousands(column) => Cow::Owned(format!("'{text}")),
             text if self.decimal == Decimal::Point => text,
             Cow::Borrowed(text) => plain(text, self.decimal),
             owned @ Cow::Owned(_) => owned,
         }
+    }
+
+    #[inline]
+    fn may_be_thousands(&self, column: usize) -> bool {
+        let points = self.points.get(column).filter(|points| **points != Points::Clear);
+        points.is_some_and(|points| points.leave_open(self.record.cell(column)))
     }
 
     /// That the cell at `column` is no number, with what helps.
@@ -519,7 +498,10 @@ impl<'a> Row<'a> {
             line: self.line,
             column: self.name(column),
             text: excerpt(&text),
-            remedy: remedy(&text, self.decimal, otherwise),
+            remedy: match self.may_be_thousands(column) {
+                true => number::THOUSANDS,
+                false => remedy(&text, self.decimal, otherwise),
+            },
         }
     }
 

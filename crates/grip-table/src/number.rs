@@ -13,6 +13,34 @@ pub enum Decimal {
     Open,
 }
 
+/// What points of a column may be whose cells no comma or blank separates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Points {
+    /// Decimal.
+    Clear,
+    /// `1.184` among whole numbers of three digits: thousands or a fraction.
+    Whole,
+    /// The same, where whole numbers come after `1.184` and its like alone.
+    Grouped,
+}
+
+impl Points {
+    /// Whether a cell may be thousands.
+    pub(crate) fn leave_open(self, cell: &[u8]) -> bool {
+        match self {
+            Self::Clear => false,
+            Self::Whole => str::from_utf8(cell).is_ok_and(|text| is_grouped(text, '.')),
+            Self::Grouped => is_hundreds(cell),
+        }
+    }
+}
+
+/// Whether it is a whole number of three digits.
+pub(crate) fn is_hundreds(cell: &[u8]) -> bool {
+    let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+    digits.len() == 3 && digits.iter().all(u8::is_ascii_digit) && !digits.starts_with(b"0")
+}
+
 /// Missing and unusable values of R, pandas, Excel (also German), databases and C.
 const MISSING: [&str; 24] = [
     "na",
@@ -40,6 +68,8 @@ const MISSING: [&str; 24] = [
     "1.#snan",
     "nan",
 ];
+/// What helps where a point or a comma may be either.
+pub(crate) const THOUSANDS: &str = "it may be thousands or a fraction: write it without a thousands separator and with a decimal point";
 /// Longest text of a number.
 const LONGEST: usize = 64;
 
@@ -125,9 +155,7 @@ pub(crate) fn remedy(text: &str, decimal: Decimal, otherwise: &'static str) -> &
     }
     if [',', '.'].into_iter().any(|mark| is_grouped(text, mark)) {
         return match decimal {
-            Decimal::Point | Decimal::Open => {
-                "it may be thousands or a fraction: write it without a thousands separator and with a decimal point"
-            }
+            Decimal::Point | Decimal::Open => THOUSANDS,
             Decimal::Comma => {
                 "a point that groups thousands is not read: write the number without it"
             }

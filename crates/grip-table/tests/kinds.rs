@@ -160,6 +160,70 @@ fn thousands_are_refused_and_never_misread() {
 }
 
 #[test]
+fn points_and_commas_that_mean_two_things_are_refused() {
+    let late = |first: &str, then: &str| format!("n;x\n{}{then}\n1;2\n", first.repeat(300));
+    for (text, words) in [
+        ("t;x\n0;1.184\n1;770\n2;1.038\n".to_owned(), "line 2, column x: \"1.184\""),
+        ("t\tx\n0\t-770\n1\t-1.184\n".to_owned(), "line 3, column x: \"-1.184\""),
+        (late("1;500\n", "1;1.184"), "line 302, column x: \"1.184\""),
+        (late("1;1.500\n", "1;770"), "line 302, column x: \"770\""),
+    ] {
+        let message = refused(&text);
+        assert!(message.contains(words) && message.contains("thousands"), "{message}");
+    }
+    assert_eq!(read("t;x\n0;0.123\n1;0.456\n2;700\n").rows[1][1], Some(0.456));
+    assert_eq!(read("t;x\n0;1.123\n1;2.456\n2;3.200\n").rows[1][1], Some(2.456));
+    assert_eq!(read("t;x\n0;1.184\n1;770\n2;1.5\n").rows[0][1], Some(1.184));
+    assert_eq!(read("t,x\n0,1.184\n1,770\n").rows[0][1], Some(1.184));
+    // Commas.
+    for text in [
+        "0,0204\n-0,0256\n0,0042\n",
+        "512,3\n513,1\n511,9\n",
+        "1,5\n-0,2\n0,25\n",
+        "t_s,x\n0,000000,0,0204\n0,000625,0,0256\n",
+        "t_s,x\n0,000000,0,0204\n0,000625,-0,0256\n",
+    ] {
+        let message = refused(text);
+        assert!(message.contains("decimal comma") && message.contains("semicolons"), "{message}");
+    }
+    assert_eq!(read("1,5\n2,12\n2,-3\n").names.len(), 2);
+    // Within quotes they are decimal.
+    let quoted = "t,x\n\"0,000000\",\"0,0204\"\n\"0,000625\",\"-0,0256\"\n";
+    assert_eq!(read(quoted).rows[1], [Some(0.000_625), Some(-0.0256)]);
+}
+
+#[test]
+fn units_settings_and_logs_are_no_names() {
+    let three = "0.0,1.5,2.0\n0.5,2.5,2.5\n1.0,3.5,1.5\n";
+    for (units, found) in [
+        ("s,m/s\u{b2},\u{b0}C", ["s", "m/s\u{b2}", "\u{b0}C"]),
+        ("ms,-,N", ["ms", "", "N"]),
+        ("ms,counts,furlong", ["ms", "counts", "furlong"]),
+    ] {
+        let read = read(format!("time,vibration,temp\n{units}\n{three}"));
+        assert_eq!(read.names, ["time", "vibration", "temp"], "{units}");
+        let own = read.units.iter().map(|unit| unit.as_deref().unwrap_or_default());
+        assert_eq!(own.collect::<Vec<_>>(), found);
+    }
+    let pairs = body(12, ",", ".", "\n");
+    for settings in ["Channels,2\nRate,1600\nGain,4\n", "Model,X1\nUnits,SI\n"] {
+        let found = read(format!("{settings}Time,Vibration\ns,mV\n{pairs}"));
+        assert_eq!(
+            (found.names, found.rows),
+            (vec!["Time".into(), "Vibration".into()], values(12))
+        );
+    }
+    for text in [
+        format!("Channels,2\nRate,1600\nDate,2026\n{pairs}"),
+        format!("boot\n[I] sensor ok, 3 axes, 2.0 g\n{three}"),
+        format!("I (31) boot: up, mode 3, done\n{three}"),
+    ] {
+        assert_eq!(read(&text).header, Some(Header::None), "{text}");
+    }
+    assert_eq!(read(format!("[s] t,[V] a,b\n{three}")).rows.len(), 3);
+}
+
+#[test]
 fn the_header_is_the_last_text_above_the_rows() {
     type Case = (String, [&'static str; 2], [Option<&'static str>; 2]);
     let tab = body(12, "\t", ".", "\n");

@@ -332,7 +332,7 @@ fn column(file: &str, table: &Table<&[u8]>, name: &str) -> Result<usize, DataSet
     table.position(name).ok_or_else(|| DataSetError::Missing {
         file: file.to_owned(),
         column: name.to_owned(),
-        available: table.header().join(", "),
+        available: grip_table::list(table.header()),
     })
 }
 

@@ -85,7 +85,7 @@ pub enum DataSetError {
         available: String,
     },
     /// Text, nothing, NaN, an infinity, or more than an `f32` can hold.
-    #[error("{place}: \"{text}\" is not a number within +-3.4e38")]
+    #[error("{place}: \"{text}\" is not a number within +-3.4e38; fill the cell or remove the row")]
     NotANumber {
         /// Where it stands.
         place: Place,

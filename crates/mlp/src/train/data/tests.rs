@@ -47,7 +47,7 @@ fn messages_say_where_and_what() {
     );
     assert_eq!(
         message("v,f_n\n1,2\n\nfast,3\n", &["v"]),
-        "grasps.csv, line 4, column \"v\": \"fast\" is not a number within +-3.4e38"
+        "grasps.csv, line 4, column \"v\": \"fast\" is not a number within +-3.4e38; fill the cell or remove the row"
     );
     assert_eq!(
         message("v,f_n\n1,2\n3\n4,5\n", &["v"]),
