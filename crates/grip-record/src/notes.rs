@@ -81,8 +81,8 @@ impl Notes {
 
 /// How often each step between times occurred.
 ///
-/// The rate is that of the median step. Times rounded to 1 us make it coarse (455 us for 2200 Hz), so the mean of the
-/// steps within 1 us of the median is taken; lost or late samples do not enter.
+/// The rate is that of the mean of the steps which are regular, within half of the median: the median alone is as coarse as the
+/// times are rounded (455 us for 2200 Hz, 600 us for 1600 Hz); lost or late samples do not enter.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
     last: Option<Micros>,
@@ -118,7 +118,7 @@ impl Steps {
     )]
     #[expect(clippy::cast_possible_truncation, reason = "a rate in Hz is given as f32")]
     fn rate_near(&self, median: u64) -> f32 {
-        let near = self.counts.range(median.saturating_sub(1)..=median.saturating_add(1));
+        let near = self.counts.range(median.div_ceil(2)..=median.saturating_add(median / 2));
         let (sum, count) = near.fold((0.0, 0.0), |(sum, all), (step, count)| {
             (sum + *step as f64 * *count as f64, all + *count as f64)
         });
@@ -185,6 +185,18 @@ mod tests {
         let times: Vec<u64> = (0..2200_u64).map(|i| (i * 10_000 + 11) / 22).collect();
         let rate = notes(&times).measured_rate_hz.unwrap();
         assert!((rate - 2200.0).abs() < 0.05, "{rate}");
+    }
+
+    #[test]
+    fn steps_of_tenths_of_a_millisecond_give_the_mean_rate() {
+        for (rate, unit) in [(1600, 100), (800, 100), (1344, 100), (18_000, 10), (12_000, 10)] {
+            let times =
+                (0..4000).filter(|i| i % 500 != 7).map(|i| i * 1_000_000 / rate / unit * unit);
+            let notes = notes(&times.collect::<Vec<u64>>());
+            let measured = notes.measured_rate_hz.unwrap();
+            assert!((measured / rate as f32 - 1.0).abs() < 0.005, "{rate} {measured}");
+            assert_eq!(notes.gaps, 8);
+        }
     }
 
     #[test]

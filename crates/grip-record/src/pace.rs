@@ -5,7 +5,8 @@
 //!
 //! - rows repeat the stamp of the row before (whole milliseconds at 1600 Hz, bursts with one stamp), or
 //! - rows over duration contradicts the usual step by more than 2 %: 6 kHz in steps of 0.1 ms, 900 Hz in whole milliseconds,
-//!   a host that stamps late and then catches up.
+//!   a host that stamps late and then catches up, 1600 Hz in steps of 0.1 ms, or
+//! - steps longer than 1.5 usual ones cancel with short ones: jitter, no lost rows.
 //!
 //! In a file with a coarse block each row stands one period after the one before, drawn towards its stamp by 1/256 of the
 //! difference, so that a sensor's clock may drift; a step longer than those between bursts is a gap and stays one. The period
@@ -23,6 +24,9 @@ const REPEATS: f64 = 0.01;
 const GAIN: f64 = 1.0 / 256.0;
 /// Rows on longer steps that it takes to tell rounding, which comes evenly, from losses, which do not.
 const LONG_STEPS: usize = 12;
+/// Rows on each side of a long step that show whether it cancels, and how many that do hide one that does not.
+const BESIDE: usize = 16;
+const FEW: usize = 20;
 
 /// Takes stamps and finds their pace.
 #[derive(Clone, Debug, Default)]
@@ -139,29 +143,78 @@ impl Look {
             return Some(look);
         }
         let repeats = steps.iter().filter(|step| **step == 0).count();
+        let (regular_rows, regular_ns) = regular(&steps, usual);
+        let mean = regular_ns / regular_rows;
         let on_grid = |step: &&i64| {
-            let steps = **step as f64 / usual as f64;
+            let steps = **step as f64 / mean;
             steps >= 0.5 && (steps - steps.round()).abs() <= 0.2
         };
         // A microsecond is what times of a recording are rounded to.
         let contradicts = |period: f64| {
             (period / usual as f64 - 1.0).abs() > CONTRADICTS && (period - usual as f64).abs() > 1e3
         };
+        // One step within half, and rounded where its mean is not the usual one; not another rate from some row on.
+        let by_mean = |look: Self| {
+            let gap_ns = usual.saturating_mul(3) / 2;
+            let coarse = contradicts(mean) && swing(stamps, mean, gap_ns)[0] <= 5.0 * mean;
+            Self { ns: regular_ns, rows: regular_rows, gap_ns, coarse, ..look }
+        };
         if repeats as f64 > REPEATS * steps.len() as f64 || usual == 0 {
             look.coarse = true;
         } else if steps.iter().filter(on_grid).count() * 50 >= steps.len() * 49 {
             // Steps of one and of two: rounded, or rows that were lost.
             let rounded = rounded(stamps, usual).filter(|(rows, ns)| contradicts(ns / rows));
-            if let Some((rows, ns)) = rounded {
-                look = Self { ns, rows, gap_ns: usual * 5 / 2, coarse: true, ..look };
-            }
-        } else if contradicts(ns / rows) {
+            look = if let Some((rows, ns)) = rounded {
+                Self { ns, rows, gap_ns: usual * 5 / 2, coarse: true, ..look }
+            } else {
+                by_mean(look)
+            };
+        } else if contradicts(ns / rows) && regular_ns < 0.6 * ns {
             // Late and then caught up, but not another rate from some row on.
             look.coarse = swing(stamps, ns / rows, gap_ns)[0] < 0.1 * ns;
+        } else if let Some(gap_ns) = jitter(stamps, mean) {
+            let (rows, ns) = up_to(&steps, gap_ns);
+            look = Self { ns, rows, gap_ns, coarse: true, ..look };
+        } else {
+            look = by_mean(look);
         }
         look.lead_ns = swing(stamps, look.ns / look.rows, look.gap_ns)[1].max(0.0);
         Some(look)
     }
+}
+
+/// Number and duration of the steps within half of the usual one.
+fn regular(steps: &[i64], usual: i64) -> (f64, f64) {
+    let short = steps.partition_point(|step| step.saturating_mul(2) < usual);
+    up_to(&steps[short..], usual.saturating_mul(3) / 2)
+}
+
+/// Number and duration of the sorted steps up to this one.
+#[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
+fn up_to(steps: &[i64], longest: i64) -> (f64, f64) {
+    let near = &steps[..steps.partition_point(|step| *step <= longest)];
+    (near.len() as f64, near.iter().map(|step| *step as f64).sum())
+}
+
+/// The shortest gap, where longer steps are those of jitter: rows after them are no later than those before.
+#[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "steps, in ns")]
+fn jitter(stamps: &[i64], mean: f64) -> Option<i64> {
+    let first = *stamps.first()?;
+    let late: Vec<f64> =
+        stamps.iter().enumerate().map(|(k, t)| (t - first) as f64 - k as f64 * mean).collect();
+    let (mut cancelled, mut lost) = (Vec::new(), Vec::new());
+    for (at, rows) in late.windows(2 * BESIDE).enumerate() {
+        let step = stamps[at + BESIDE] - stamps[at + BESIDE - 1];
+        if step as f64 > 1.5 * mean {
+            let (before, after) = rows.split_at(BESIDE);
+            let later = after.iter().sum::<f64>() - before.iter().sum::<f64>();
+            let lists = if later < 0.5 * mean * BESIDE as f64 { &mut cancelled } else { &mut lost };
+            lists.push(step);
+        }
+    }
+    let gap_ns = cancelled.iter().max()?.saturating_add(mean as i64 / 8);
+    let hidden = lost.iter().filter(|step| **step <= gap_ns).count();
+    (hidden * FEW <= cancelled.len()).then_some(gap_ns)
 }
 
 /// Rows and duration of the longest run without a gap, where its steps of one and two are those of rounding.
@@ -433,6 +486,68 @@ mod tests {
         let slower = (0..6000_i64)
             .map(|k| if k < 3000 { k * 1_000_000 } else { k * 2_000_000 - 3_000_000_000 });
         assert!(!Pace::of(&slower.collect::<Vec<_>>()).unwrap().coarse);
+    }
+
+    #[test]
+    fn finely_rounded_stamps_give_the_rate_with_and_without_losses() {
+        for (rate, resolution) in [
+            (800.0, 1e5),
+            (1344.0, 1e5),
+            (1600.0, 1e5),
+            (1600.0, 1e4),
+            (12_000.0, 1e4),
+            (13_333.0, 1e4),
+            (16_000.0, 1e4),
+            (18_000.0, 1e4),
+            (20_000.0, 1e4),
+        ] {
+            for lost in [0.0, 0.001, 0.05, 0.12] {
+                let mut state = 5;
+                let mut rows = stamps(8000, rate, resolution);
+                rows.retain(|_| random(&mut state) >= lost);
+                let gaps = |rows: &[i64]| {
+                    let long = |pair: &&[i64]| (pair[1] - pair[0]) as f64 * rate > 1.5 * S;
+                    rows.windows(2).filter(long).count()
+                };
+                let pace = Pace::of(&rows).unwrap();
+                let off = (f64::from(pace.rate_hz()) / rate - 1.0).abs();
+                assert!(off < 0.005, "{rate} {resolution} {lost} {pace:?}");
+                let placed = pace.placed(rows.clone());
+                assert_eq!(gaps(&placed), gaps(&rows), "{rate} {resolution} {lost}");
+            }
+        }
+    }
+
+    #[test]
+    fn jitter_is_no_loss_and_hides_none_of_several_rows() {
+        for rate in [800.0, 1600.0, 6000.0, 20_000.0] {
+            for sigma in [0.1, 0.2, 0.3] {
+                for lost in [0, 10, 400] {
+                    let mut state = 11;
+                    // Twelve numbers in 0..1 have a variance of 1.
+                    let mut normal = || (0..12).map(|_| random(&mut state)).sum::<f64>() - 6.0;
+                    let mut rows: Vec<i64> = (0..15_000)
+                        .filter(|k| *k < 5000 || *k >= 5000 + lost)
+                        .map(|k| ((f64::from(k) + 9.0 + sigma * normal()) * S / rate) as i64)
+                        .collect();
+                    rows.sort_unstable();
+                    let pace = Pace::of(&rows).unwrap();
+                    let off = (f64::from(pace.rate_hz()) / rate - 1.0).abs();
+                    assert!(off < 0.005, "{rate} {sigma} {lost} {pace:?}");
+                    let placed = pace.placed(rows);
+                    let long = placed.windows(2).filter(|p| (p[1] - p[0]) as f64 * rate > 1.5 * S);
+                    assert_eq!(long.count(), usize::from(lost > 0), "{rate} {sigma} {lost}");
+                }
+                // Many single rows lost: the stamps stay, and so do their gaps.
+                let mut state = 13;
+                let mut rows = stamps(15_000, rate, 1.0);
+                rows.iter_mut().for_each(|t| *t += (random(&mut state) * sigma * S / rate) as i64);
+                rows.retain(|_| random(&mut state) > 0.05);
+                let pace = Pace::of(&rows).unwrap();
+                assert!(!pace.coarse, "{rate} {sigma} {pace:?}");
+                assert!((f64::from(pace.rate_hz()) / rate - 1.0).abs() < 0.005, "{pace:?}");
+            }
+        }
     }
 
     #[test]
