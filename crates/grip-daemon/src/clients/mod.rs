@@ -37,8 +37,9 @@ use slip_core::ClientCommand;
 use std::collections::VecDeque;
 use std::io::{self, Read as _, Write as _};
 
-/// Commands that may wait for the hot thread.
-const MOST_COMMANDS: usize = 64;
+/// Commands that may wait for the hot thread, and how many of them of one client, so that none takes the place of another.
+const MOST_COMMANDS: usize = 1024;
+const MOST_OF_ONE: usize = 16;
 /// Bytes read of one client in one turn, so that one that floods does not keep the others waiting.
 const MOST_READ: usize = 16 * 1024;
 /// Connections taken in one turn.
@@ -161,7 +162,8 @@ pub struct Clients {
     resting_until_us: u64,
     roster: Roster,
     known: Known,
-    commands: VecDeque<ClientCommand>,
+    /// Each with its client; the least force has none.
+    commands: VecDeque<(Option<u64>, ClientCommand)>,
     least: Least,
     /// Connections that did not begin with SUBSCRIBE and were not reported yet.
     strangers: u32,
@@ -208,7 +210,7 @@ impl Clients {
             resting_until_us: 0,
             roster: Roster::default(),
             known: Known::default(),
-            commands: VecDeque::with_capacity(MOST_COMMANDS),
+            commands: VecDeque::new(),
             least: Least::default(),
             strangers: 0,
             load: None,
@@ -259,7 +261,7 @@ impl Clients {
 
     /// The next command of a client, oldest first. They are checked: only where commands are allowed, forces not negative.
     pub fn next_command(&mut self) -> Option<ClientCommand> {
-        self.commands.pop_front()
+        self.commands.pop_front().map(|(_, command)| command)
     }
 
     /// The model that a client wants in force or as a shadow, if one does; that of the configuration, or no shadow, once the client that
@@ -483,12 +485,14 @@ impl Clients {
                 return;
             }
         };
+        let own = self.commands.iter().filter(|(id, _)| *id == Some(client.id)).count();
+        let room = MOST_COMMANDS.saturating_sub(self.commands.len());
         let terms = Terms {
             welcome: self.about.welcome(&self.config),
             allow_commands: self.config.allow_commands,
             allow_models: self.config.allow_models,
             token: self.about.token(),
-            room: MOST_COMMANDS.saturating_sub(self.commands.len()),
+            room: room.min(MOST_OF_ONE.saturating_sub(own)),
             immovable: self.known.immovable(),
             force_max_n: self.known.force_max_n(),
         };
@@ -504,11 +508,14 @@ impl Clients {
                     self.counters.commands = self.counters.commands.saturating_add(1);
                     match command {
                         ClientCommand::AtLeast(force_n) => self.least.ask(client.id, force_n),
+                        // Behind what it must undo; one that is the newest already says it all.
+                        ClientCommand::Stop
+                            if matches!(self.commands.back(), Some((_, ClientCommand::Stop))) => {}
                         command => {
                             if command == ClientCommand::Release {
                                 self.least.let_go();
                             }
-                            self.commands.push_back(command);
+                            self.commands.push_back((Some(client.id), command));
                         }
                     }
                     pass_least(&mut self.least, &mut self.commands, now_us);
@@ -565,8 +572,12 @@ impl Clients {
 }
 
 /// The least force that stands, once its turn has come. It was answered before, and has room beyond that of the others.
-fn pass_least(least: &mut Least, commands: &mut VecDeque<ClientCommand>, now_us: u64) {
+fn pass_least(
+    least: &mut Least,
+    commands: &mut VecDeque<(Option<u64>, ClientCommand)>,
+    now_us: u64,
+) {
     if commands.len() <= MOST_COMMANDS {
-        commands.extend(least.due(now_us).map(ClientCommand::AtLeast));
+        commands.extend(least.due(now_us).map(|force_n| (None, ClientCommand::AtLeast(force_n))));
     }
 }

@@ -16,7 +16,7 @@ pub const SILENCE_US: u64 = 5_000_000;
 pub const MOST_GARBAGE_BYTES: u32 = 65_536;
 /// Frames that are of no use, after which a client is sent away.
 pub const MOST_BAD_FRAMES: u32 = 256;
-/// Commands of one client in a second, those of the least force left out: of them only the newest is carried out.
+/// Commands of one client in a second, STOP and those of the least force left out: of several that wait only one is carried out.
 pub const MOST_COMMANDS_A_SECOND: u32 = 100;
 /// Bytes from here on begin no SUBSCRIBE, but text: HTTP of a page in a browser, or a terminal.
 const PRINTABLE: u8 = b' ';
@@ -34,7 +34,7 @@ pub struct Terms<'a> {
     pub allow_models: bool,
     /// What RELEASE must bear.
     pub token: u32,
-    /// Commands that may still be taken before the hot thread has fetched them.
+    /// Commands of it that may still wait for the hot thread; STOP and the least force always may.
     pub room: usize,
     /// Why fingers would not move now: the link is away, or a fault is latched.
     pub immovable: Option<NackReason>,
@@ -215,7 +215,9 @@ impl ClientSession {
                 self.judge(now_us);
                 continue;
             };
-            room -= usize::from(matches!(request, Asked::Command(_)));
+            if let Asked::Command(command) = &request {
+                room = room.saturating_sub(usize::from(!always(command)));
+            }
             asked(request);
         }
     }
@@ -277,8 +279,11 @@ impl ClientSession {
         terms: &Terms<'_>,
     ) -> Result<ClientCommand, NackReason> {
         let judged = judge(command, terms)?;
-        if matches!(judged, ClientCommand::AtLeast(_)) {
+        if always(&judged) {
             return Ok(judged);
+        }
+        if terms.room == 0 {
+            return Err(NackReason::Busy);
         }
         let (since_us, count) = self.second;
         let fresh = now_us.saturating_sub(since_us) >= 1_000_000;
@@ -511,13 +516,15 @@ fn read<'a>(frame: &Frame<'a>) -> Result<ToDaemon<'a>, PayloadError> {
     ToDaemon::parse(frame)
 }
 
+/// Whether it is taken however many came or wait: of several that wait, one is carried out.
+const fn always(command: &ClientCommand) -> bool {
+    matches!(command, ClientCommand::Stop | ClientCommand::AtLeast(_))
+}
+
 /// What a command means, where it may be carried out.
 fn judge(command: &Command, terms: &Terms<'_>) -> Result<ClientCommand, NackReason> {
     if !terms.allow_commands {
         return Err(NackReason::Forbidden);
-    }
-    if terms.room == 0 {
-        return Err(NackReason::Busy);
     }
     // An order that nobody can carry out now must not move fingers later, when power is back or a fault cleared.
     let moves = matches!(command.operation, Operation::Release | Operation::Grasp);
