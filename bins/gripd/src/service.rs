@@ -360,7 +360,10 @@ impl Service {
         for _ in 0..clients.take_strangers() {
             self.console.log(LogLevel::Warn, STRANGER);
         }
-        while let Some(command) = clients.next_command() {
+        // What finds no place waits: a STOP that was answered is never lost.
+        while !self.ends.commands.is_full()
+            && let Some(command) = clients.next_command()
+        {
             self.commands_lost += u64::from(self.ends.commands.push(command).is_err());
         }
         self.board.clients.bad_commands = self.commands_lost;

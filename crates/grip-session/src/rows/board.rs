@@ -18,7 +18,7 @@ use grip_link::{
 };
 use gripper::{Gripper, shows_force};
 use ident::{device_config, milli};
-use line::Board;
+use line::{Board, Times};
 
 /// Longest header (bytes).
 const HEADER: usize = 2048;
@@ -102,18 +102,6 @@ pub struct RowBoard {
     gripper: Gripper,
     /// A row with the force of that gripper.
     row: Vec<f32>,
-}
-
-/// Times of rows (us): as sent, and what is added to them.
-#[derive(Clone, Copy, Debug, Default)]
-struct Times {
-    last_us: f64,
-    /// The shortest time (periods) between two of the first rows.
-    least: Option<f64>,
-    shift_us: f64,
-    refused: u32,
-    /// Another rate than that of the header was reported.
-    other_rate: bool,
 }
 
 impl RowBoard {

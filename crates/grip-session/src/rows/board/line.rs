@@ -1,4 +1,4 @@
-//! The link of a virtual board and its clock: frames for the host, as far as they may wait.
+//! The link of a virtual board, its clock and the times of its rows: frames for the host, as far as they may wait.
 
 use crate::rows::clock::RowClock;
 use grip_link::{device::DeviceLink, frame::MAX_WIRE};
@@ -20,6 +20,18 @@ pub(super) struct Board {
     /// How far (us) the clock is ahead of the times of rows, since their source stopped.
     pub(super) jumped_us: u64,
     pub(super) unsent: Vec<u8>,
+}
+
+/// Times of rows (us): as sent, and what is added to them.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Times {
+    pub(super) last_us: f64,
+    /// The shortest time (periods) between two of the first rows.
+    pub(super) least: Option<f64>,
+    pub(super) shift_us: f64,
+    pub(super) refused: u32,
+    /// Another rate than that of the header was reported.
+    pub(super) other_rate: bool,
 }
 
 impl Board {
