@@ -21,13 +21,13 @@ pub(crate) fn about(settings: &Settings, run_id: u32, granted: &Granted) -> Abou
 }
 
 /// What the sockets report to the board.
-pub(crate) fn clients(clients: &Clients, commands_lost: u64) -> ClientCounts {
+pub(crate) fn clients(clients: &Clients) -> ClientCounts {
     let counters = clients.counters();
     ClientCounts {
         connected: clients.count() as u64,
         accepted: counters.accepted,
         refused: counters.refused,
         dropped: counters.dropped,
-        bad_commands: counters.bad_commands.saturating_add(commands_lost),
+        bad_commands: counters.bad_commands,
     }
 }

@@ -118,8 +118,6 @@ pub(crate) struct Service {
     no_folder: bool,
     /// What a reload asked for that is on its way to the hot thread.
     pending: VecDeque<Pending>,
-    /// Commands of clients that found no room.
-    commands_lost: u64,
     /// What is remembered of objects.
     objects: Option<Objects>,
     /// Models of clients that were in force here.
@@ -167,7 +165,6 @@ impl Service {
             figures_us: 0,
             no_folder: false,
             pending: VecDeque::new(),
-            commands_lost: 0,
             objects,
             accepted,
             shadow: None,
@@ -360,10 +357,12 @@ impl Service {
         for _ in 0..clients.take_strangers() {
             self.console.log(LogLevel::Warn, STRANGER);
         }
-        while let Some(command) = clients.next_command() {
-            self.commands_lost += u64::from(self.ends.commands.push(command).is_err());
+        // What finds no place waits: a STOP that was answered is never lost.
+        while !self.ends.commands.is_full()
+            && let Some(command) = clients.next_command()
+        {
+            let Ok(()) = self.ends.commands.push(command) else { return };
         }
-        self.board.clients.bad_commands = self.commands_lost;
     }
 
     /// Reads the settings again where that was asked for, and receives what became of those that were sent.
@@ -461,7 +460,7 @@ impl Service {
     /// Figures of the last second.
     fn report_figures(&mut self) {
         let Some(clients) = &mut self.servers.clients else { return };
-        self.board.clients = figures::clients(clients, self.commands_lost);
+        self.board.clients = figures::clients(clients);
         clients.health(&health(&self.board, self.clock.now_us()));
     }
 }

@@ -2,6 +2,7 @@
 
 mod gripper;
 mod ident;
+mod line;
 
 pub use gripper::{Actuator, GripperForce, GripperReading};
 
@@ -13,16 +14,14 @@ use super::{
 use core::time::Duration;
 use grip_link::{
     device::{DeviceConfigError, DeviceEvent, DeviceLink, Drive},
-    frame::MAX_WIRE,
     message::{DeviceState, FaultCode, GripMode},
 };
 use gripper::{Gripper, shows_force};
 use ident::{device_config, milli};
+use line::{Board, Times};
 
 /// Longest header (bytes).
 const HEADER: usize = 2048;
-/// Bytes for the host that may wait before rows wait too.
-const UNSENT: usize = 16 * 1024;
 /// Rows after which times and rate are compared, and how many periods apart all of these are where the times are in another unit.
 const COMPARED: u64 = 4;
 const OTHER_UNIT: f64 = 10.0;
@@ -103,34 +102,6 @@ pub struct RowBoard {
     gripper: Gripper,
     /// A row with the force of that gripper.
     row: Vec<f32>,
-}
-
-/// What there is from the first row on.
-#[derive(Debug)]
-struct Board {
-    link: DeviceLink,
-    clock: RowClock,
-    /// Whether the host wants rows.
-    sampling: bool,
-    /// Time (us) of the row that was cut and not taken yet.
-    waiting: Option<u64>,
-    /// Host time (us) at which it may be taken.
-    due_us: u64,
-    /// How far (us) the clock is ahead of the times of rows, since their source stopped.
-    jumped_us: u64,
-    unsent: Vec<u8>,
-}
-
-/// Times of rows (us): as sent, and what is added to them.
-#[derive(Clone, Copy, Debug, Default)]
-struct Times {
-    last_us: f64,
-    /// The shortest time (periods) between two of the first rows.
-    least: Option<f64>,
-    shift_us: f64,
-    refused: u32,
-    /// Another rate than that of the header was reported.
-    other_rate: bool,
 }
 
 impl RowBoard {
@@ -345,10 +316,21 @@ impl RowBoard {
     fn cut_row(&mut self, now_us: u64) -> Result<bool, RowsError> {
         loop {
             let Some(cutter) = &mut self.cutter else { return self.none() };
-            let Some(row) = cutter.next_row() else { return self.none() };
+            // Joined within its first time, a stream begins with a wrong one: the row after it must agree.
+            let peeks = self.board.is_none() && !self.options.datagrams;
+            let Some(row) = (if peeks { cutter.first_row() } else { cutter.next_row() }) else {
+                return self.none();
+            };
             let timed = cutter.time_s();
             let (number, period_us) = (cutter.row() - 1, cutter.header().period_us());
             match (row, self.board.is_some()) {
+                // Twice: no cut row, but another unit.
+                (Err(CutError::Time { time_s, next_s, .. }), false)
+                    if matches!(self.joined, Some(CutError::Time { .. })) =>
+                {
+                    let (by_time_s, by_rate_s) = (next_s - time_s, 1e-6 * period_us);
+                    return Err(RowsError::Rate { by_time_s, by_rate_s });
+                }
                 (Err(error), false) => {
                     let text = cutter.header().format == RowFormat::Csv;
                     if self.options.datagrams || self.joined.is_some() || !text {
@@ -611,23 +593,6 @@ impl RowBoard {
         self.board.as_ref().and_then(due_us).map_or(longest, |due_us| {
             longest.min(Duration::from_micros(due_us.saturating_sub(now_us)))
         })
-    }
-}
-
-impl Board {
-    fn wants_rows(&self) -> bool {
-        self.sampling && self.unsent.len() <= UNSENT
-    }
-
-    /// Writes the frames that are due.
-    fn transmit(&mut self, now_us: u64) {
-        let tick = self.clock.tick(now_us);
-        let mut frame = [0; MAX_WIRE];
-        while self.unsent.len() <= UNSENT
-            && let Some(length) = self.link.poll_transmit(tick, &mut frame)
-        {
-            self.unsent.extend(frame.iter().take(length));
-        }
     }
 }
 

@@ -4,11 +4,14 @@ use super::header::{Header, RowFormat};
 
 /// Longest line (bytes).
 const LONGEST: usize = 4096;
+/// Times of the first two rows that are so far apart, in seconds and in periods, are not of one stream.
+const APART: f64 = 1.5;
+const APART_PERIODS: f64 = 1500.0;
 /// Bytes that are kept until their rows are taken: a datagram of any size, its rows with a number each, beside as many that wait.
 const MOST: usize = 192 * 1024;
 
 /// What is wrong with a row; rows are counted from 1, without the header.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CutError {
     /// Another number of values than the header has columns.
     #[error("row {row}: {got} values, the header names {need} columns")]
@@ -43,6 +46,16 @@ pub enum CutError {
     Long {
         /// The row.
         row: u64,
+    },
+    /// A time that the row after it does not follow.
+    #[error("row {row}: t_s is {time_s} and then {next_s}")]
+    Time {
+        /// The row.
+        row: u64,
+        /// Its time.
+        time_s: f64,
+        /// That of the row after it.
+        next_s: f64,
     },
     /// The input ended within a packed row.
     #[error("row {row}: the input ends after {got} of {need} bytes")]
@@ -181,6 +194,26 @@ impl RowCutter {
             RowFormat::Csv => self.next_line(),
             RowFormat::F32 => self.next_packed(),
         }
+    }
+
+    /// As [`RowCutter::next_row`], for the first row of a text stream: it waits for the one after it where it has a time, and is bad
+    /// where that one is older or far away.
+    pub fn first_row(&mut self) -> Option<Result<(), CutError>> {
+        let (start, row, skipping) = (self.start, self.row, self.skipping);
+        let first = self.next_row()?;
+        let Some(time_s) = self.time_s.filter(|_| first.is_ok()) else { return Some(first) };
+        let (values, after) = (self.values.clone(), (self.start, self.row));
+        let next = self.next_row();
+        let next_s = self.time_s.filter(|_| matches!(next, Some(Ok(()))));
+        if next.is_none() && !self.ended {
+            (self.start, self.row, self.skipping) = (start, row, skipping);
+            return None;
+        }
+        (self.start, self.row) = after;
+        (self.skipping, self.time_s, self.values) = (false, Some(time_s), values);
+        let apart_s = APART.max(1e-6 * APART_PERIODS * self.header.period_us());
+        let wrong = next_s.filter(|next_s| !(0.0..apart_s).contains(&(next_s - time_s)));
+        Some(wrong.map_or(Ok(()), |next_s| Err(CutError::Time { row: self.row, time_s, next_s })))
     }
 
     fn next_line(&mut self) -> Option<Result<(), CutError>> {

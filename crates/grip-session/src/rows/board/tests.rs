@@ -152,6 +152,7 @@ fn the_first_row_decides_and_later_ones_are_left_out_where_they_are_bad() {
     let mut milliseconds = "t_s,vibration,rate=1000\n".to_owned();
     (0..200).for_each(|row| writeln!(milliseconds, "{row},1").unwrap());
     assert!(fails(&milliseconds).contains("is t_s in seconds?"));
+    assert!(fails(&milliseconds.replace(",1\n", "000,1\n")).contains("is t_s in seconds?"));
     let mut bench = Bench::new(STREAM);
     let mut text = "vibration,rate=1000\n".to_owned();
     for row in 0..500 {
@@ -166,6 +167,23 @@ fn the_first_row_decides_and_later_ones_are_left_out_where_they_are_bad() {
         bench.reports
     );
     assert!(bench.reports.len() <= 4, "{:?}", bench.reports);
+}
+
+#[test]
+fn a_stream_that_is_joined_within_its_first_time_has_the_times_of_the_next_rows() {
+    for cut in ["001000,-0.06", "1000,-0.06", "0,-0.06"] {
+        let mut bench = Bench::new(STREAM);
+        let mut text = format!("t_s,vibration,rate=1000\n{cut}\n");
+        let first_ms: u32 = if cut.starts_with("0,") { 12_001 } else { 5_001 };
+        (0..1000).for_each(|row| {
+            writeln!(text, "{:.6},1", f64::from(first_ms + row) / 1e3).unwrap();
+        });
+        bench.run(text.as_bytes()).unwrap();
+        let counters = RowCounters { rows: 1000, bad: 1, ..RowCounters::default() };
+        assert_eq!(bench.board.counters(), counters, "{cut}");
+        assert!(bench.reports[0].contains("joined in its middle"), "{:?}", bench.reports);
+        assert_eq!(bench.samples[0].0, u64::from(first_ms) * 1000);
+    }
 }
 
 #[test]
