@@ -293,9 +293,11 @@ impl CsvError {
     }
 }
 
-/// A word of a command line, in quotes where a shell would split or change it.
+/// A word of a command line, in quotes where a shell would split or change it; what would change a terminal or forge a line of
+/// the message is escaped.
 #[must_use]
 pub fn shell(word: &str) -> String {
+    let word = &plain(word);
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
     if word.chars().all(is_plain) {
         word.to_owned()
@@ -304,10 +306,22 @@ pub fn shell(word: &str) -> String {
     }
 }
 
+/// A name of a file without characters that control.
+fn plain(name: &str) -> String {
+    let mut shown = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c.is_control() || matches!(c, '\u{2028}'..='\u{202e}') {
+            true => shown.extend(c.escape_default()),
+            false => shown.push(c),
+        }
+    }
+    shown
+}
+
 /// The first names: a bag may have hundreds.
 fn list(names: &[String]) -> String {
     const MOST: usize = 40;
-    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST).cloned();
+    let shown = names.iter().filter(|name| !name.is_empty()).take(MOST).map(|name| plain(name));
     let shown = shown.collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(MOST) {
         0 => shown,
