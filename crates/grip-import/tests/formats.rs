@@ -408,6 +408,12 @@ fn a_hostile_file_of_sqlite_costs_little() {
         ),
         (
             format!(
+                "{endless} INSERT INTO topics SELECT i + 100, '/t' || i, 'std_msgs/msg/Float64', 'cdr' FROM n LIMIT 10001; INSERT INTO messages SELECT id + 9000, id, 1, x'00' FROM topics WHERE id > 100"
+            ),
+            "choose some with --topic NAME",
+        ),
+        (
+            format!(
                 "DROP TABLE topics; CREATE VIEW topics AS {endless} SELECT i AS id, 'x' AS name, 'std_msgs/msg/Float32' AS type, 'cdr' AS serialization_format FROM n"
             ),
             "it has no table topics",
