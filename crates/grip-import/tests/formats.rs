@@ -381,6 +381,7 @@ fn put_db3(file: &Path, definitions: bool) {
         let text = "INSERT INTO message_definitions VALUES (1, 'our_msgs/msg/Imu', 'ros2msg', ?1)";
         db.execute(text, [IMU]).unwrap();
     }
+    db.execute("INSERT INTO messages VALUES (1, 2, ?1, x'00')", [EPOCH as i64]).unwrap();
     for k in 0..100_u64 {
         // Every tenth came late.
         let late = if k % 10 == 0 { 5_000_000 } else { 0 };
