@@ -3,11 +3,12 @@
 use crate::cli::ForceArgs;
 use grip_plot::Chart;
 use grip_record::outputs::{OutputError, OutputKind, OutputPath};
-use grip_session::exit::lines;
+use grip_session::exit::{escape, lines};
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
 use std::{
+    fmt::Display,
     io::{self, Write as _},
     path::Path,
 };
@@ -72,6 +73,11 @@ pub(crate) fn line(text: &str) -> io::Result<()> {
 /// The same for standard error.
 pub(crate) fn note(text: &str) {
     eprintln!("{}", lines(text));
+}
+
+/// One line for standard error on a file or a name.
+pub(crate) fn remark(of: impl Display, text: impl Display) {
+    note(&escape(&format!("{of}: {text}")));
 }
 
 /// Writes a value as one line of JSON to standard output.

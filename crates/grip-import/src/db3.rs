@@ -14,6 +14,8 @@ const LONGEST: i32 = 1 << 26;
 /// Steps of SQLite's machine between two looks at how many were taken, and most steps for each byte of the file: reading takes a few.
 const STEPS: i32 = 100_000;
 const STEPS_A_BYTE: u64 = 100;
+/// Most topics with messages that are read at once: each takes some 14 kB.
+const MOST_TOPICS: usize = 10_000;
 
 pub(crate) fn read(
     file: &Path,
@@ -43,7 +45,12 @@ pub(crate) fn read(
             ));
         }
     }
-    let places = places(&bag, options, topics).map_err(unusable)?;
+    let Some(places) = places(&bag, options, topics).map_err(unusable)? else {
+        let what = format!(
+            "has messages of more than {MOST_TOPICS} topics; choose some with --topic NAME"
+        );
+        return Err(ImportError::nothing(file, &what));
+    };
     let mut rows = bag
         .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp")
         .map_err(unusable)?;
@@ -77,22 +84,27 @@ fn is_table(bag: &Connection, name: &str) -> bool {
     bag.query_row(text, [name], |row| row.get::<_, i64>(0)).is_ok_and(|found| found == 1)
 }
 
-/// The topics that can be read, by their number.
+/// The topics with messages that can be read, by their number; `None` where they are too many.
 fn places(
     bag: &Connection,
     options: &ImportOptions,
     topics: &mut Topics,
-) -> rusqlite::Result<BTreeMap<i64, usize>> {
+) -> rusqlite::Result<Option<BTreeMap<i64, usize>>> {
     let definitions = definitions(bag);
-    let mut places = BTreeMap::new();
-    let mut rows =
-        bag.prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id")?;
+    let (mut places, mut chosen) = (BTreeMap::new(), 0);
+    let text = "SELECT id, name, type, serialization_format FROM topics \
+                WHERE id IN (SELECT topic_id FROM messages) ORDER BY id";
+    let mut rows = bag.prepare(text)?;
     let mut rows = rows.query([])?;
     while let Some(row) = rows.next()? {
         let (name, kind, format): (String, String, String) =
             (row.get(1)?, row.get(2)?, row.get(3)?);
         if !(options.topics.is_empty() || options.topics.contains(&name)) {
             continue;
+        }
+        chosen += 1;
+        if chosen > MOST_TOPICS {
+            return Ok(None);
         }
         let definition = definitions.get(&kind).map_or("", String::as_str);
         let key = (name.clone(), format!("{format} {kind}"), definition.as_bytes().to_vec());
@@ -104,7 +116,7 @@ fn places(
             places.insert(row.get(0)?, at);
         }
     }
-    Ok(places)
+    Ok(Some(places))
 }
 
 /// Definitions by type, where the bag carries them.

@@ -21,7 +21,7 @@ type Key = (String, String, Vec<u8>);
 /// The topics of a recording, whatever their numbers in its files.
 #[derive(Debug, Default)]
 pub(crate) struct Topics {
-    keys: Vec<Key>,
+    keys: HashMap<Key, usize>,
     /// `None` where the topic cannot be read.
     all: Vec<Option<Topic>>,
     notes: Vec<String>,
@@ -35,10 +35,10 @@ impl Topics {
         key: Key,
         make: impl FnOnce() -> Result<Topic, String>,
     ) -> Option<usize> {
-        let at = self.keys.iter().position(|known| *known == key).unwrap_or_else(|| {
+        let at = self.keys.get(&key).copied().unwrap_or_else(|| {
             self.all
                 .push(make().map_err(|fault| self.notes.push(format!("{} {fault}", key.0))).ok());
-            self.keys.push(key);
+            self.keys.insert(key, self.all.len() - 1);
             self.all.len() - 1
         });
         self.all.get(at).is_some_and(Option::is_some).then_some(at)
@@ -73,7 +73,7 @@ impl Topics {
         let mut streams = joined(self.all.into_iter().flatten().map(Topic::finish).collect());
         let Some(first) = streams.first_mut() else {
             let what = match self.notes.is_empty() {
-                true => "it has no topics".to_owned(),
+                true => "it has no topics with messages".to_owned(),
                 false => format!("no topic can be read: {}", self.notes.join("; ")),
             };
             return Err(ImportError::nothing(file, &what));

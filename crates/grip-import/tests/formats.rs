@@ -381,6 +381,7 @@ fn put_db3(file: &Path, definitions: bool) {
         let text = "INSERT INTO message_definitions VALUES (1, 'our_msgs/msg/Imu', 'ros2msg', ?1)";
         db.execute(text, [IMU]).unwrap();
     }
+    db.execute("INSERT INTO messages VALUES (1, 2, ?1, x'00')", [EPOCH as i64]).unwrap();
     for k in 0..100_u64 {
         // Every tenth came late.
         let late = if k % 10 == 0 { 5_000_000 } else { 0 };
@@ -405,6 +406,12 @@ fn a_hostile_file_of_sqlite_costs_little() {
         (
             "INSERT INTO messages VALUES (7000, 1, 1, zeroblob(90000000))".to_owned(),
             "string or blob too big",
+        ),
+        (
+            format!(
+                "{endless} INSERT INTO topics SELECT i + 100, '/t' || i, 'std_msgs/msg/Float64', 'cdr' FROM n LIMIT 10001; INSERT INTO messages SELECT id + 9000, id, 1, x'00' FROM topics WHERE id > 100"
+            ),
+            "choose some with --topic NAME",
         ),
         (
             format!(

@@ -297,9 +297,11 @@ impl CsvError {
     }
 }
 
-/// A word of a command line, in quotes where a shell would split or change it.
+/// A word of a command line, in quotes where a shell would split or change it; what would change a terminal or forge a line of
+/// the message is escaped.
 #[must_use]
 pub fn shell(word: &str) -> String {
+    let word = &visible(word);
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=:,+@%".contains(c);
     if word.chars().all(is_plain) {
         word.to_owned()
@@ -308,6 +310,6 @@ pub fn shell(word: &str) -> String {
     }
 }
 
-use grip_table::list;
+use grip_table::{list, visible};
 
 pub(crate) use grip_table::excerpt;

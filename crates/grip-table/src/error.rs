@@ -204,12 +204,25 @@ pub fn list(names: &[String]) -> String {
     const MOST: usize = 40;
     let shown = names.iter().filter(|name| !name.is_empty()).take(MOST);
     let quoted =
-        |name: &String| if name.contains(',') { format!("{name:?}") } else { name.clone() };
+        |name: &String| if name.contains(',') { format!("{name:?}") } else { visible(name) };
     let shown = shown.map(quoted).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(MOST) {
         0 => shown,
         more => format!("{shown} and {more} more"),
     }
+}
+
+/// A name of a file without characters that change a terminal or forge a line of a message.
+#[must_use]
+pub fn visible(name: &str) -> String {
+    let mut shown = String::with_capacity(name.len());
+    for c in name.chars() {
+        match c.is_control() || matches!(c, '\u{2028}'..='\u{202e}') {
+            true => shown.extend(c.escape_default()),
+            false => shown.push(c),
+        }
+    }
+    shown
 }
 
 /// The first 40 characters of a cell: enough to find it.

@@ -34,7 +34,7 @@ mod unit;
 mod xlsx;
 
 pub use detect::{Column, Header};
-pub use error::{TableError, excerpt, list};
+pub use error::{TableError, excerpt, list, visible};
 pub use number::Decimal;
 pub use records::Delimiter;
 pub use unit::{Quantity, of_name, scale};

@@ -7,7 +7,7 @@ use std::path::Path;
 use grip_table::Table;
 use zip::{ZipWriter, write::SimpleFileOptions};
 
-/// A workbook of these sheets, rows of cells: numbers, or text where they begin with a quotation mark.
+/// A workbook of these sheets, rows of cells: numbers, or text where they begin with a quotation mark; `@C7` is a 2 in that place.
 fn workbook(sheets: &[&[&[&str]]]) -> Vec<u8> {
     let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
     let relations = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
@@ -34,6 +34,7 @@ fn workbook(sheets: &[&[&[&str]]]) -> Vec<u8> {
         let cell = |text: &&str| match text.strip_prefix('"') {
             Some(text) => format!("<c t=\"inlineStr\"><is><t>{text}</t></is></c>"),
             None if text.is_empty() => "<c/>".to_owned(),
+            None if text.starts_with('@') => format!("<c r=\"{}\"><v>2</v></c>", &text[1..]),
             None => format!("<c><v>{text}</v></c>"),
         };
         let row =
@@ -84,5 +85,19 @@ fn the_first_sheet_with_numbers_is_the_table() {
     ] {
         let message = Table::open(Path::new("x.xlsx"), bytes.as_slice()).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
+    }
+}
+
+/// A file of some kB can ask for any memory and work.
+#[test]
+fn a_workbook_that_grows_beyond_measure_is_refused() {
+    let spaces = " ".repeat(17 << 20);
+    let packed = workbook(&[&[&["1", &format!("\"{spaces}")]]]);
+    let far = workbook(&[&[&["1"], &["@XFD1048576"]]]);
+    for (bytes, words) in
+        [(packed, "unpacks to more than 16 MiB"), (far, "more than 67108864 cells")]
+    {
+        let message = Table::open(Path::new("x.xlsx"), bytes.as_slice()).unwrap_err().to_string();
+        assert!(message.contains(words) && message.contains("as CSV"), "{message}");
     }
 }

@@ -1,7 +1,7 @@
 //! Names of columns and a file in, rows for a learner out.
 
 use super::read;
-use crate::cli::learn::ColumnArgs;
+use crate::{cli::learn::ColumnArgs, output};
 use grip_record::{Npz, NpzError, is_npz};
 use grip_session::exit::{Exit, WrongArgument};
 use mlp::train::{Classes, ColumnSpec, DataSet, ModelFile};
@@ -87,7 +87,7 @@ impl Columns {
             }
         };
         for loss in &rows.left_out {
-            eprintln!("{name}: {loss}");
+            output::remark(&name, loss);
         }
         Ok(rows)
     }

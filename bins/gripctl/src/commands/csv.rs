@@ -39,7 +39,7 @@ pub(crate) fn run(args: &CsvExportArgs) -> anyhow::Result<Exit> {
     for file in &args.files {
         match export.read(file) {
             Err(error) if is_cut(&error) && export.rows > 0 => {
-                eprintln!("gripctl: {error}");
+                output::remark("gripctl", error);
                 cut = true;
                 break;
             }

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
         }
     };
     if let Some(warning) = no_better_than_the_mean("given", result.r2) {
-        eprintln!("{}: {warning}", args.data.display());
+        output::remark(args.data.display(), warning);
     }
     report(args, &result)?;
     Ok(exit)

@@ -95,7 +95,7 @@ fn said(file: &Path, imported: Result<Imported, ImportError>) -> Result<Imported
     let imported = imported.map_err(|error| WrongArgument(error.to_string()))?;
     show_uses(file, &imported.uses);
     for note in &imported.notes {
-        output::note(&format!("{}: {}", file.display(), escape(note)));
+        output::remark(file.display(), note);
     }
     Ok(imported)
 }
@@ -108,7 +108,7 @@ pub(super) fn show_uses(file: &Path, uses: &[Use]) {
         return;
     }
     for line in use_lines(uses) {
-        output::note(&format!("{}: {}", file.display(), line.trim_start()));
+        output::remark(file.display(), line.trim_start());
     }
 }
 

@@ -42,7 +42,10 @@ pub(crate) mod study;
 pub(crate) mod train;
 mod train_beyond;
 
-use crate::cli::{self, CsvArgs};
+use crate::{
+    cli::{self, CsvArgs},
+    output,
+};
 use grip_record::{CsvOptions, Recording, TimeUnit, files, read_recording};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
@@ -83,7 +86,7 @@ fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstim
     let file = model_file.or(config.model.as_deref());
     let estimator = file.map_or_else(model::default_estimator, model::read_estimator)?;
     if let Some((file, text)) = file.zip(model::weakness(&estimator)) {
-        eprintln!("gripctl: model {}: {text}", file.display());
+        output::remark(format!("gripctl: model {}", file.display()), text);
     }
     Ok(estimator)
 }
@@ -108,7 +111,7 @@ fn recording(file: &Path, csv: &CsvArgs) -> anyhow::Result<Recording> {
     }
     let recording = read_recording(file, &csv)?;
     import::show_uses(file, &recording.notes.uses);
-    recording.notes.remarks.iter().for_each(|remark| eprintln!("{}: {remark}", file.display()));
+    recording.notes.remarks.iter().for_each(|remark| output::remark(file.display(), remark));
     Ok(recording)
 }
 

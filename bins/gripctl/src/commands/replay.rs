@@ -7,7 +7,7 @@ use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
 use grip_session::{
-    exit::{Exit, WrongArgument},
+    exit::{Exit, WrongArgument, escape},
     replay,
     report::EventLog,
 };
@@ -82,10 +82,10 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     let recording = &source.recording;
     let notes = recording.notes.to_string();
     if !notes.is_empty() {
-        output::note(&format!("{}: {notes}", file.display()));
+        output::note(&format!("{}: {notes}", escape(&file.to_string_lossy())));
     }
     if let Some(limits) = limits_of(&recording.channels) {
-        eprintln!("{}: {limits}", file.display());
+        output::remark(file.display(), limits);
     }
     let pipeline = replay::pipeline_config(recording, &config, args.observe);
     let vibration = recording.channels.stylus == StylusKind::Vibration;

@@ -59,7 +59,7 @@ pub(super) fn run(args: &ReplayArgs, plot: Option<&OutputPath>) -> anyhow::Resul
                 error @ (McapError::Truncated { .. } | McapError::Damaged { .. }),
             )) if tape.summary().samples > 0 => {
                 cut = true;
-                eprintln!("gripctl: {error}");
+                output::remark("gripctl", error);
             }
             other => other?,
         }
@@ -149,7 +149,7 @@ impl Listener {
         }
         let received = match (played, &mut self.check) {
             (Played::Note(text), _) => {
-                eprintln!("{}: {text}", file.display());
+                output::remark(file.display(), text);
                 Ok(())
             }
             (Played::Line(line), Some(check)) => serde_json::to_string(line)

@@ -63,7 +63,7 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     // Of the first detector: the files of all are the same.
     let recordings = scored().next().map_or(&[] as &[_], |score| score.recordings.as_slice());
     for one in recordings {
-        one.remarks.iter().for_each(|remark| eprintln!("{}: {remark}", one.recording));
+        one.remarks.iter().for_each(|remark| output::remark(&one.recording, remark));
     }
     let cut = recordings.iter().any(|one| one.cut);
     for (score, detector) in scores.iter().zip(&detectors) {

@@ -169,11 +169,11 @@ pub(super) fn warn(
     text: Option<&String>,
 ) {
     for warning in warnings {
-        eprintln!("{}: {warning}", args.data.display());
+        output::remark(args.data.display(), warning);
     }
     let name = args.output.display().to_string();
     if let Some(Err(error)) = text.map(|text| model::parse_estimator(&name, text)) {
-        eprintln!("no model for gripd: {error}");
+        output::remark("no model for gripd", error);
     }
 }
 

@@ -147,6 +147,14 @@ fn names_of_a_file_change_no_terminal() {
     assert!(ran.out.contains("not used: \\u{9b}31mred, \\u{202e}back"), "{ran:?}");
     let hostile = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
     assert!(!ran.out.contains(hostile) && !ran.err.contains(hostile), "{ran:?}");
+
+    let rows: String = (0..40).map(|k| format!("{k},1,{}\n", k * k % 7)).collect();
+    let file = "\u{9b}2J\x1b[31m.csv";
+    fs::write(folder.path().join(file), format!("a,\u{9b}31mred,b\n{rows}")).unwrap();
+    let columns = ["--inputs", "a,\u{9b}31mred", "--target", "b", "--epochs", "2", "-o", "m.json"];
+    let ran = gripctl(folder.path(), &[&["train", file], &columns[..]].concat()).done();
+    assert!(ran.err.contains("\\u{9b}2J\\u{1b}[31m.csv: "), "{ran:?}");
+    assert!(!ran.out.contains(hostile) && !ran.err.contains(hostile), "{ran:?}");
 }
 
 #[test]

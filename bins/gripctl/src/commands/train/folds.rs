@@ -74,7 +74,7 @@ pub(super) fn run(
     }
     let r2 = data.classes.is_none().then(|| r_squared(&mse_per_target, data)).flatten();
     if let Some(warning) = no_better_than_the_mean("held-out", r2) {
-        eprintln!("{}: {warning}", data.file);
+        output::remark(&data.file, warning);
     }
     report_total(args, &total(&all, r2))
 }
