@@ -1,6 +1,7 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
 use crate::cli::ForceArgs;
+use core::fmt::Display;
 use grip_plot::Chart;
 use grip_record::outputs::{OutputError, OutputKind, OutputPath};
 use grip_session::exit::{escape, lines};
@@ -8,7 +9,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
 use serde::Serialize;
 use std::{
-    fmt::Display,
     io::{self, Write as _},
     path::Path,
 };

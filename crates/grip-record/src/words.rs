@@ -136,6 +136,10 @@ mod tests {
                 && !is_vibration("vibes")
         );
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
+    }
+
+    #[test]
+    fn the_robot_is_named_and_no_finger() {
         for name in ["/wrist/imu.accel", "base_a", "arm acc", "Flange.acc"] {
             assert!(is_robot(name), "{name}");
         }
