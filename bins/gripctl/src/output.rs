@@ -65,7 +65,7 @@ pub(crate) fn has(head: &[u8], text: &str) -> bool {
 }
 
 /// Writes text to standard output; what would change the terminal is escaped. Names from a file, a network or a device go through
-/// [`escape`](grip_session::exit::escape) before, so that none forges a line.
+/// [`escape`] before, so that none forges a line.
 pub(crate) fn line(text: &str) -> io::Result<()> {
     writeln!(io::stdout().lock(), "{}", lines(text))
 }
