@@ -253,14 +253,18 @@ mod tests {
         let answers: Vec<f64> = ensemble
             .models
             .iter()
-            .map(|model| f64::from(model.estimate(&[0.3, -0.4]).unwrap().value))
+            .map(|model| {
+                let mut answer = [0.0];
+                Predict::predict(model, &arr1(&[0.3_f32, -0.4].map(f64::from)), &mut answer)
+                    .unwrap();
+                answer[0]
+            })
             .collect();
         let mean = answers.iter().sum::<f64>() / 6.0;
         let variance = answers.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / 5.0;
         let spread = ensemble.spread(&arr1(&[0.3_f32, -0.4].map(f64::from))).unwrap()[0];
-        // An estimate is in f32, a prediction in f64.
-        assert!((spread.mean - mean).abs() < 1e-6, "{spread:?} {mean}");
-        assert!((spread.deviation - variance.sqrt()).abs() < 1e-6, "{spread:?} {variance}");
+        assert!((spread.mean - mean).abs() < 1e-12, "{spread:?} {mean}");
+        assert!((spread.deviation - variance.sqrt()).abs() < 1e-12, "{spread:?} {variance}");
     }
 
     #[test]
