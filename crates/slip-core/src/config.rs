@@ -18,10 +18,10 @@ use crate::{
 };
 
 /// Names of the values of a band: shear, vibration, any of the four others.
-const BAND_NAMES: [[&str; 3]; 3] = [
-    ["detector.shear.low_hz", "detector.shear.high_hz", "detector.shear.threshold"],
-    ["detector.vibration.low_hz", "detector.vibration.high_hz", "detector.vibration.threshold"],
-    ["detector.octaves.low_hz", "detector.octaves.high_hz", "detector.octaves.threshold"],
+const BAND_NAMES: [[&str; 2]; 3] = [
+    ["detector.shear.low_hz", "detector.shear.high_hz"],
+    ["detector.vibration.low_hz", "detector.vibration.high_hz"],
+    ["detector.octaves.low_hz", "detector.octaves.high_hz"],
 ];
 
 /// Everything a pipeline needs to know.
@@ -44,7 +44,7 @@ pub struct PipelineConfig {
     pub known_reference: Option<[f32; 2]>,
     /// A false-alarm interval and what it stands on, for the known noise floor; without it no slip is certified.
     pub certificate: Option<Certificate>,
-    /// Bands and thresholds.
+    /// Bands, slack and interval.
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,
@@ -129,8 +129,7 @@ impl PipelineConfig {
         let d = &self.detector;
         let limit_hz = MAX_CORNER * self.sample_rate.0;
         for (i, band) in d.bands().into_iter().enumerate() {
-            let [low, high, threshold] = BAND_NAMES[i.min(2)];
-            ConfigError::within(threshold, band.threshold, 1.5, 1e9)?;
+            let [low, high] = BAND_NAMES[i.min(2)];
             ConfigError::within(high, band.high_hz, 0.01, 1e6)?;
             // At the rates of taxels and IMUs the detector lowers the first two; above, a band that does not fit is a mistake.
             let lowered = i >= 2 || self.sample_rate.0 < LOWERED_BELOW_HZ;

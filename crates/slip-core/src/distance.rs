@@ -274,6 +274,13 @@ impl MovedDistance {
         (sigma_m, self.interval.known())
     }
 
+    /// Whether there was a reading since the object was taken.
+    #[must_use]
+    #[inline]
+    pub fn has_begun(&self) -> bool {
+        self.last.is_some()
+    }
+
     /// Whether there was a reading within `within` before `t`.
     #[must_use]
     pub fn is_live(&self, t: Micros, within: Micros) -> bool {

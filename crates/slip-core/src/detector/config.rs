@@ -1,9 +1,9 @@
-//! Bands, thresholds and times of the detector.
+//! Bands, slack, times and the wanted false-alarm interval of the detector.
 
-use super::reference::GateConfig;
-use crate::{alarm::TAIL_RANGE, settings::settings};
+use super::{reference::GateConfig, sum::COMPONENTS};
+use crate::{filter::Band, settings::settings};
 
-/// Bands of the detector: shear, vibration and the four that part a slip from motion.
+/// Bands of the detector: shear, vibration and the four octaves, which do not overlap.
 pub const BANDS: usize = 6;
 
 /// Place of the vibration band.
@@ -11,81 +11,37 @@ pub(super) const VIBRATION: usize = 1;
 /// Place of the first of the four bands that do not overlap.
 pub(super) const FIRST_OCTAVE: usize = 2;
 
-/// Bands whose energy decides in a still scene: shear, vibration, and the two highest octaves, which a hum of the mains leaves free. While the
-/// robot moves every band decides.
-pub const STILL_BANDS: [bool; BANDS] = [true, true, false, false, true, true];
-
-/// One band with its threshold.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
-pub struct BandThreshold {
-    /// Lower corner (Hz).
-    pub low_hz: f32,
-    /// Upper corner (Hz), lowered to 0.4 of the sample rate where it lies above.
-    pub high_hz: f32,
-    /// Energy over the noise floor that is a slip.
-    pub threshold: f32,
+const fn band(low_hz: f32, high_hz: f32) -> Band {
+    Band { low_hz, high_hz }
 }
 
-/// Which sequential test decides.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "lowercase")
-)]
-pub enum TestKind {
-    /// The energy of each band, or the cumulative sum over the four bands: the first to alarm.
-    #[default]
-    Fused,
-    /// The energy of each band.
-    Energy,
-    /// The cumulative sum over the four bands.
-    Cusum,
-    /// The windowed generalised likelihood ratio over the four bands.
-    Glrt,
-}
-
-const fn band(low_hz: f32, high_hz: f32, threshold: f32) -> BandThreshold {
-    BandThreshold { low_hz, high_hz, threshold }
-}
-
-const OCTAVES: [BandThreshold; 4] = [
-    band(30.0, 90.0, 35.0),
-    band(90.0, 250.0, 17.0),
-    band(250.0, 700.0, 14.0),
-    band(700.0, 3000.0, 10.0),
-];
+const OCTAVES: [Band; 4] =
+    [band(30.0, 90.0), band(90.0, 250.0), band(250.0, 700.0), band(700.0, 3000.0)];
 
 settings! {
-    /// Bands, thresholds and times of the detector.
+    /// Bands, slack and times of the detector.
     pub struct DetectorConfig as c in "detector" {
-        test: TestKind = TestKind::Fused => "Which test decides.";
-        shear: BandThreshold = band(20.0, 400.0, 25.0) =>
-            "The band of elastic shear and first movement. At sample rates below 500 Hz this one and the next are"
+        interval_s: f32 = 600.0, 1.0..=1e9 =>
+            "Wanted mean time between false alarms of a still gripper (s): a slip is reported when its evidence, which is"
+            "a time too, reaches this.";
+        shear: Band = band(20.0, 400.0) =>
+            "The band of elastic shear and first movement (Hz). At sample rates below 500 Hz this one and the next are"
             "moved to the two highest octaves that the rate can carry, where they lie above.";
-        vibration: BandThreshold = band(100.0, 800.0, 12.0) => "The band of the texture.";
-        octaves: [BandThreshold; 4] = OCTAVES =>
-            "Bands that do not overlap, lowest first; one that does not fit under 0.4 of the sample rate is left"
+        vibration: Band = band(100.0, 800.0) => "The band of the texture (Hz).";
+        octaves: [Band; 4] = OCTAVES =>
+            "Bands that do not overlap, lowest first (Hz); one that does not fit under 0.4 of the sample rate is left"
             "out.";
         gross: f32 = 25.0, 1.5..=1e9 =>
             "Energy of the vibration band, or of one of the two highest octaves, over its floor at which a slip is"
             "gross.";
-        envelope_ms: f32 = 5.0, 0.5..=1000.0 => "Time constant of the energy (ms).";
-        cusum_threshold: f32 = 22.0, 1.0..=1e9 => "Log-likelihood ratio at which the cumulative sum is a slip.";
-        cusum_ratio: f32 = 6.0, 1.1..=1e6 => "Rise of the energy over the floor that the cumulative sum looks for.";
-        glrt_threshold: f32 = 25.0, 1.0..=1e9 =>
-            "Log-likelihood ratio at which the generalised likelihood ratio is a slip.";
-        tail: f32 = 4.0, TAIL_RANGE.0..=TAIL_RANGE.1 =>
-            "How fast false alarms get rarer above the thresholds: their rate falls as statistic^-tail."
-            "Only the confidence of an event depends on it.";
-        release: f32 = 0.25, 0.01..=1.0 =>
-            "Fraction of the thresholds below which the statistic must stay for the slip to end.";
-        release_ms: f32 = 50.0, 1.0..=10_000.0 => "How long it must stay there (ms).";
+        envelope_ms: f32 = 5.0, 0.5..=1000.0 => "Time constant of this energy (ms).";
+        release_ms: f32 = 50.0, 1.0..=10_000.0 =>
+            "How long the evidence must stay below a fiftieth of the interval for the slip to end (ms).";
+        slack_still: [f32; COMPONENTS] = [3.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0], 1.0..=1e9 =>
+            "Times the noise floor may rise, robot still, without being evidence: of shear, vibration, the octaves, and"
+            "the octaves together. Two of the octaves and the last decide in motion only.";
+        slack_moving: [f32; COMPONENTS] = [8.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0], 1.0..=1e9 =>
+            "The same while the robot moves, over what the reference shows of the motion.";
         [gate]: GateConfig = GateConfig::default() => "How the motion of the robot is distinguished from slip.";
     }
 }
@@ -93,7 +49,7 @@ settings! {
 impl DetectorConfig {
     /// Every band in its place.
     #[must_use]
-    pub fn bands(&self) -> [BandThreshold; BANDS] {
+    pub fn bands(&self) -> [Band; BANDS] {
         let [a, b, c, d] = self.octaves;
         [self.shear, self.vibration, a, b, c, d]
     }

@@ -1,7 +1,8 @@
 //! What motion alone shows of the stylus: whether it follows the reference, how strongly in each band, and alarms that come with jumps of it.
 //!
 //! How strongly the stylus shows motion that the reference shows differs from robot to robot and from band to band. Where motion alone comes near
-//! a threshold the gain of that band is raised, so that the same motion reaches [`NEAR`] of it. A stretch without an alarm counts when the next
+//! a slip the gain of that band is raised by what would have explained it ([`AlarmSum::unexplained`](super::AlarmSum)).
+//! A stretch without an alarm counts when the next
 //! one is over without an alarm too. An alarm counts as motion when it is short, weak and followed by no other within a second, since what slides
 //! lasts longer; or when a dozen follow each other and all are weak, since what slides becomes fast. What was learned fades over minutes of motion.
 
@@ -10,20 +11,18 @@ use super::{
     lanes::samples,
     reference::LONGEST_DELAY,
     slip::SlipState,
+    sum::COMPONENTS,
 };
 
-/// Share of a threshold that motion without slip may reach.
-const NEAR: f32 = 0.75;
-const NEAR_SUM: f32 = 0.95;
-/// Energy over floor from which a band has part in a sum that rises.
+/// Energy over floor from which a band has part in what the octaves show together.
 const PART: f32 = 3.0;
 /// The largest factor on a gain.
 const MOST: f32 = 4.0;
 /// Length of a stretch (ms).
 const STRETCH_MS: f32 = 150.0;
-/// An alarm of at most this length (ms, without the time of its release) and this statistic is no slip.
+/// An alarm of at most this length (ms, without the time of its release) that less than this factor explains is no slip.
 const SHORT_MS: f32 = 60.0;
-pub(super) const WEAK: f32 = 2.5;
+pub(super) const WEAK: f32 = 3.0;
 /// So many weak alarms in a row are motion, however long they last: what slides becomes fast.
 const MANY: u32 = 12;
 /// After an alarm nothing is learned for this long (ms).
@@ -31,21 +30,25 @@ const PAUSE_MS: f32 = 1000.0;
 /// Motion in which what was learned fades by e (s).
 const FADES_S: f32 = 600.0;
 
-/// Highest levels of a stretch: energy of each band over floor and threshold, and the sum over its threshold.
-#[derive(Clone, Copy, Debug, Default)]
+/// The most of a stretch: energy of each band over its floor, and the factor that explains each component.
+#[derive(Clone, Copy, Debug)]
 struct Highest {
     energy: [f32; BANDS],
-    sum: f32,
-    statistic: f32,
+    factors: [f32; COMPONENTS],
 }
 
 impl Highest {
+    const NONE: Self = Self { energy: [0.0; BANDS], factors: [1.0; COMPONENTS] };
+
     fn with(&self, other: &Self) -> Self {
         Self {
             energy: core::array::from_fn(|b| self.energy[b].max(other.energy[b])),
-            sum: self.sum.max(other.sum),
-            statistic: self.statistic.max(other.statistic),
+            factors: core::array::from_fn(|i| self.factors[i].max(other.factors[i])),
         }
+    }
+
+    fn is_weak(&self) -> bool {
+        self.factors.iter().all(|factor| *factor < WEAK)
     }
 }
 
@@ -53,7 +56,6 @@ impl Highest {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coupling {
     factors: [f32; BANDS],
-    thresholds: [f32; BANDS],
     fading: f32,
     stretch_len: u32,
     short_len: u32,
@@ -72,11 +74,10 @@ pub(super) struct Coupling {
 
 impl Coupling {
     /// Nothing is learned yet. Alarms end `release_ms` after what they saw.
-    pub(super) fn new(thresholds: [f32; BANDS], release_ms: f32, block_s: f32) -> Self {
+    pub(super) fn new(release_ms: f32, block_s: f32) -> Self {
         let blocks_hz = 1.0 / block_s;
         Self {
             factors: [1.0; BANDS],
-            thresholds,
             fading: block_s / FADES_S,
             stretch_len: samples(STRETCH_MS, blocks_hz),
             short_len: samples(SHORT_MS + release_ms, blocks_hz),
@@ -84,8 +85,8 @@ impl Coupling {
             pause: 0,
             blocks: 0,
             alarmed: false,
-            now: Highest::default(),
-            before: Highest::default(),
+            now: Highest::NONE,
+            before: Highest::NONE,
             weak: 0,
             alone: None,
         }
@@ -107,20 +108,18 @@ impl Coupling {
     /// The stretch starts afresh.
     pub(super) fn start(&mut self) {
         (self.blocks, self.alarmed) = (0, false);
-        (self.now, self.before) = (Highest::default(), Highest::default());
+        (self.now, self.before) = (Highest::NONE, Highest::NONE);
     }
 
-    /// Takes a block of motion: energy of each band over its floor, the sum over its threshold, and what the detector made of both.
+    /// Takes a block of motion: energy of each band over its floor, the factor that explains each component, and the state.
     #[inline]
     pub(super) fn step(
         &mut self,
-        energy: &[f32; BANDS],
-        sum: f32,
-        statistic: f32,
+        energy: [f32; BANDS],
+        factors: [f32; COMPONENTS],
         state: SlipState,
     ) {
-        let energy = core::array::from_fn(|b| energy[b] / self.thresholds[b]);
-        self.now = self.now.with(&Highest { energy, sum, statistic });
+        self.now = self.now.with(&Highest { energy, factors });
         self.blocks = self.blocks.saturating_add(1);
         if state != SlipState::Quiet {
             if !self.alarmed {
@@ -130,7 +129,7 @@ impl Coupling {
         }
         if self.alarmed {
             let highest = self.now.with(&self.before);
-            let weak = highest.statistic < WEAK;
+            let weak = highest.is_weak();
             let alone = weak && self.blocks <= self.short_len && self.pause == 0;
             self.alone = Some(highest).filter(|_| alone);
             self.weak = if weak { self.weak.saturating_add(1) } else { 0 };
@@ -152,7 +151,7 @@ impl Coupling {
             let highest = core::mem::replace(&mut self.before, self.now);
             self.learn(&highest);
             self.blocks = 0;
-            self.now = Highest::default();
+            self.now = Highest::NONE;
         }
     }
 
@@ -162,10 +161,9 @@ impl Coupling {
         for b in 0..BANDS {
             let factor = &mut self.factors[b];
             *factor += faded * (1.0 - *factor);
-            let has_part = b >= FIRST_OCTAVE && highest.energy[b] * self.thresholds[b] > PART;
-            let by_sum = if has_part { 1.0 + (highest.sum - NEAR_SUM).max(0.0) } else { 1.0 };
-            let raised = (highest.energy[b] / NEAR).max(by_sum).max(1.0);
-            *factor = (*factor * raised).min(MOST);
+            let has_part = b >= FIRST_OCTAVE && highest.energy[b] > PART;
+            let together = if has_part { highest.factors[BANDS] } else { 1.0 };
+            *factor = (*factor * highest.factors[b].max(together)).min(MOST);
         }
     }
 }

@@ -21,9 +21,9 @@ use super::{
     config::{BANDS, DetectorConfig},
     lanes::samples,
     slip::SlipState,
-    test::Block,
+    sum::{Block, GONE},
 };
-use crate::error::ConfigError;
+use crate::{alarm::Method, error::ConfigError};
 
 /// Limits of a band.
 pub const LIMITS: usize = 8;
@@ -31,6 +31,8 @@ pub const LIMITS: usize = 8;
 const BASE_S: f32 = 5e-3;
 /// Share of the bet.
 const BET: f32 = 0.5;
+/// Evidence over the interval of a certified slip: enough for the mean over all methods.
+const CERTIFIED: f32 = Method::ALL.len() as f32;
 /// The largest evidence (s): a product of two stays finite.
 const MOST_S: f32 = 1e18;
 
@@ -274,65 +276,46 @@ impl Evidence {
     }
 }
 
-// A statistic and the level of the vibration band in, the slip state out.
+// From the evidence to the slip state.
 
-/// Below this fraction of its recent peak the statistic is the fading memory of a slip that has stopped.
-const FRESH: f32 = 0.5;
-
-/// From the statistic to the slip state: thresholds, hysteresis, release.
+/// The slip state: hysteresis and release.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decision {
     gross: f32,
-    release: f32,
     release_len: u32,
     quiet_run: u32,
     pub(super) state: SlipState,
-    /// The lower one of the last two blocks: the front of a tap may reach the stylus a block before the reference.
+    /// Evidence over the interval: 1 and above is a slip.
     pub(super) statistic: f32,
-    before: f32,
-    /// The highest statistic of the last milliseconds, decaying half as fast as the energy does at rest.
-    recent_peak: f32,
-    peak_decay: f32,
 }
 
 impl Decision {
-    pub(super) fn new(config: &DetectorConfig, block_s: f32, blocks_hz: f32) -> Self {
+    pub(super) fn new(config: &DetectorConfig, blocks_hz: f32) -> Self {
         Self {
             gross: config.gross,
-            release: config.release,
             release_len: samples(config.release_ms, blocks_hz),
             quiet_run: 0,
             state: SlipState::Quiet,
             statistic: 0.0,
-            before: 0.0,
-            recent_peak: 0.0,
-            peak_decay: libm::expf(-block_s / (2e-3 * config.envelope_ms)),
         }
     }
 
     pub(super) fn reset(&mut self) {
-        self.quiet_run = 0;
-        self.state = SlipState::Quiet;
-        self.statistic = 0.0;
-        self.before = 0.0;
-        self.recent_peak = 0.0;
+        (self.quiet_run, self.state, self.statistic) = (0, SlipState::Quiet, 0.0);
     }
 
-    /// Takes the statistic of a block and the energy over floor of the vibration band.
+    /// Takes the evidence of a block over the interval, and the energy over floor of the bands that slide.
     #[inline]
-    pub(super) fn step(&mut self, now: f32, vibration: f32) {
-        let statistic = now.min(self.before);
-        self.before = now;
+    pub(super) fn step(&mut self, statistic: f32, sliding: f32) {
         self.statistic = statistic;
-        self.recent_peak = statistic.max(self.recent_peak * self.peak_decay);
-        if statistic > 1.0 {
+        if statistic >= 1.0 {
             self.quiet_run = 0;
-            if vibration > self.gross {
+            if sliding > self.gross {
                 self.state = SlipState::Gross;
             } else if self.state == SlipState::Quiet {
                 self.state = SlipState::Incipient;
             }
-        } else if statistic >= self.release {
+        } else if statistic >= GONE {
             self.quiet_run = 0;
         } else {
             self.quiet_run = self.quiet_run.saturating_add(1);
@@ -342,17 +325,12 @@ impl Decision {
         }
     }
 
-    /// The evidence of the blocks shows a slip, whatever the statistic.
+    /// The evidence of the certificate shows a slip, whatever the sum: it counts as that of every method.
     #[cold]
     pub(super) fn certify(&mut self) {
         self.quiet_run = 0;
+        self.statistic = self.statistic.max(CERTIFIED);
         self.state = self.state.max(SlipState::Incipient);
-    }
-
-    /// Whether the signal is above its threshold now, and not only the mean of the last milliseconds.
-    #[inline]
-    pub(super) fn is_fresh(&self) -> bool {
-        self.statistic > 1.0 && self.statistic >= FRESH * self.recent_peak
     }
 }
 

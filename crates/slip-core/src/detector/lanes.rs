@@ -1,6 +1,6 @@
 //! The bands of a configuration at a sample rate: their filters, and the readings of all axes in the block that is being filled.
 
-use super::config::{BANDS, BandThreshold, DetectorConfig, FIRST_OCTAVE};
+use super::config::{BANDS, DetectorConfig, FIRST_OCTAVE};
 use crate::{
     error::ConfigError,
     filter::{Band, FilterBank, MAX_CORNER},
@@ -18,8 +18,7 @@ const BLOCK_S: f32 = 5e-4;
 /// Lower corner of a shear or vibration band that had to be lowered, over the highest corner that the sample rate can carry.
 const LOWERED: f32 = 0.25;
 
-/// Independent readings in the mean energy of shear and vibration, twice the time constant long: the mean of fewer reaches the
-/// thresholds by itself.
+/// Independent readings in the mean energy of shear and vibration, twice the time constant long: the mean of fewer becomes gross by itself.
 const MEAN_READINGS: f32 = 6.0;
 /// Independent readings in a part of the noise floor: the median of parts with fewer lies far below their mean.
 const PART_READINGS: f32 = 4.0;
@@ -29,13 +28,11 @@ const PART_READINGS: f32 = 4.0;
 pub(super) struct Lanes {
     /// Corners. An octave that the rate cannot carry has no part in any decision; the shear and the vibration band are lowered.
     pub(super) corners: [Band; BANDS],
-    /// Thresholds of the energy; infinite where the band does not exist.
-    pub(super) thresholds: [f32; BANDS],
     /// Samples in a block, 1 to [`MOST`].
     pub(super) block_len: usize,
     /// Length of a block (s).
     pub(super) block_s: f32,
-    /// Independent readings of each band in a block: twice its width times its length.
+    /// Independent readings of each band in a block: twice its width times its length; 0 where the rate does not carry it.
     pub(super) readings: [f32; BANDS],
     /// Whether the rate carries the shear band, which begins where the motion of hands and robots ends.
     pub(super) above_motion: bool,
@@ -51,7 +48,6 @@ impl Lanes {
         let block_s = block_len as f32 / rate_hz;
         let mut lanes = Self {
             corners: [Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }; BANDS],
-            thresholds: [f32::INFINITY; BANDS],
             block_len,
             block_s,
             readings: [0.0; BANDS],
@@ -59,14 +55,13 @@ impl Lanes {
         };
         for (b, band) in config.bands().iter().enumerate() {
             let corners = if fits(band, rate_hz) {
-                Band { low_hz: band.low_hz, high_hz: band.high_hz }
+                *band
             } else if b < FIRST_OCTAVE {
                 Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }
             } else {
                 continue;
             };
             lanes.corners[b] = corners;
-            lanes.thresholds[b] = band.threshold;
             lanes.readings[b] = 2.0 * (corners.high_hz.min(limit_hz) - corners.low_hz) * block_s;
         }
         Self::bank(&lanes, rate_hz)?;
@@ -88,13 +83,18 @@ impl Lanes {
         })
     }
 
+    /// Which bands the rate carries.
+    pub(super) fn carried(&self) -> [bool; BANDS] {
+        self.readings.map(|readings| readings > 0.0)
+    }
+
     pub(super) fn bank(&self, rate_hz: f32) -> Result<FilterBank<LANES>, ConfigError> {
         Ok(FilterBank::new(&padded(self.corners, self.corners[0]), rate_hz)?)
     }
 }
 
 /// Whether a rate carries a band: a sliver of it below the highest corner shows nothing.
-fn fits(band: &BandThreshold, rate_hz: f32) -> bool {
+fn fits(band: &Band, rate_hz: f32) -> bool {
     band.low_hz < 0.8 * MAX_CORNER * rate_hz
 }
 
@@ -104,13 +104,12 @@ impl DetectorConfig {
     ///
     /// # Errors
     /// Where a corner is no frequency.
-    pub fn bands_at(&self, rate_hz: f32) -> Result<[Option<BandThreshold>; BANDS], ConfigError> {
+    pub fn bands_at(&self, rate_hz: f32) -> Result<[Option<Band>; BANDS], ConfigError> {
         let lanes = Lanes::new(self, rate_hz)?;
         Ok(core::array::from_fn(|b| {
             let Band { low_hz, high_hz } = lanes.corners[b];
-            let threshold = lanes.thresholds[b];
             let high_hz = high_hz.min(MAX_CORNER * rate_hz);
-            threshold.is_finite().then_some(BandThreshold { low_hz, high_hz, threshold })
+            lanes.carried()[b].then_some(Band { low_hz, high_hz })
         }))
     }
 

@@ -2,16 +2,18 @@
 
 mod config;
 mod coupling;
+mod envelope;
 mod evidence;
 mod lanes;
+mod level;
 mod reference;
 mod rest;
 mod slip;
-mod test;
+mod sum;
 
-pub use config::{BANDS, BandThreshold, DetectorConfig, STILL_BANDS, TestKind};
+pub use config::{BANDS, DetectorConfig};
 pub use evidence::{Certificate, Evidence, LIMITS, ScoreLaw, Scores};
 pub use reference::GateConfig;
 pub use rest::{FloorHealth, RestMeter};
 pub use slip::{KnownFloors, Levels, SlipDetector, SlipState};
-pub use test::{Block, Cusum, EnergyTest, Glrt, SequentialTest};
+pub use sum::{AlarmSum, Block, COMPONENTS};

@@ -1,23 +1,25 @@
-//! Bands, floor, gate and tests joined: a reading of stylus and motion in, the slip state out.
+//! The slip detector: bands, floor, gate and the sum joined.
 //!
 //! ```text
-//! stylus -> bands -> scaled by the quiet floor -> [gate, while the robot moves] -> blocks of 0.5 ms -> tests -> state
+//! stylus -> bands -> scaled by the quiet floor -> [gate, while the robot moves] -> blocks of 0.5 ms -> sum -> state
 //! ```
 //!
 //! The shear band (20-400 Hz) sees the first elastic movement; the vibration band (100-800 Hz) and the two highest
 //! octaves (250-3000 Hz) the texture passing under the stylus, also where the mains hum below; above `gross` times the
 //! floor there, the object slides. Four bands that do not overlap separate a slip from motion that fills only some of
 //! them. A rate that carries none of them is left with the level
-//! ([`level`](super::level)).
+//! (`level`).
 
 use super::{
-    config::{BANDS, DetectorConfig, TestKind, VIBRATION},
+    config::{BANDS, DetectorConfig, VIBRATION},
     coupling::{Correlation, Coupling, Knocks, Relation, WEAK},
+    envelope::Envelope,
     evidence::{Certificate, Decision, Evidence, Scores},
     lanes::{Axes, LANES, Lanes, Pending, PrimedBank, of_bands, padded},
+    level::Level,
     reference::{Delay, Gate, Reference},
     rest::{Doubt, FloorHealth},
-    test::{Block, Cusum, EnergyTest, Glrt, Level, SequentialTest},
+    sum::{AlarmSum, Block, COMPONENTS},
 };
 use crate::{
     alarm::{Cause, Causes},
@@ -48,18 +50,18 @@ pub struct KnownFloors {
     pub reference: Option<[f32; 2]>,
 }
 
-/// What the tests see, each before its threshold.
+/// What decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levels {
     /// Mean energy of each band over its floor; 1 at rest.
     pub energy: [f32; BANDS],
-    /// The cumulative sum (log-likelihood ratio).
-    pub cusum: f32,
-    /// The statistic that decides, over its threshold.
+    /// Evidence of each component of the sum (s).
+    pub evidence_s: [f32; COMPONENTS],
+    /// Evidence of all over the interval: 1 and above is a slip.
     pub statistic: f32,
 }
 
-/// Filter bank, floor, gate and tests with their memory.
+/// Filter bank, floor, gate and sum with their memory.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipDetector {
     bank: PrimedBank,
@@ -79,6 +81,7 @@ pub struct SlipDetector {
     /// Blocks of the stylus that wait for a late reference, or of an early one that wait for the stylus.
     delay: Delay,
     blind_margin: f32,
+    per_gross: f32,
     moving: bool,
     no_skip: bool,
     rate_hz: f32,
@@ -86,12 +89,12 @@ pub struct SlipDetector {
     per_sample: f32,
     /// The block that is being filled: its filters run together when it is full.
     pending: Pending,
-    kind: TestKind,
-    energy: EnergyTest,
+    envelope: Envelope,
+    sum: AlarmSum,
     /// Where the rate carries no band above motion.
     level: Option<Level>,
-    cusum: Cusum,
-    glrt: Glrt,
+    /// The block that was decided on last.
+    decided: Option<Block>,
     decision: Decision,
     evidence: Option<Evidence>,
     /// Floors that the evidence is for.
@@ -123,7 +126,6 @@ impl SlipDetector {
         if let Some(energy) = floor.energy() {
             gate.rescale(&energy);
         }
-        let cusum = Cusum::new(config.cusum_ratio, config.cusum_threshold, lanes.readings);
         Ok(Self {
             bank: PrimedBank::new(&lanes, rate_hz)?,
             axes: Axes::new(&lanes, rate_hz)?,
@@ -138,27 +140,27 @@ impl SlipDetector {
             floor,
             reference,
             gate,
-            coupling: Coupling::new(lanes.thresholds, config.release_ms, lanes.block_s),
+            coupling: Coupling::new(config.release_ms, lanes.block_s),
             correlation: Correlation::new(lanes.block_s),
             knocks: Knocks::new(lanes.block_s),
             delay: Delay::new(),
             blind_margin: config.gate.blind_margin,
+            per_gross: 1.0 / config.gross,
             moving: false,
             no_skip: false,
             rate_hz,
             block_len: lanes.block_len,
             per_sample,
             pending: Pending::default(),
-            kind: config.test,
-            energy: EnergyTest::new(
+            envelope: Envelope::new(
                 lanes.envelopes_s(1e-3 * config.envelope_ms),
                 lanes.block_s,
-                lanes.thresholds,
+                lanes.carried(),
             ),
+            sum: AlarmSum::new(config, &lanes.readings, lanes.block_s),
             level: (!lanes.above_motion).then(|| Level::new(lanes.block_s)),
-            cusum: if config.test == TestKind::Cusum { cusum.in_every_scene() } else { cusum },
-            glrt: Glrt::new(config.glrt_threshold, lanes.readings),
-            decision: Decision::new(config, lanes.block_s, blocks_hz),
+            decided: None,
+            decision: Decision::new(config, blocks_hz),
             evidence: None,
             certified_floor: [1.0; BANDS],
             doubt: Doubt::new(&lanes.readings),
@@ -259,12 +261,12 @@ impl SlipDetector {
         !self.pending.stylus().is_empty()
     }
 
-    /// What the tests see now, each before its threshold.
+    /// What decides now.
     #[must_use]
     pub fn levels(&self) -> Levels {
         Levels {
-            energy: self.energy.over_floor(),
-            cusum: self.cusum.sum(),
+            energy: self.envelope.over_floor(),
+            evidence_s: self.sum.evidence_s(),
             statistic: self.decision.statistic,
         }
     }
@@ -280,16 +282,17 @@ impl SlipDetector {
     /// Whether the sample rate carries each band.
     #[must_use]
     pub fn has_bands(&self) -> [bool; BANDS] {
-        self.energy.has_bands()
+        self.envelope.carried()
     }
 
-    /// Adds to `causes` what is known of knock, motion and stop of the arm at an alarm: the statistic of the stylus (0 where another method
-    /// spoke), whether it is `certified`, and whether the command of the motion is known at all.
+    /// Adds to `causes` what is known of knock, motion and stop of the arm at an alarm, which the stylus `feels` or another method, and which is
+    /// `certified`; `command_known` states whether motion is commanded. Motion is ruled out that would have to be several times as strong as the
+    /// reference shows it.
     #[must_use]
     pub(crate) fn add_causes(
         &self,
         causes: Causes,
-        statistic: f32,
+        feels: bool,
         certified: bool,
         command_known: bool,
     ) -> Causes {
@@ -298,7 +301,10 @@ impl SlipDetector {
         let knock = sound.then_some(!(self.moving && self.gate.rings()));
         let motion = match self.moving {
             false => Some(true),
-            true => Some((sound && statistic >= WEAK) || certified),
+            true => {
+                let strong = || self.sum.unexplained().iter().any(|factor| *factor >= WEAK);
+                Some((sound && feels && strong()) || certified)
+            }
         };
         let stop = if self.moving { self.reference.is_going_on(command_known) } else { Some(true) };
         let known = sound || command_known;
@@ -333,23 +339,43 @@ impl SlipDetector {
         self.floor.energy().map_or(0.0, |energy| libm::sqrtf(energy[VIBRATION]))
     }
 
-    /// Whether the signal is above its threshold now, and not only the mean of the last milliseconds.
+    /// Whether the evidence of the last block is that of a slip.
     #[must_use]
     #[inline]
     pub fn is_fresh(&self) -> bool {
-        self.decision.is_fresh()
+        self.decision.statistic >= 1.0
+    }
+
+    /// How strong the slip is that the stylus shows now: the energy of the bands that slide over half of that of a gross slip, at least 1; 0 where
+    /// the evidence of the last block is none.
+    #[must_use]
+    #[inline]
+    pub fn loudness(&self) -> f32 {
+        let loud = 2.0 * self.envelope.sliding() * self.per_gross;
+        if self.is_fresh() { loud.max(1.0) } else { 0.0 }
+    }
+
+    /// The block that the last decision was made from; `None` before the first.
+    #[must_use]
+    pub fn block(&self) -> Option<&Block> {
+        self.decided.as_ref()
+    }
+
+    /// Energy of each band over its floor that, if it lasts, is a slip within `within_s` (s), as [`AlarmSum::smallest`] has it.
+    #[must_use]
+    pub fn smallest(&self, moving: bool, within_s: f32) -> [f32; BANDS] {
+        self.sum.smallest(moving, within_s)
     }
 
     /// Starts the filters afresh with the next samples; the floors stay.
     pub fn prime(&mut self) {
         self.bank.start();
         self.axes.start();
-        self.energy.reset();
+        self.envelope.reset();
+        self.sum.reset();
         if let Some(level) = &mut self.level {
             level.start();
         }
-        self.cusum.reset();
-        self.glrt.reset();
         self.reference.restart();
         self.moving = false;
         self.gate.start();
@@ -412,8 +438,8 @@ impl SlipDetector {
             );
             self.pending.clear();
             let block = Block { energy, floor, moving: true };
-            self.energy.step(&block);
-            self.cusum.step(&block);
+            self.envelope.step(&block);
+            self.sum.step(&block);
         }
     }
 
@@ -577,36 +603,21 @@ impl SlipDetector {
 
     #[inline]
     fn decide(&mut self, block: &Block) {
-        let statistic = match self.kind {
-            TestKind::Fused => {
-                let energy = self.energy.step(block);
-                match (&mut self.level, self.floor.energy()) {
-                    (Some(level), Some(floor)) => {
-                        level.step(block.energy[VIBRATION], floor[VIBRATION])
-                    }
-                    _ => energy.max(self.cusum.step(block)),
-                }
-            }
-            TestKind::Energy => self.energy.step(block),
-            TestKind::Cusum => {
-                self.energy.step(block);
-                self.cusum.step(block)
-            }
-            TestKind::Glrt => {
-                self.energy.step(block);
-                self.glrt.step(block)
-            }
+        self.envelope.step(block);
+        self.decided = Some(*block);
+        let statistic = match (&mut self.level, self.floor.energy()) {
+            (Some(level), Some(floor)) => level.step(block.energy[VIBRATION], floor[VIBRATION]),
+            _ => self.sum.step(block),
         };
-        let over_floor = self.energy.over_floor();
-        self.decision.step(statistic, self.energy.sliding());
+        self.decision.step(statistic, self.envelope.sliding());
         let alarmed = self.decision.state != SlipState::Quiet;
         self.knocks.step(alarmed, self.moving && self.gate.rings());
         if self.evidence.is_some() {
             self.weigh(block);
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
-            let Decision { statistic, state, .. } = self.decision;
-            self.coupling.step(&over_floor, self.cusum.over_threshold(), statistic, state);
+            let (energy, factors) = (self.envelope.over_floor(), self.sum.unexplained());
+            self.coupling.step(energy, factors, self.decision.state);
         }
     }
 }

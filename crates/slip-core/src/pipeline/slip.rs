@@ -106,7 +106,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             phase,
             method,
             statistic: Some(statistic),
-            confidence: Some(confidence(statistic, self.config.detector.tail)),
+            confidence: Some(confidence(statistic)),
             certified_s,
             ruled_out: causes.ruled_out.bits(),
             possible: causes.possible.bits(),
@@ -192,9 +192,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 causes
             }
         };
-        let felt = detection.filter(|detection| detection.method == Method::Stylus);
-        let statistic = felt.map_or(0.0, |detection| detection.statistic);
-        self.detector.add_causes(grip, statistic, certified, sample.motion.is_some())
+        let feels = detection.is_some_and(|detection| detection.method == Method::Stylus);
+        self.detector.add_causes(grip, feels, certified, sample.motion.is_some())
     }
 
     /// The sample of a slip with its force and its travel as far as they are believed; stylus and travel are compared.
@@ -219,7 +218,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         if self.slip.is_some() {
             let noise = self.detector.noise_rms();
             self.turns.step(sample.stylus, noise, dt_s);
-            let statistic = |(statistic, _)| if self.detector.is_fresh() { statistic } else { 0.0 };
             self.fusion.compare(Seen {
                 t: sample.t,
                 dt_s: dt_s.min(0.01),
@@ -228,7 +226,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 leaps: 0,
                 // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
                 force_n: sample.normal_force_n.filter(|_| !self.detector.is_moving()),
-                stylus: stylus.map(statistic),
+                stylus: stylus.map(|_| self.detector.loudness()),
                 reading: self.sink.raw(),
                 noise,
                 holds_alone: self.holds_alone(sample.t),

@@ -191,6 +191,21 @@ impl<const N: usize> PressurePattern<N> {
         self.rms
     }
 
+    /// Whether there was a frame since the object was taken.
+    #[must_use]
+    #[inline]
+    pub fn has_begun(&self) -> bool {
+        self.last_t.is_some()
+    }
+
+    /// Log-likelihood ratio of a rise to six times the noise that a change at the threshold has.
+    #[must_use]
+    pub fn log_at_limit(&self) -> f32 {
+        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
+        let taxels = self.len as f32;
+        0.5 * taxels * self.config.threshold * (1.0 - 1.0 / 6.0)
+    }
+
     /// Whether there was a new frame within `within` before `t`.
     #[must_use]
     pub fn is_live(&self, t: Micros, within: Micros) -> bool {
