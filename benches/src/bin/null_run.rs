@@ -58,11 +58,11 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     for (seed, t_s) in run.places.iter().take(20) {
         println!("  false alarm of the robot with seed {seed} at {t_s:.4} s");
     }
-    println!("highest statistic of a minute: {}", spread(run.peaks));
-    let names = ["shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4", "cusum"];
+    println!("highest evidence of a minute over the interval: {}", spread(run.peaks));
+    let names = ["shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4", "octaves"];
     for (place, name) in names.into_iter().enumerate() {
         let levels = run.levels.iter().filter_map(|l| l.get(place).copied()).collect();
-        println!("{name:9} highest of a minute: {}", spread(levels));
+        println!("{name:9} highest evidence of a minute (s): {}", spread(levels));
     }
     Ok(())
 }
@@ -73,7 +73,7 @@ fn spread(mut values: Vec<f64>) -> String {
         values.get(((values.len() - 1) as f64 * q).round() as usize).copied().unwrap_or(0.0)
     };
     format!(
-        "median {:.2}, 90 % {:.2}, 99 % {:.2}, highest {:.2}",
+        "median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, highest {:.2e}",
         at(0.5),
         at(0.9),
         at(0.99),

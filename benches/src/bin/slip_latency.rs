@@ -7,7 +7,7 @@ use serde_json::json;
 use slip_benches::detection::{
     Alarm, Latency, Ours, Peer, RobotConfig, Slips, Trial, null_run, quantile, slips,
 };
-use slip_core::{PipelineConfig, Signal, detector::TestKind, units::Hertz};
+use slip_core::{PipelineConfig, Signal, units::Hertz};
 
 /// Slips objects of three roughnesses.
 #[derive(Debug, Parser)]
@@ -19,7 +19,7 @@ struct Args {
     /// First seed.
     #[arg(long, default_value_t = 6_000_000)]
     seed: u64,
-    /// Also the single tests and the older detectors, with thresholds for one false alarm in ten minutes, set on this many hours
+    /// Also the older detectors, with thresholds for one false alarm in ten minutes, set on this many hours
     /// without slip; 0 leaves them out.
     #[arg(long, default_value_t = 0.0)]
     peers: f64,
@@ -47,13 +47,6 @@ fn main() -> Result<(), Box<dyn core::error::Error>> {
     Ours::new(config)?;
     table(&args, "shipped", &|| Ours::new(config).expect("checked"));
     if args.peers > 0.0 {
-        for (name, test) in
-            [("energy", TestKind::Energy), ("cusum", TestKind::Cusum), ("glrt", TestKind::Glrt)]
-        {
-            let mut config = config;
-            config.detector.test = test;
-            table(&args, name, &|| Ours::new(config).expect("checked"));
-        }
         peer(&args, "fft 128", &|threshold| Peer::fft(1e4, threshold));
         peer(&args, "force-scaled pad", &|threshold| Peer::pad(1e4, threshold));
         peer(&args, "single threshold", &|threshold| Peer::single(1e4, threshold));

@@ -9,13 +9,12 @@ use super::{
 };
 use grip_eval::tail::Tail;
 use serde::Serialize;
-use slip_core::{ConfigError, PipelineConfig, Sample, Signal, detector::TestKind, units::Hertz};
+use slip_core::{ConfigError, PipelineConfig, Sample, Signal, units::Hertz};
 
 /// How a detector works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
-    /// The pipeline with this test.
-    Ours(TestKind),
+    Ours,
     Fft,
     Pad,
     Single,
@@ -30,11 +29,8 @@ pub struct Contestant {
 }
 
 /// All of them.
-pub const CONTESTANTS: [Contestant; 7] = [
-    Contestant { name: "shipped (fused)", kind: Kind::Ours(TestKind::Fused) },
-    Contestant { name: "energy EWMA", kind: Kind::Ours(TestKind::Energy) },
-    Contestant { name: "CUSUM", kind: Kind::Ours(TestKind::Cusum) },
-    Contestant { name: "windowed GLRT", kind: Kind::Ours(TestKind::Glrt) },
+pub const CONTESTANTS: [Contestant; 4] = [
+    Contestant { name: "shipped", kind: Kind::Ours },
     Contestant { name: "block FFT 128", kind: Kind::Fft },
     Contestant { name: "force-scaled pad", kind: Kind::Pad },
     Contestant { name: "single threshold", kind: Kind::Single },
@@ -50,11 +46,11 @@ const INTERVALS: f64 = 10.0;
 /// Any detector with its threshold.
 #[derive(Clone, Debug)]
 pub enum Detector {
-    /// The pipeline; all of its thresholds are `factor` times the configured ones, the level at which a slip ends is as configured.
+    /// The pipeline with `factor` times the configured interval.
     Ours {
         /// The pipeline.
         ours: Box<Ours>,
-        /// Thresholds over the configured ones.
+        /// Interval over the configured one.
         factor: f64,
     },
     /// An older one.
@@ -80,14 +76,15 @@ impl Alarm for Detector {
 }
 
 impl Contestant {
-    /// The detector. `threshold` is a factor on all configured ones for the pipeline and has the unit of the statistic for the others.
+    /// The detector. `threshold` is a factor on the configured interval for the pipeline and has the unit of the statistic for the others.
     ///
     /// # Errors
-    /// Where the configuration is refused: a factor below some 1/8.
+    /// Where the configuration is refused: a factor below 1/600.
     pub fn make(&self, rate_hz: f64, threshold: f64) -> Result<Detector, ConfigError> {
         Ok(match self.kind {
-            Kind::Ours(test) => {
-                let config = scaled(test, rate_hz as f32, threshold as f32);
+            Kind::Ours => {
+                let mut config = PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz as f32));
+                config.detector.interval_s *= threshold as f32;
                 Detector::Ours { ours: Box::new(Ours::new(config)?), factor: threshold }
             }
             Kind::Fft => Detector::Peer(Peer::fft(rate_hz, threshold)),
@@ -95,21 +92,6 @@ impl Contestant {
             Kind::Single => Detector::Peer(Peer::single(rate_hz, threshold)),
         })
     }
-}
-
-fn scaled(test: TestKind, rate_hz: f32, factor: f32) -> PipelineConfig {
-    let mut config = PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz));
-    let detector = &mut config.detector;
-    detector.test = test;
-    let octaves = detector.octaves.iter_mut();
-    for band in octaves.chain([&mut detector.shear, &mut detector.vibration]) {
-        band.threshold *= factor;
-    }
-    // The level at which a slip ends stays: a share of a low threshold could lie below the noise, and no slip would ever end.
-    detector.release = (detector.release / factor).clamp(0.01, 1.0);
-    detector.cusum_threshold *= factor;
-    detector.glrt_threshold *= factor;
-    config
 }
 
 /// Every contestant with a threshold that nothing reaches.

@@ -34,8 +34,6 @@ impl Alarm for Ours {
     }
 
     fn levels(&self) -> [f64; 7] {
-        let levels = self.pipeline.detector().levels();
-        let [a, b, c, d, e, f] = levels.energy.map(f64::from);
-        [a, b, c, d, e, f, f64::from(levels.cusum)]
+        self.pipeline.detector().levels().evidence_s.map(f64::from)
     }
 }

@@ -1,14 +1,11 @@
-//! The file of a calibration: a noise floor, a motion gate and thresholds, what they stand on, and what they change in the settings.
+//! The file of a calibration: a noise floor, a motion gate and slack, what they stand on, and what they change in the settings.
 
 use serde::{Deserialize, Serialize};
 use slip_core::{
     PipelineConfig,
-    detector::{BANDS, Certificate, DetectorConfig},
+    detector::{BANDS, COMPONENTS, Certificate},
     units::Hertz,
 };
-
-/// A release level this far below the threshold is the least that ends a slip in good time.
-const MOST_RELEASE: f32 = 0.8;
 
 /// What `gripctl calibrate` writes and `--calibration` reads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -45,14 +42,10 @@ pub struct StylusCalibration {
     pub reference_floor: Option<[f32; 2]>,
     /// What motion adds to the floor of each band; absent where the recording had too little motion.
     pub gain: Option<[f32; BANDS]>,
-    /// Thresholds of the energy of each band.
-    pub thresholds: [f32; BANDS],
-    /// Threshold of the cumulative sum.
-    pub cusum_threshold: f32,
-    /// How fast false alarms get rarer above the thresholds, for the confidence of events: the tail of the highest level over its threshold in
-    /// each second, one standard error to the heavy side. Absent where the recording was too short.
-    #[serde(default)]
-    pub tail: Option<f32>,
+    /// Slack of each component of the sum, robot still and moving: shear, vibration, the octaves, the octaves together.
+    pub slack_still: [f32; COMPONENTS],
+    /// While the robot moves.
+    pub slack_moving: [f32; COMPONENTS],
     /// What it was made from.
     pub evidence: Evidence,
     /// Limits and chances of the certified alarm, and what they stand on. Absent where the recording does not carry the
@@ -88,7 +81,7 @@ pub struct Evidence {
     /// Rest (s).
     pub rest_s: f64,
     /// Rest that was louder than the rest of it though the reference shows no motion (s): a knock, a slip or other work.
-    /// It counts neither for the floor nor for the thresholds. Absent in files of older versions.
+    /// It does not count for the floor. Absent in files of older versions.
     #[serde(default)]
     pub unexplained_s: f64,
     /// Where the longest stretch of it begins (s) and how long it lasts (s).
@@ -96,27 +89,27 @@ pub struct Evidence {
     pub unexplained_longest: Option<[f64; 2]>,
     /// Motion (s).
     pub motion_s: f64,
-    /// Signal that was judged by thresholds from the other half of it (s).
+    /// Largest over smallest energy of the eighths of the rest, in the band where they differ most: 1 for steady noise.
+    pub unsteady: f32,
+    /// Alarms that a replay of the recording with this calibration shows.
+    pub seen: u64,
+    /// Signal (s) whose alarms the slack was judged by, after it was found from the rest of the recording.
     pub judged_s: f64,
-    /// Seconds of it with an alarm.
+    /// Seconds of it with evidence beyond the interval.
     pub alarms: u64,
-    /// Lower bound (95 %) of the mean time between false alarms (s).
+    /// Lower bound (95 %) of the mean time between false alarms (s), if what comes is like what was judged. Nothing beyond it is claimed.
     pub interval_low_s: f64,
-    /// Upper bound (95 %); absent where there was no alarm.
-    pub interval_high_s: Option<f64>,
-    /// Wanted interval of one test over the length of the recording: above 1 the thresholds are extrapolated.
-    pub extrapolation: f64,
-    /// The longest interval (s) that is claimed for the fast trigger: the wanted one, and at most a third of the signal
-    /// that it was judged on, in which no alarm shows that with 95 %. What is wanted beyond it is extrapolated. Absent
-    /// in files of older versions.
-    #[serde(default)]
-    pub claimed_s: Option<f64>,
-    /// The smallest vibration (signal unit, rms, at 100 to 400 Hz) that is a slip for the fast trigger at rest ...
+    /// The smallest vibration (signal unit, rms) that is a slip within [`Evidence::WITHIN_S`] at rest ...
     #[serde(default)]
     pub smallest_rest: Option<f32>,
     /// ... and in motion as it was on average; absent where the recording had too little motion.
     #[serde(default)]
     pub smallest_motion: Option<f32>,
+}
+
+impl Evidence {
+    /// Time in which the smallest vibration has to be found (s).
+    pub const WITHIN_S: f32 = 0.02;
 }
 
 /// What a certificate stands on.
@@ -155,9 +148,14 @@ impl Calibration {
     /// From the text of its file. One that has `taxels` and no `floor` is that of an array alone.
     ///
     /// # Errors
-    /// Where the text is no TOML, or a key is missing, unknown or of another type.
+    /// Where the text is no TOML, or a key is missing, unknown or of another type; where it has thresholds, as before there was one sum.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
         let keys: toml::Table = toml::from_str(text)?;
+        if keys.contains_key("thresholds") {
+            return Err(serde::de::Error::custom(
+                "made by an older version, for a detector with thresholds: calibrate again with `gripctl calibrate`",
+            ));
+        }
         if keys.contains_key("taxels") && !keys.contains_key("floor") {
             return toml::from_str(text).map(Self::Array);
         }
@@ -206,15 +204,10 @@ impl Calibration {
 impl StylusCalibration {
     fn apply(&self, config: PipelineConfig) -> PipelineConfig {
         let mut detector = config.detector;
-        detector.release = self.release(&detector);
-        let [shear, vibration, a, b, c, d] = self.thresholds;
-        detector.shear.threshold = shear;
-        detector.vibration.threshold = vibration;
-        for (band, threshold) in detector.octaves.iter_mut().zip([a, b, c, d]) {
-            band.threshold = threshold;
-        }
-        detector.cusum_threshold = self.cusum_threshold;
-        detector.tail = self.tail.unwrap_or(detector.tail);
+        #[expect(clippy::cast_possible_truncation, reason = "at most 1e9")]
+        let interval_s = self.evidence.wanted_interval_s as f32;
+        detector.interval_s = interval_s;
+        (detector.slack_still, detector.slack_moving) = (self.slack_still, self.slack_moving);
         detector.gate.gain = self.gain.unwrap_or(detector.gate.gain);
         PipelineConfig {
             detector,
@@ -225,25 +218,22 @@ impl StylusCalibration {
         }
     }
 
-    /// What is still found, with the mean energies of the reference in motion.
-    pub fn set_smallest(&mut self, reference: &[f32; BANDS]) {
-        // Shear and vibration decide in every scene, and overlap.
-        let smallest = |motion: &[f32; BANDS]| {
-            let energy = |b: usize| self.thresholds[b] * (self.floor[b] + motion[b]);
+    /// States what is still found: energies over the floors that are slips, of shear and vibration, at rest and in motion with these mean energies
+    /// of the reference.
+    pub fn set_smallest(
+        &mut self,
+        still: &[f32; BANDS],
+        moving: &[f32; BANDS],
+        reference: &[f32; BANDS],
+    ) {
+        let smallest = |over: &[f32; BANDS], motion: &[f32; BANDS]| {
+            let energy = |b: usize| over[b] * (self.floor[b] + motion[b]);
             energy(0).min(energy(1)).sqrt()
         };
-        self.evidence.smallest_rest = Some(smallest(&[0.0; BANDS]));
-        self.evidence.smallest_motion =
-            self.gain.map(|gain| smallest(&core::array::from_fn(|b| gain[b] * reference[b])));
-    }
-
-    /// The share of the thresholds at which the energy of shear or vibration is as high as at the release level of `detector`: lower thresholds
-    /// must not take the release level down into the noise, where no slip would end.
-    fn release(&self, detector: &DetectorConfig) -> f32 {
-        let [shear, vibration, ..] = self.thresholds;
-        let lowered = (detector.shear.threshold / shear)
-            .max(detector.vibration.threshold / vibration)
-            .max(1.0);
-        (detector.release * lowered).min(MOST_RELEASE.max(detector.release))
+        let rest = smallest(still, &[0.0; BANDS]);
+        let motion = self
+            .gain
+            .map(|gain| smallest(moving, &core::array::from_fn(|b| gain[b] * reference[b])));
+        (self.evidence.smallest_rest, self.evidence.smallest_motion) = (Some(rest), motion);
     }
 }

@@ -75,18 +75,37 @@ pub fn pipeline_record<'a>(
     })
 }
 
-/// What a recorded pipeline began with.
+/// Keys of the detectors of older versions, which had thresholds.
+pub(crate) const THRESHOLDS: [&str; 7] =
+    ["test", "threshold", "cusum_threshold", "cusum_ratio", "glrt_threshold", "tail", "release"];
+
+/// What a recorded pipeline began with. Thresholds of an older version are left out: its samples are what counts.
 ///
 /// # Errors
 /// Where its settings are not those of this version.
 pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::Error> {
+    let mut config: serde_json::Value = serde_json::from_str(record.config)?;
+    if let Some(detector) = config.get_mut("detector") {
+        leave_out(detector);
+    }
     Ok(Beginning {
-        config: serde_json::from_str(record.config)?,
+        config: serde_json::from_value(config)?,
         carried_n: record.carried_n,
         least_n: record.least_n,
         released: record.released,
         taxels: usize::try_from(record.taxels).unwrap_or(usize::MAX),
     })
+}
+
+fn leave_out(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(keys) => {
+            keys.retain(|key, _| !THRESHOLDS.contains(&key.as_str()));
+            keys.values_mut().for_each(leave_out);
+        }
+        serde_json::Value::Array(values) => values.iter_mut().for_each(leave_out),
+        _ => {}
+    }
 }
 
 /// The samples of an MCAP recording with one pipeline, with the channels that have a reading.
@@ -154,6 +173,7 @@ fn empty(file: &Path, begun: &Beginning) -> Recording {
 mod tests {
     use super::{beginning, event_record, pipeline_record};
     use crate::{report::Event, session::Beginning};
+    use grip_record::mcap::PipelineRecord;
     use slip_core::{
         PipelineConfig, Signal, SlipReport,
         units::{Hertz, Micros},
@@ -164,8 +184,16 @@ mod tests {
         let mut config = PipelineConfig::gripping(Hertz(9_999.95));
         config.known_floor =
             Some([1.0e-13, 1.0 / 3.0, 2.5e-9, f32::MIN_POSITIVE, 7.7e-8, 16_777_215.0]);
-        config.detector.tail = 4.000_001;
+        config.detector.interval_s = 600.000_1;
         let mut json = Vec::new();
+        let begun = Beginning { config, carried_n: None, least_n: 0.1, released: true, taxels: 0 };
+        let record = pipeline_record(&begun, &mut json).unwrap();
+        let older = record
+            .config
+            .replacen("\"low_hz\"", "\"threshold\":25.0,\"low_hz\"", 1)
+            .replacen("\"gross\"", "\"tail\":4.0,\"test\":\"fused\",\"gross\"", 1);
+        assert_ne!(older, record.config);
+        assert_eq!(beginning(&PipelineRecord { config: &older, ..record }).unwrap(), begun);
         for config in [config, PipelineConfig::observing(Signal::Vibration, Hertz(2200.0))] {
             for (carried_n, released) in [(None, true), (Some(7.25), false)] {
                 let begun = Beginning { config, carried_n, least_n: 0.1, released, taxels: 16 };

@@ -303,7 +303,11 @@ impl Fusion {
         let method = method?;
         let statistic = sum / f32::max(count, 1.0);
         self.slips = statistic >= 1.0 || (self.slips && state != SlipState::Quiet);
-        Some(Detection { statistic, state: if self.slips { state } else { SlipState::Quiet }, method })
+        Some(Detection {
+            statistic,
+            state: if self.slips { state } else { SlipState::Quiet },
+            method,
+        })
     }
 }
 

@@ -58,11 +58,9 @@ pub fn warnings(config: &HostConfig, set: &[Setting]) -> Vec<String> {
         config.fleet.site.is_some() && config.listen == Listen::Off,
         "fleet.site is set, but gripfleet cannot connect: listen is \"off\"",
     );
-    let calibrated =
-        ["detector.shear.threshold", "detector.vibration.threshold", "detector.octaves"]
-            .into_iter()
-            .chain(["detector.cusum_threshold", "detector.release"])
-            .find(|key| is_set(key));
+    let calibrated = ["detector.interval_s", "detector.slack_still", "detector.slack_moving"]
+        .into_iter()
+        .find(|key| is_set(key));
     if let (Some(_), Some(key)) = (config.stylus_calibration(), calibrated) {
         warn(true, &format!("{key} is set, but the calibration decides it"));
     }

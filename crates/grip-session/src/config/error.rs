@@ -1,6 +1,7 @@
 //! What is wrong with a configuration, and where it stands.
 
 use super::{HostConfig, address::Listen};
+use crate::recording::THRESHOLDS;
 use crate::signature::KeyError;
 use core::{fmt, net::SocketAddr, ops::Range};
 use slip_core::ConfigError;
@@ -133,6 +134,10 @@ fn unknown(message: &str) -> Option<String> {
     let mut names = message.split('`').skip(1).step_by(2);
     let name = names.next().filter(|_| message.starts_with("unknown field"))?;
     let advice = |advice| format!("unknown field `{name}`{advice}");
+    let of_detector = message.contains("`interval_s`") || message.contains("`low_hz`");
+    if of_detector && THRESHOLDS.contains(&name) {
+        return Some(advice(": the detector has one threshold, detector.interval_s; leave it out"));
+    }
     let all = toml::Table::try_from(HostConfig::default()).unwrap_or_default();
     let holds = |value: &toml::Value| value.as_table().is_some_and(|keys| keys.contains_key(name));
     if let Some((table, _)) = all.iter().find(|(_, value)| holds(value)) {

@@ -297,6 +297,8 @@ mod tests {
         let text = error("[grip]\nf_max_n = 10.0\nforce = 3\n");
         assert!(text.starts_with("gripd.toml:3:1: unknown field `force`, expected"), "{text}");
         assert!(text.ends_with("\n3 | force = 3\n    ^^^^^"), "{text}");
+        let text = error("[detector]\ntest = \"fused\"\n");
+        assert!(text.contains("has one threshold, detector.interval_s"), "{text}");
         let text = error("port = 7\n");
         assert!(text.starts_with("gripd.toml:1:8: "), "{text}");
         let text = error("[grip\n");
@@ -307,8 +309,7 @@ mod tests {
     fn impossible_limits_name_line_column_and_range() {
         let text = error("# limits\n[grip]\nf_max_n = 10.0\ntrial_force_n = 20.0\n");
         assert_eq!(text, "gripd.toml:4:1: grip.trial_force_n = 20 is outside 0.01 to 10");
-        let text =
-            error("[detector]\nshear = { low_hz = 500.0, high_hz = 90.0, threshold = 25.0 }\n");
+        let text = error("[detector]\nshear = { low_hz = 500.0, high_hz = 90.0 }\n");
         assert_eq!(text, "gripd.toml:2:11: detector.shear.low_hz = 500 is outside 0.001 to 90");
         assert_eq!(error("baud = 0\n"), "gripd.toml:1:1: baud = 0 is outside 1 to 1000000000");
         assert!(error("baud = 1200\n").starts_with("gripd.toml:1:1: baud 1200 is not used"));

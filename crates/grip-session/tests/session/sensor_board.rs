@@ -131,9 +131,9 @@ fn calibrated(vibration: bool) -> HostConfig {
     let file = folder.path().join("cal.toml");
     let text = format!(
         "sample_rate_hz = 1600.0\nvibration = {vibration}\n\
-         floor = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]\nthresholds = [26.0, 13.1, 36.2, 18.4, 15.0, 10.9]\n\
-         cusum_threshold = 23.4\n[evidence]\nwanted_interval_s = 600.0\nrest_s = 300.0\nmotion_s = 0.0\n\
-         judged_s = 300.0\nalarms = 0\ninterval_low_s = 100.1\nextrapolation = 14.0\n"
+         floor = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]\nslack_still = [3.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0]\n\
+         slack_moving = [8.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0]\n[evidence]\nwanted_interval_s = 600.0\nrest_s = 300.0\nmotion_s = 0.0\n\
+         unsteady = 1.2\nseen = 0\njudged_s = 150.0\nalarms = 0\ninterval_low_s = 50.1\n"
     );
     std::fs::write(&file, text).unwrap();
     HostConfig::default().with_calibration(&file).unwrap()

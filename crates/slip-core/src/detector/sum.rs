@@ -73,7 +73,11 @@ struct Law {
 }
 
 impl Law {
-    fn new(slack: &[f32; COMPONENTS], readings: &[f32; BANDS], decides: &[bool; COMPONENTS]) -> Self {
+    fn new(
+        slack: &[f32; COMPONENTS],
+        readings: &[f32; BANDS],
+        decides: &[bool; COMPONENTS],
+    ) -> Self {
         let slope = |n: f32, slack: f32| 0.5 * n * (1.0 - 1.0 / RATIO) / slack;
         let of_octave = |b: usize| if b < FIRST_OCTAVE { 0.0 } else { readings[b] };
         let mut law = Self {
@@ -212,7 +216,11 @@ impl AlarmSum {
         let blocks = libm::floorf(within_s / self.block_s).max(3.0);
         core::array::from_fn(|b| {
             let log = libm::logf(self.interval_s / (self.block_s * law.share[b]));
-            if law.share[b] > 0.0 { (law.offset[b] + log / blocks) / law.slope[b] } else { f32::INFINITY }
+            if law.share[b] > 0.0 {
+                (law.offset[b] + log / blocks) / law.slope[b]
+            } else {
+                f32::INFINITY
+            }
         })
     }
 }
@@ -226,7 +234,9 @@ fn exp(x: f32) -> f32 {
     let shifted = x * core::f32::consts::LOG2_E + ROUND;
     let y = x - (shifted - ROUND) * core::f32::consts::LN_2;
     let series = 1.0
-        + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (1.0 / 720.0))))));
+        + y * (1.0
+            + y * (0.5
+                + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (1.0 / 720.0))))));
     let power = shifted.to_bits().wrapping_sub(ROUND.to_bits()).wrapping_add(127) << 23;
     series * f32::from_bits(power)
 }

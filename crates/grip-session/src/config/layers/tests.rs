@@ -22,14 +22,14 @@ fn each_layer_replaces_single_keys() {
             "baud = 1\nmethods = [\"stylus\", \"travel\"]\n[grip]\nf_max_n = 10.0\ntrial_force_n = 1.0\n",
         ),
         ("user.toml", "methods = [\"pressure\"]\n[grip]\nf_max_n = 8.0\n"),
-        ("gripd.toml", "detector.shear.threshold = 30.0\n"),
+        ("gripd.toml", "detector.shear.high_hz = 300.0\n"),
     ]);
     layers.set("--baud or GRIPD_BAUD", "baud", 9600);
     let config = layers.resolve().unwrap();
     assert_eq!((config.grip.f_max_n, config.grip.trial_force_n), (8.0, 1.0));
     assert_eq!(config.methods.len(), 1, "arrays are replaced");
     let default = HostConfig::default().detector.shear;
-    assert_eq!(config.detector.shear.threshold, 30.0);
+    assert_eq!(config.detector.shear.high_hz, 300.0);
     assert_eq!(config.detector.shear.low_hz, default.low_hz, "tables are merged");
     assert_eq!(config.baud, Some(9600));
     let settings = layers.settings().unwrap();
@@ -46,7 +46,7 @@ fn each_layer_replaces_single_keys() {
         })
         .collect();
     assert_eq!(reported[0], "baud = 9600 --baud or GRIPD_BAUD [\"etc.toml:1:1\"]");
-    assert_eq!(reported[1], "detector.shear.threshold = 30.0 gripd.toml:1:16 []");
+    assert_eq!(reported[1], "detector.shear.high_hz = 300.0 gripd.toml:1:16 []");
     assert_eq!(reported[2], "grip.f_max_n = 8.0 user.toml:3:1 [\"etc.toml:4:1\"]");
 }
 

@@ -19,7 +19,8 @@ fn uniform(state: &mut u64) -> f64 {
 }
 
 fn gaussian(state: &mut u64) -> f64 {
-    libm::sqrt(-2.0 * libm::log(uniform(state))) * libm::cos(core::f64::consts::TAU * uniform(state))
+    libm::sqrt(-2.0 * libm::log(uniform(state)))
+        * libm::cos(core::f64::consts::TAU * uniform(state))
 }
 
 #[test]
@@ -44,17 +45,24 @@ fn agrees_with_the_formula() {
         let moving = (k / 1000) % 2 == 1;
         let loud = if (k / 250) % 4 == 3 { 30.0 } else { 1.0 };
         let energy = core::array::from_fn(|_| (loud * gaussian(&mut state).powi(2)) as f32);
-        let floor = if moving { core::array::from_fn(|_| (1.0 + uniform(&mut state)) as f32) } else { [1.0; BANDS] };
+        let floor = if moving {
+            core::array::from_fn(|_| (1.0 + uniform(&mut state)) as f32)
+        } else {
+            [1.0; BANDS]
+        };
         let got = fast.step(&Block { energy, floor, moving });
         let slack = if moving { config.slack_moving } else { config.slack_still };
         let l = |b: usize, slack: f32| {
             let (n, z) = (f64::from(READINGS[b]), f64::from(energy[b]) / f64::from(floor[b]));
             n / 2.0 * (z / f64::from(slack) * (1.0 - 1.0 / 6.0) - libm::log(6.0))
         };
-        let mut gains: [f64; COMPONENTS] = core::array::from_fn(|b| if b < BANDS { l(b, slack[b]).min(5.0) } else { 0.0 });
-        let decides = if moving { [true; COMPONENTS] } else { [true, true, false, false, true, true, false] };
+        let mut gains: [f64; COMPONENTS] =
+            core::array::from_fn(|b| if b < BANDS { l(b, slack[b]).min(5.0) } else { 0.0 });
+        let decides =
+            if moving { [true; COMPONENTS] } else { [true, true, false, false, true, true, false] };
         if moving {
-            gains[JOINT] = (2..BANDS).map(|b| (0.5 * l(b, slack[JOINT])).min(6.0)).sum::<f64>().min(12.0);
+            gains[JOINT] =
+                (2..BANDS).map(|b| (0.5 * l(b, slack[JOINT])).min(6.0)).sum::<f64>().min(12.0);
         }
         let mut mean_s = 0.0;
         let count = decides.iter().filter(|decides| **decides).count() as f64;
@@ -122,7 +130,8 @@ fn one_block_is_no_slip_and_three_are() {
 fn what_is_unexplained_is_the_factor_that_explains_it() {
     let run = |floor: f32| {
         let mut sum = sum(600.0);
-        let block = |energy: f32| Block { energy: [energy; BANDS], floor: [floor; BANDS], moving: true };
+        let block =
+            |energy: f32| Block { energy: [energy; BANDS], floor: [floor; BANDS], moving: true };
         (0..100).for_each(|_| {
             sum.step(&block(1.0));
         });
