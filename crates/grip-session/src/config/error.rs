@@ -136,7 +136,9 @@ fn unknown(message: &str) -> Option<String> {
     let advice = |advice| format!("unknown field `{name}`{advice}");
     let of_detector = message.contains("`interval_s`") || message.contains("`low_hz`");
     if of_detector && THRESHOLDS.contains(&name) {
-        return Some(advice(": the detector has one threshold, detector.interval_s; leave it out"));
+        return Some(advice(
+            ": the detector has one threshold, detector.interval_s; leave it out".to_owned(),
+        ));
     }
     let all = toml::Table::try_from(HostConfig::default()).unwrap_or_default();
     let holds = |value: &toml::Value| value.as_table().is_some_and(|keys| keys.contains_key(name));
