@@ -14,8 +14,18 @@
 #define MEAN_READINGS 6.0f
 #define PART_READINGS 4.0f
 #define GROSS 25.0f
-#define RELEASE 0.25f
 #define RELEASE_MS 50.0f
+
+/* The sum: wanted time between false alarms (s), slack of the floor, rise that is looked for, most log-likelihood of a block, most evidence that
+ * is remembered and least that a slip has, both over that time. */
+#define INTERVAL_S 600.0f
+#define SLACK 3.0f
+#define RATIO 6.0f
+#define LOG_RATIO 1.7917595f
+#define CLIP 5.0f
+#define MOST 7.389056f
+#define GONE 0.01831564f
+
 #define TINY 1e-18f
 #define HUGE_READING 1e15f /* squares of what is larger are no numbers any more */
 #define ROOT_2 1.41421356237309504880
@@ -30,8 +40,8 @@
 
 /* The bands that decide at rest: shear and vibration, which every rate carries in some place, and the two highest octaves. */
 static const struct {
-    float low_hz, high_hz, threshold;
-} BANDS[SD_BANDS] = {{20, 400, 25}, {100, 800, 12}, {250, 700, 14}, {700, 3000, 10}};
+    float low_hz, high_hz;
+} BANDS[SD_BANDS] = {{20, 400}, {100, 800}, {250, 700}, {700, 3000}};
 #define MOVABLE 2u
 
 static uint32_t samples(float ms, float rate_hz) {
@@ -75,7 +85,7 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms) {
     const uint32_t block_len = samples(1e3f * BLOCK_S * 0.999f, rate_hz);
     d->block_len = (uint16_t)(block_len < SD_BLOCK ? block_len : SD_BLOCK);
     const float block_s = (float)d->block_len / rate_hz, blocks_hz = 1.0f / block_s;
-    float least = INFINITY;
+    float least = INFINITY, used = 0.0f;
     for (unsigned b = 0; b < SD_BANDS; b++) {
         float low_hz = BANDS[b].low_hz, high_hz = BANDS[b].high_hz, tau_s = ENVELOPE_S;
         d->bands[b].used = low_hz < 0.8f * MAX_CORNER * rate_hz;
@@ -96,9 +106,13 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms) {
         }
         /* An AVR has no expm1f. */
         d->bands[b].weight = (float)(1.0 - exp(-(double)(block_s / tau_s)));
-        d->bands[b].per_threshold = 1.0f / BANDS[b].threshold;
+        d->bands[b].slope = 0.5f * readings * (1.0f - 1.0f / RATIO) / SLACK;
+        d->bands[b].offset = 0.5f * readings * LOG_RATIO;
+        used += 1.0f;
         d->bands[b].scale = d->bands[b].energy = 1.0f;
     }
+    d->block_s = block_s;
+    d->share = 1.0f / used;
     const uint32_t part = samples(1e3f, PART_READINGS / least);
     d->part_len = part_len(LEARN_MS, blocks_hz);
     d->later_len = part_len(LATER_MS, blocks_hz);
@@ -115,6 +129,7 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms) {
 void sd_restart(sd_detector *d) {
     for (unsigned b = 0; b < SD_BANDS; b++) {
         d->bands[b].energy = 1.0f;
+        d->bands[b].evidence_s = 0.0f;
         d->bands[b].sum = 0.0f;
     }
     d->priming = d->prime_len;
@@ -122,7 +137,7 @@ void sd_restart(sd_detector *d) {
     d->in_part = 0;
     if (d->learning) d->done = 0;
     d->quiet_run = 0;
-    d->statistic = d->before = 0.0f;
+    d->statistic = 0.0f;
     d->state = d->learning ? SD_LEARNING : SD_QUIET;
 }
 
@@ -217,22 +232,40 @@ static void learn(sd_detector *d, const float energy[SD_BANDS]) {
     if (changed) rescale(d);
 }
 
+/* e^x for x up to 80, as slip-core has it. */
+static float exponential(float x) {
+    const float round = 12582912.0f; /* adding and taking it off rounds to the nearest whole number */
+    if (x < -80.0f) x = -80.0f;
+    const float shifted = x * 1.44269504f + round;
+    const float y = x - (shifted - round) * 0.693147181f;
+    const float series = 1.0f + y * (1.0f + y * (0.5f + y * (1.0f / 6.0f + y * (1.0f / 24.0f + y * (1.0f / 120.0f + y * (1.0f / 720.0f))))));
+    uint32_t bits, zero;
+    float power;
+    memcpy(&bits, &shifted, sizeof bits);
+    memcpy(&zero, &round, sizeof zero);
+    bits = (bits - zero + 127u) << 23;
+    memcpy(&power, &bits, sizeof power);
+    return series * power;
+}
+
 static void decide(sd_detector *d, const float energy[SD_BANDS]) {
-    float now = 0.0f, sliding = 0.0f;
+    float sum_s = 0.0f, sliding = 0.0f;
     for (unsigned b = 0; b < SD_BANDS; b++) {
         if (!d->bands[b].used) continue;
         d->bands[b].energy += d->bands[b].weight * (energy[b] - d->bands[b].energy);
-        const float over = d->bands[b].energy * d->bands[b].per_threshold;
-        if (over > now) now = over;
         if (b > 0 && d->bands[b].energy > sliding) sliding = d->bands[b].energy;
+        float gain = d->bands[b].slope * energy[b] - d->bands[b].offset;
+        if (gain > CLIP) gain = CLIP;
+        const float evidence_s = exponential(gain) * (d->bands[b].evidence_s + d->block_s);
+        sum_s += d->share * evidence_s;
+        d->bands[b].evidence_s = evidence_s < MOST * INTERVAL_S ? evidence_s : MOST * INTERVAL_S;
     }
-    d->statistic = now < d->before ? now : d->before;
-    d->before = now;
-    if (d->statistic > 1.0f) {
+    d->statistic = sum_s / INTERVAL_S;
+    if (d->statistic >= 1.0f) {
         d->quiet_run = 0;
         if (sliding > GROSS) d->state = SD_GROSS;
         else if (d->state == SD_QUIET) d->state = SD_INCIPIENT;
-    } else if (d->statistic >= RELEASE) {
+    } else if (d->statistic >= GONE) {
         d->quiet_run = 0;
     } else {
         d->quiet_run += d->quiet_run < UINT32_MAX;

@@ -1,7 +1,7 @@
 /* Readings of one vibration sensor in, quiet / incipient / gross out: the detector of slip-core for a still gripper, in C99.
  *
  * The bands of slip-core that decide while the robot stands still (20-400, 100-800, 250-700, 700-3000 Hz, as far as the rate
- * carries them), its noise floor, thresholds and hysteresis, in f32, with the same operations in the same order. What needs more
+ * carries them), its noise floor, its sum in seconds and hysteresis, in f32, with the same operations in the same order. What needs more
  * than one sensor is left out: while the arm moves it alarms where slip-core knows better. So feed it while the arm rests.
  *
  * No heap, no clock, no port. Calls sqrtf, roundf and, from sd_init alone, tan, exp and ceilf. Built without contraction of
@@ -38,8 +38,8 @@ typedef struct {
     struct {
         sd_section high, low;
         bool used;
-        float weight, per_threshold;                /* of the mean energy */
-        float scale, energy;                        /* reciprocal rms of the floor; mean energy over the floor */
+        float slope, offset, evidence_s;             /* of the log-likelihood of a block; evidence of a slip (s) */
+        float weight, scale, energy;                 /* of the mean energy; reciprocal rms of the floor; mean energy over the floor */
         float floor, measured, sum, parts[SD_PARTS]; /* noise energy; the same without rounding; of the part, of all parts */
     } bands[SD_BANDS];
     float readings[SD_BLOCK]; /* of the block that is being filled */
@@ -52,7 +52,7 @@ typedef struct {
     uint32_t steps, odd, same;
     uint32_t part_len, later_len, in_part, done;
     sd_state state;
-    float statistic, before;
+    float block_s, share, statistic;
     uint32_t release_len, quiet_run;
 } sd_detector;
 
@@ -63,7 +63,7 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms);
 /* Takes the next reading, in any unit; one that is no number, or 1e15 or more, is left out. The state changes at the end of a block (0.5 ms, or each reading below 2 kHz). */
 sd_state sd_step(sd_detector *d, float reading);
 
-/* Statistic of the last block over its threshold: above 1 it is a slip. */
+/* Evidence of the last block over the wanted time between false alarms, 600 s: 1 and above is a slip. */
 float sd_statistic(const sd_detector *d);
 
 /* Noise of a band (rms, unit of the readings), 0 to SD_BANDS - 1; 0 while it is unknown or where the rate does not carry the band. */

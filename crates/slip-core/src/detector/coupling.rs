@@ -20,9 +20,9 @@ const PART: f32 = 3.0;
 const MOST: f32 = 4.0;
 /// Length of a stretch (ms).
 const STRETCH_MS: f32 = 150.0;
-/// An alarm of at most this length (ms, without the time of its release) that less than this factor explains is no slip.
+/// An alarm of at most this length (ms, without the time of its release) and of this strength ([`AlarmSum::strength`](super::AlarmSum)) is no slip.
 const SHORT_MS: f32 = 60.0;
-pub(super) const WEAK: f32 = 3.0;
+pub(super) const WEAK: f32 = 4.0;
 /// So many weak alarms in a row are motion, however long they last: what slides becomes fast.
 const MANY: u32 = 12;
 /// After an alarm nothing is learned for this long (ms).
@@ -30,25 +30,26 @@ const PAUSE_MS: f32 = 1000.0;
 /// Motion in which what was learned fades by e (s).
 const FADES_S: f32 = 600.0;
 
-/// The most of a stretch: energy of each band over its floor, and the factor that explains each component.
+/// What a block of motion showed, or the most of a stretch.
 #[derive(Clone, Copy, Debug)]
-struct Highest {
-    energy: [f32; BANDS],
-    factors: [f32; COMPONENTS],
+pub(super) struct Highest {
+    /// Energy of each band over its floor, as a mean over some milliseconds.
+    pub(super) energy: [f32; BANDS],
+    /// Its strength.
+    pub(super) strength: f32,
+    /// Factor on the floor that explains each component.
+    pub(super) factors: [f32; COMPONENTS],
 }
 
 impl Highest {
-    const NONE: Self = Self { energy: [0.0; BANDS], factors: [1.0; COMPONENTS] };
+    const NONE: Self = Self { energy: [0.0; BANDS], strength: 0.0, factors: [1.0; COMPONENTS] };
 
     fn with(&self, other: &Self) -> Self {
         Self {
             energy: core::array::from_fn(|b| self.energy[b].max(other.energy[b])),
+            strength: self.strength.max(other.strength),
             factors: core::array::from_fn(|i| self.factors[i].max(other.factors[i])),
         }
-    }
-
-    fn is_weak(&self) -> bool {
-        self.factors.iter().all(|factor| *factor < WEAK)
     }
 }
 
@@ -111,15 +112,10 @@ impl Coupling {
         (self.now, self.before) = (Highest::NONE, Highest::NONE);
     }
 
-    /// Takes a block of motion: energy of each band over its floor, the factor that explains each component, and the state.
+    /// Takes a block of motion and the state after it.
     #[inline]
-    pub(super) fn step(
-        &mut self,
-        energy: [f32; BANDS],
-        factors: [f32; COMPONENTS],
-        state: SlipState,
-    ) {
-        self.now = self.now.with(&Highest { energy, factors });
+    pub(super) fn step(&mut self, seen: &Highest, state: SlipState) {
+        self.now = self.now.with(seen);
         self.blocks = self.blocks.saturating_add(1);
         if state != SlipState::Quiet {
             if !self.alarmed {
@@ -129,7 +125,7 @@ impl Coupling {
         }
         if self.alarmed {
             let highest = self.now.with(&self.before);
-            let weak = highest.is_weak();
+            let weak = highest.strength < WEAK;
             let alone = weak && self.blocks <= self.short_len && self.pause == 0;
             self.alone = Some(highest).filter(|_| alone);
             self.weak = if weak { self.weak.saturating_add(1) } else { 0 };

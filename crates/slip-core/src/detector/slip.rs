@@ -12,7 +12,7 @@
 
 use super::{
     config::{BANDS, DetectorConfig, VIBRATION},
-    coupling::{Correlation, Coupling, Knocks, Relation, WEAK},
+    coupling::{Correlation, Coupling, Highest, Knocks, Relation, WEAK},
     envelope::Envelope,
     evidence::{Certificate, Decision, Evidence, Scores},
     lanes::{Axes, LANES, Lanes, Pending, PrimedBank, of_bands, padded},
@@ -302,7 +302,7 @@ impl SlipDetector {
         let motion = match self.moving {
             false => Some(true),
             true => {
-                let strong = || self.sum.unexplained().iter().any(|factor| *factor >= WEAK);
+                let strong = || self.sum.strength(&self.envelope.over_floor()) >= WEAK;
                 Some((sound && feels && strong()) || certified)
             }
         };
@@ -616,8 +616,10 @@ impl SlipDetector {
             self.weigh(block);
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
-            let (energy, factors) = (self.envelope.over_floor(), self.sum.unexplained());
-            self.coupling.step(energy, factors, self.decision.state);
+            let energy = self.envelope.over_floor();
+            let strength = self.sum.strength(&energy);
+            let seen = Highest { energy, strength, factors: self.sum.unexplained() };
+            self.coupling.step(&seen, self.decision.state);
         }
     }
 }

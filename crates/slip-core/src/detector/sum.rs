@@ -208,6 +208,15 @@ impl AlarmSum {
         })
     }
 
+    /// Energies over the floors of motion (`over_floor`) over those that are evidence neither for a slip nor against it, the highest.
+    #[must_use]
+    pub(super) fn strength(&self, over_floor: &[f32; BANDS]) -> f32 {
+        let law = &self.moving;
+        (0..BANDS)
+            .filter(|b| law.share[*b] > 0.0)
+            .fold(0.0, |most, b| f32::max(most, over_floor[b] * law.slope[b] / law.offset[b]))
+    }
+
     /// Energy of each band over its floor that, if it lasts, is a slip within `within_s` (s); infinite for bands that have no part in
     /// the scene.
     #[must_use]
