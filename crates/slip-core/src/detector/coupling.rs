@@ -217,8 +217,7 @@ pub(super) enum Relation {
 /// Motion comes and goes, and resonances beat: the two logarithms rise and fall together where both sensors are on one
 /// robot. The highest rho_k within [`NEAR`] blocks is a reference in time, elsewhere one that is late or early, and
 /// where no rho_k is high it shows another robot's motion, or what the stylus does not feel. Blocks at rest are
-/// left out, and those in alarms while it is in time, so that holding costs nothing and slips teach nothing. It takes
-/// [`LEAST_S`] of motion.
+/// left out, so that holding costs nothing. A slip in motion lasts a small part of the memory. It takes [`LEAST_S`] of motion.
 ///
 /// A parabola through the highest rho_k and its neighbours gives how late to 1.5 ms. From [`LATE_S`] to
 /// [`LATEST_S`] on the stylus is made to wait as long and [`MARGIN_S`] more, since the gate looks back but not ahead. A

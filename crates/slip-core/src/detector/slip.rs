@@ -530,24 +530,17 @@ impl SlipDetector {
         instant: &[f32; BANDS],
     ) {
         let live = self.reference.is_live();
-        let relation = self.correlation.relation();
-        let coupled = relation != Relation::None;
+        let coupled = self.correlation.relation() != Relation::None;
         if live && !self.learning {
-            // What slides teaches nothing of motion, unless all that moves seems to, or one of the two waits: the reference may be in time again.
-            let waits = relation != Relation::Near && self.delay.blocks() != 0;
-            if coupled && !waits && self.decision.state != SlipState::Quiet {
-                self.correlation.interrupt();
-            } else {
-                self.correlation.step(energy, instant);
-                let wait = match self.correlation.wait() {
-                    0 if self.correlation.relation() == Relation::Near => self.knocks.wait(),
-                    blocks => blocks,
-                };
-                if wait != self.delay.blocks() {
-                    self.delay.set(wait);
-                    // What was learned of fronts that the reference showed too late is no gain.
-                    self.coupling.forget();
-                }
+            self.correlation.step(energy, instant);
+            let wait = match self.correlation.wait() {
+                0 if self.correlation.relation() == Relation::Near => self.knocks.wait(),
+                blocks => blocks,
+            };
+            if wait != self.delay.blocks() {
+                self.delay.set(wait);
+                // What was learned of fronts that the reference showed too late is no gain.
+                self.coupling.forget();
             }
         }
         let misses_one = !live && self.reference.health() == SensorHealth::Good;
