@@ -5,6 +5,9 @@ use super::{
     sum::Block,
 };
 
+/// Below this fraction of its recent peak the energy is the fading memory of a slip that has stopped.
+const FRESH: f32 = 0.5;
+
 /// `e <- e + a (energy - e)`, `f <- f + a (floor - f)`, a = 1 - exp(-block/tau) with a tau for each band.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Envelope {
@@ -12,6 +15,9 @@ pub(super) struct Envelope {
     energy: [f32; BANDS],
     floor: [f32; BANDS],
     carried: [bool; BANDS],
+    /// The highest energy of what slides in the last milliseconds, decaying half as fast as the energy does at rest.
+    recent_peak: f32,
+    peak_decay: f32,
 }
 
 impl Envelope {
@@ -22,6 +28,8 @@ impl Envelope {
             energy: [1.0; BANDS],
             floor: [1.0; BANDS],
             carried,
+            recent_peak: 0.0,
+            peak_decay: libm::expf(-0.5 * block_s / tau_s[VIBRATION]),
         }
     }
 
@@ -29,6 +37,7 @@ impl Envelope {
     pub(super) fn reset(&mut self) {
         self.energy = [1.0; BANDS];
         self.floor = [1.0; BANDS];
+        self.recent_peak = 0.0;
     }
 
     /// Takes the next block.
@@ -38,6 +47,13 @@ impl Envelope {
             self.energy[b] += self.weight[b] * (block.energy[b] - self.energy[b]);
             self.floor[b] += self.weight[b] * (block.floor[b] - self.floor[b]);
         }
+        self.recent_peak = self.sliding().max(self.recent_peak * self.peak_decay);
+    }
+
+    /// Whether the energy is of now, and not only of the last milliseconds.
+    #[inline]
+    pub(super) fn is_fresh(&self) -> bool {
+        self.sliding() >= FRESH * self.recent_peak
     }
 
     /// Which bands the rate carries.

@@ -339,11 +339,11 @@ impl SlipDetector {
         self.floor.energy().map_or(0.0, |energy| libm::sqrtf(energy[VIBRATION]))
     }
 
-    /// Whether the evidence of the last block is that of a slip.
+    /// Whether the evidence of the last block is that of a slip, and its energy that of now.
     #[must_use]
     #[inline]
     pub fn is_fresh(&self) -> bool {
-        self.decision.statistic >= 1.0
+        self.decision.statistic >= 1.0 && self.envelope.is_fresh()
     }
 
     /// How strong the slip is that the stylus shows now: the energy of the bands that slide over half of that of a gross slip, at least 1; 0 where
