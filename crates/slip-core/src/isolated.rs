@@ -136,7 +136,7 @@ impl Guard {
         self.started
     }
 
-    /// Forgets the readings before `x`, as after a gap in time; the usual step and the count stay.
+    /// Forgets the readings before `x`.
     pub(crate) fn restart(&mut self, x: Vector) {
         self.outputs = [x; 4];
         self.quiet = QUIET;
@@ -144,8 +144,8 @@ impl Guard {
         self.started = true;
     }
 
-    /// The next reading is not compared with those before it.
-    pub(crate) fn forget(&mut self) {
+    /// Compares the next reading with none before it, as after a gap in time; the usual step and the count stay.
+    pub fn forget(&mut self) {
         self.started = false;
     }
 
