@@ -70,8 +70,9 @@ const LEAP: f32 = 6.0;
 /// Readings after one that leapt, during which none is held back.
 const QUIET: u8 = 4;
 
-/// From these rates on (Hz) single readings and pairs are held back.
-const SINGLE_HZ: f32 = 1e3;
+/// From this sample rate on (Hz) single readings are held back.
+pub const SINGLE_HZ: f32 = 1e3;
+/// From this one on pairs are.
 const PAIR_HZ: f32 = 1e4;
 
 /// The guard against isolated wrong readings, and its memory.
