@@ -45,6 +45,7 @@ pub(crate) struct Summary {
     latency_us: Latency,
     bad_frames: u32,
     unusable_readings: u64,
+    isolated_readings: u64,
     unrecorded_samples: u64,
     untold_notes: u64,
     reconnects: u64,
@@ -109,6 +110,7 @@ impl Summary {
             },
             bad_frames: counters.frames.crc,
             unusable_readings: counters.health.unusable(),
+            isolated_readings: counters.health.isolated,
             unrecorded_samples: unrecorded,
             untold_notes: service.others,
             reconnects: counters.reconnects,
@@ -156,6 +158,9 @@ impl Summary {
                 out,
                 "latency from frame to command: p50 {p50:.1} us, p99 {p99:.1} us, max {max:.1} us"
             )?;
+        }
+        if self.isolated_readings > 0 {
+            writeln!(out, "{} isolated wrong readings were replaced", self.isolated_readings)?;
         }
         if self.floor_lowered > 0 {
             writeln!(

@@ -77,6 +77,11 @@ fn counts(board: &Board, page: &mut Exposition) {
         .one(hot.stages.floor_lowered);
     page.counter("gripd_readings_unusable_total", "Readings that could not be used, by cause.")
         .each("cause", hot.unusable_readings());
+    page.counter(
+        "gripd_readings_isolated_total",
+        "Wrong readings that leapt out of a quiet stretch and back, and were replaced.",
+    )
+    .one(hot.health.isolated);
     let rings = [("service", hot.service_dropped), ("recorder", hot.recorder_dropped)];
     page.counter("gripd_ring_dropped_total", "Items that did not fit into a ring.")
         .each("ring", rings);

@@ -107,6 +107,8 @@ json_object! {
         dropped_by_gripper: u64 = board.counters().loss.dropped_by_mcu;
         /// Readings that could not be used.
         unusable_readings: u64 = board.counters().health.unusable();
+        /// Isolated wrong readings that were replaced.
+        isolated_readings: u64 = board.counters().health.isolated;
         /// Times samples were late or missing.
         degraded: u64 = board.counters().degraded;
     }

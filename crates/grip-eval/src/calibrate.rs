@@ -32,6 +32,7 @@ use slip_core::{
     alarm::TAIL_RANGE,
     detector::{BANDS, Certificate, DetectorConfig, RestMeter, SlipDetector},
     health::SensorHealth,
+    isolated::Guard,
     sample::Vector,
 };
 
@@ -287,6 +288,15 @@ fn measure<'a>(
     Ok(meter)
 }
 
+/// The readings of the stylus without isolated wrong ones, as the detector gets them.
+fn guarded(recording: &Recording, config: &PipelineConfig) -> impl Iterator<Item = Vector> {
+    let mut guard = Guard::new(config.sample_rate);
+    recording.samples.iter().map(move |sample| {
+        let reading = sample.vibration();
+        guard.step(reading).unwrap_or(reading)
+    })
+}
+
 /// What the rest shows.
 struct Rest {
     floor: [f32; BANDS],
@@ -300,12 +310,8 @@ fn rest_floor(
     config: PipelineConfig,
     moving: &[bool],
 ) -> Result<Rest, CalibrationError> {
-    let rest: Vec<(Vector, bool)> = recording
-        .samples
-        .iter()
-        .zip(moving)
-        .map(|(sample, moving)| (sample.vibration(), !moving))
-        .collect();
+    let rest: Vec<(Vector, bool)> =
+        guarded(recording, &config).zip(moving).map(|(value, moving)| (value, !moving)).collect();
     let unsteady = match steady_floor(&config, &rest) {
         Err(CalibrationError::Unsteady { band, ratio, .. }) => (band, ratio),
         other => {
@@ -394,7 +400,7 @@ fn gate(
     floor: &[f32; BANDS],
 ) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
-    let stylus = measure(&config, pairs().map(|(s, m)| (s.vibration(), m)))?;
+    let stylus = measure(&config, guarded(recording, &config).zip(moving.iter().copied()))?;
     let reference = measure(
         &config,
         pairs()

@@ -131,6 +131,8 @@ pub struct TapeSummary {
     pub duration_s: f64,
     /// Unusable readings.
     pub unusable: u64,
+    /// Isolated wrong readings that were replaced.
+    pub isolated: u64,
     /// Times a quieter second has lowered the floor.
     pub floor_lowered: u64,
     /// Pipelines that began.
@@ -352,7 +354,9 @@ struct Place<'a> {
 
 impl Run {
     fn count(&self, summary: &mut TapeSummary) {
-        summary.unusable += self.pipeline.health_counters().unusable();
+        let health = self.pipeline.health_counters();
+        summary.unusable += health.unusable();
+        summary.isolated += health.isolated;
         summary.floor_lowered += self.pipeline.stage_counters().floor_lowered;
         summary.duration_s += self.first.map_or(0.0, |first| self.last.since(first).as_seconds());
     }

@@ -1,14 +1,15 @@
 //! Raw samples in; samples that are safe to compute with, and a verdict on the sensor, out.
 //!
-//! A reading that is not a number, beyond the sensor's range or a lone spike is counted and replaced by the
-//! last good one; it never reaches a filter. Too many of them, a value that no longer changes, or a mean that drifts while an
+//! A reading that is not a number, beyond the sensor's range or a glitch of the line is counted and replaced by the
+//! last good one; an isolated wrong one by the mean of those before it ([`isolated`](crate::isolated)). Neither reaches a filter. Too many of them, a value that no longer changes, or a mean that drifts while an
 //! object is held, turn the sensor's health, which stops the slip reflex: a dead sensor must not move the fingers.
 
 use crate::{
     drift::{DriftConfig, DriftWatch, Hold},
+    isolated::Guard,
     sample::{ANY, FURTHER_AXES, Sample, Vector},
     settings::settings,
-    units::Micros,
+    units::{Hertz, Micros},
 };
 pub use slip_msg::{Sensor, SensorHealth};
 
@@ -60,6 +61,9 @@ pub struct HealthCounters {
     pub saturated: u64,
     /// Stylus readings too far from the one before.
     pub glitches: u64,
+    /// Readings of the stylus or the reference that leapt out of a quiet stretch and back: isolated wrong ones
+    /// ([`isolated`](crate::isolated)). The sensor works and nothing is missing, so they are not among the unusable ones.
+    pub isolated: u64,
     /// NaN, infinite or impossible readings of the other channels, taken as absent.
     pub other_channels: u64,
     /// Samples not later than the one before, ignored.
@@ -69,50 +73,10 @@ pub struct HealthCounters {
 }
 
 impl HealthCounters {
-    /// Readings of any channel, and samples, that could not be used.
+    /// Readings of any channel, and samples, that could not be used; without the isolated ones.
     #[must_use]
     pub fn unusable(&self) -> u64 {
         self.not_finite + self.saturated + self.glitches + self.other_channels + self.time_faults
-    }
-}
-
-/// How far readings of a sensor in unknown units usually lie apart: a step 80 dB beyond that is a glitch of the line,
-/// however small the numbers.
-#[derive(Clone, Copy, Debug, Default)]
-struct UsualStep {
-    mean: f32,
-    seen: u16,
-}
-
-impl UsualStep {
-    /// Steps that are averaged before the mean is believed.
-    const LEARNED: u16 = 64;
-    /// A glitch over the mean.
-    const RATIO: f32 = 1e4;
-    /// Weight of a step in the running mean, and how many times the mean one step may count.
-    const WEIGHT: f32 = 1.0 / 256.0;
-    const MOST: f32 = 16.0;
-
-    #[inline]
-    fn limit(self) -> f32 {
-        if self.seen < Self::LEARNED { f32::MAX } else { Self::RATIO * self.mean }
-    }
-
-    /// Learns from an accepted step. No change at all is the resolution of the sensor, not its noise.
-    #[inline]
-    fn learn(&mut self, step: f32) {
-        if step == 0.0 {
-            return;
-        }
-        if self.seen < Self::LEARNED {
-            self.seen += 1;
-            self.mean += (step - self.mean) / f32::from(self.seen);
-        } else if step > self.limit() {
-            // It has lasted: this is what the signal is like now, and its other swings may be longer.
-            self.mean = 4.0 * step / Self::RATIO;
-        } else {
-            self.mean += Self::WEIGHT * (step.min(Self::MOST * self.mean) - self.mean);
-        }
     }
 }
 
@@ -131,16 +95,33 @@ struct StandIn {
     offset: f32,
 }
 
+/// What [`HealthCheck::passes`] makes of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Passed {
+    /// [`HealthCheck::check`] is to be asked.
+    Not,
+    /// The sample can be used as it is.
+    AsItIs,
+    /// The sample can be used with isolated readings replaced.
+    As(Sample),
+}
+
 /// The checks and their memory.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthCheck {
     config: HealthConfig,
-    /// Only where the unit is unknown.
-    usual: Option<UsualStep>,
+    /// The last readings.
+    guard: Guard,
+    /// Those of the reference, so that a knock begins at the same sample in both.
+    reference_guard: Guard,
+    /// Whether the guard alone knows which steps are glitches.
+    uncalibrated: bool,
     frozen_after: Micros,
-    last: Option<(Micros, f32)>,
-    /// The further axes of the last reading.
-    last_axes: [f32; FURTHER_AXES],
+    /// The usual time between two samples, and from when on it is a gap.
+    period: Micros,
+    gap: Micros,
+    last_t: Option<Micros>,
+    /// When the reading changed last, later by the gaps since then: in a gap nothing could be seen to change.
     changed_at: Micros,
     bad_run: u32,
     saturated_run: u32,
@@ -154,9 +135,9 @@ pub struct HealthCheck {
 }
 
 impl HealthCheck {
-    /// Checks that have seen nothing yet.
+    /// Checks that have seen nothing yet, for samples at `rate`.
     #[must_use]
-    pub fn new(config: HealthConfig) -> Self {
+    pub fn new(config: HealthConfig, rate: Hertz) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -165,10 +146,13 @@ impl HealthCheck {
         let frozen_after = Micros((config.frozen_ms * 1e3) as u64);
         Self {
             config,
-            usual: None,
+            guard: Guard::new(rate),
+            reference_guard: Guard::new(rate),
+            uncalibrated: false,
             frozen_after,
-            last: None,
-            last_axes: [0.0; FURTHER_AXES],
+            period: period(rate),
+            gap: gap(rate),
+            last_t: None,
             changed_at: Micros(0),
             bad_run: 0,
             saturated_run: 0,
@@ -183,14 +167,15 @@ impl HealthCheck {
     /// The same for a stylus whose unit is unknown, so that `max_step` can show nothing: a step 10,000 times as long as
     /// the steps so far is a glitch too.
     #[must_use]
-    pub fn uncalibrated(config: HealthConfig) -> Self {
-        Self { usual: Some(UsualStep::default()), ..Self::new(config) }
+    pub fn uncalibrated(config: HealthConfig, rate: Hertz) -> Self {
+        Self { uncalibrated: true, ..Self::new(config, rate) }
     }
 
     /// What was counted so far.
     #[must_use]
     pub fn counters(&self) -> HealthCounters {
-        self.counters
+        let isolated = self.guard.isolated() + self.reference_guard.isolated();
+        HealthCounters { isolated, ..self.counters }
     }
 
     /// The state of the stylus after the last sample.
@@ -207,7 +192,7 @@ impl HealthCheck {
     #[must_use]
     #[inline]
     pub fn feels(&self) -> bool {
-        let t = self.last.map_or(Micros(0), |(t, _)| t);
+        let t = self.last_t.unwrap_or_default();
         self.health() == SensorHealth::Good
             || self.stand_in.is_some_and(|second| t.since(second.changed_at) <= self.frozen_after)
     }
@@ -221,49 +206,48 @@ impl HealthCheck {
         self.drifting = drifts;
     }
 
-    /// Takes a sample in which nothing is to be replaced, reported or counted; `false` where there may be
-    /// something, and then [`HealthCheck::check`] is still to be asked.
+    /// Takes a sample in which nothing is to be reported, and nothing counted but isolated readings; [`Passed::Not`] where there may
+    /// be something, and then [`HealthCheck::check`] is still to be asked.
     #[must_use]
     #[inline]
-    pub fn passes(&mut self, sample: &Sample) -> bool {
-        let Some((last_t, last)) = self.last else { return false };
-        let x = sample.stylus;
-        let step = self.step_to(sample, last);
+    pub fn passes(&mut self, sample: &Sample) -> Passed {
+        let Some(last_t) = self.last_t else { return Passed::Not };
+        let x = sample.vibration();
+        let step = self.guard.step_to(x);
         // NaN fails every comparison.
         let plain = self.health() == SensorHealth::Good
             && self.bad_run == 0
             && sample.t > last_t
-            && x.abs() < self.config.range
+            && sample.t.since(last_t) <= self.gap
+            && x[0].abs() < self.config.range
             && self.is_usual(step)
-            && (x.to_bits() != last.to_bits() || sample.stylus_axes != self.last_axes)
+            && step > 0.0
             && self.others_pass(sample);
-        if plain {
-            self.last = Some((sample.t, x));
-            self.last_axes = sample.stylus_axes;
-            self.changed_at = sample.t;
-            self.saturated_run = 0;
-            if let Some(usual) = &mut self.usual {
-                usual.learn(step);
-            }
+        if !plain {
+            return Passed::Not;
         }
-        plain
+        self.last_t = Some(sample.t);
+        self.changed_at = sample.t;
+        self.saturated_run = 0;
+        let stylus = self.guard.next(x, step);
+        let reference = self.reference_instead(sample);
+        if stylus.is_none() && reference.is_none() {
+            return Passed::AsItIs;
+        }
+        let [stylus, y, z] = stylus.unwrap_or(x);
+        Passed::As(with_reference(Sample { stylus, stylus_axes: [y, z], ..*sample }, reference))
     }
 
-    /// Distance from the last reading (signal unit): of vectors, where there are several axes; NaN where a component has no number.
+    /// What stands in for an isolated reading of the reference.
     #[inline]
-    fn step_to(&self, sample: &Sample, last: f32) -> f32 {
-        let first = sample.stylus - last;
-        if sample.stylus_axes == self.last_axes {
-            return first.abs();
-        }
-        let squares = sample.stylus_axes.iter().zip(self.last_axes).map(|(a, b)| (a - b) * (a - b));
-        libm::sqrtf(first * first + squares.sum::<f32>())
+    fn reference_instead(&mut self, sample: &Sample) -> Option<Vector> {
+        self.reference_guard.step(sample.reference_vector()?)
     }
 
     /// Whether a step (signal unit) can be one of the surface.
     #[inline]
     fn is_usual(&self, step: f32) -> bool {
-        step <= self.config.max_step && self.usual.is_none_or(|usual| step <= usual.limit())
+        step <= self.config.max_step && (!self.uncalibrated || step <= self.guard.glitch())
     }
 
     /// Whether no channel beside the stylus has an unusable reading.
@@ -286,13 +270,14 @@ impl HealthCheck {
     /// `None` where its time does not lie after the one before.
     #[inline]
     pub fn check(&mut self, sample: &Sample) -> Option<Sample> {
-        if self.last.is_some_and(|(t, _)| sample.t <= t) {
+        if self.last_t.is_some_and(|t| sample.t <= t) {
             self.counters.time_faults += 1;
             return None;
         }
-        let (stylus, stylus_axes) = self.stylus(sample);
-        self.last = Some((sample.t, stylus));
-        self.last_axes = stylus_axes;
+        let after_gap = self.pass_gap(sample.t);
+        let [stylus, y, z] = self.stylus(sample, after_gap);
+        let stylus_axes = [y, z];
+        self.last_t = Some(sample.t);
         let before = self.health();
         self.readings = self.judge(sample.t);
         if before == SensorHealth::Good && self.readings != SensorHealth::Good {
@@ -308,7 +293,7 @@ impl HealthCheck {
         let whole = sample.reference_axes.iter().all(|axis| axis.abs() <= OTHER_LIMIT);
         let reference = if whole { sample.reference } else { sample.reference.and(Some(f32::NAN)) };
         let reference = self.other(reference, OTHER_LIMIT);
-        Some(Sample {
+        let checked = Sample {
             t: sample.t,
             stylus,
             stylus_axes,
@@ -322,7 +307,9 @@ impl HealthCheck {
             pressure: self.other(sample.pressure, OTHER_LIMIT),
             motion: self.other(sample.motion, OTHER_LIMIT),
             arrival: sample.arrival,
-        })
+        };
+        let reference = self.reference_instead(&checked);
+        Some(with_reference(checked, reference))
     }
 
     /// The second stylus with its next reading, where the first has failed at `held` (signal unit).
@@ -338,34 +325,59 @@ impl HealthCheck {
         }
     }
 
-    /// The reading with its further axes, or the last good one: a vector with one bad component is a bad reading.
+    /// Takes the time of a gap before `t` out of that in which nothing has changed; whether there is one.
     #[inline]
-    fn stylus(&mut self, sample: &Sample) -> (f32, [f32; FURTHER_AXES]) {
-        let (x, axes) = (sample.stylus, sample.stylus_axes);
-        let usable = self.usable(worst([x, axes[0], axes[1]]));
-        let Some((_, last)) = self.last else {
+    fn pass_gap(&mut self, t: Micros) -> bool {
+        let dt = self.last_t.map_or(Micros(0), |last| t.since(last));
+        if dt <= self.gap {
+            return false;
+        }
+        let unseen = dt.since(self.period);
+        self.changed_at = self.changed_at.plus(unseen);
+        self.reference_guard.forget();
+        if let Some(second) = &mut self.stand_in {
+            second.changed_at = second.changed_at.plus(unseen);
+        }
+        true
+    }
+
+    /// The reading, or what stands in for it: a vector with one bad component is a bad reading.
+    #[inline]
+    fn stylus(&mut self, sample: &Sample, after_gap: bool) -> Vector {
+        let x = sample.vibration();
+        let held = self.guard.last();
+        if self.last_t.is_none() {
             self.changed_at = sample.t;
-            return if usable { (x, axes) } else { (0.0, [0.0; FURTHER_AXES]) };
-        };
-        let held = (last, self.last_axes);
-        if !usable {
+        }
+        if !self.usable(worst(x)) {
             return held;
+        }
+        if !self.guard.has_started() {
+            self.guard.restart(x);
         }
         // A real step stays; a lone spike is gone after a sample or two.
-        let step = self.step_to(sample, last);
-        if !self.is_usual(step) && self.bad_run < self.config.max_bad_run {
-            self.counters.glitches += 1;
-            self.bad_run += 1;
-            return held;
+        let mut step = self.guard.step_to(x);
+        if !self.is_usual(step) {
+            if self.bad_run < self.config.max_bad_run {
+                self.counters.glitches += 1;
+                self.bad_run += 1;
+                self.guard.left_out();
+                return held;
+            }
+            if self.uncalibrated {
+                self.guard.follow(step);
+            }
         }
         self.bad_run = 0;
-        if let Some(usual) = &mut self.usual {
-            usual.learn(step);
-        }
-        if x.to_bits() != last.to_bits() || axes != self.last_axes {
+        if x != held {
             self.changed_at = sample.t;
         }
-        (x, axes)
+        // What comes after a gap or a failure may have another zero.
+        if after_gap || self.readings != SensorHealth::Good {
+            self.guard.restart(x);
+            step = 0.0;
+        }
+        self.guard.next(x, step).unwrap_or(x)
     }
 
     #[inline]
@@ -413,6 +425,28 @@ impl HealthCheck {
     }
 }
 
+fn with_reference(sample: Sample, reference: Option<Vector>) -> Sample {
+    match reference {
+        Some([x, y, z]) => Sample { reference: Some(x), reference_axes: [y, z], ..sample },
+        None => sample,
+    }
+}
+
+/// The usual time between two samples at `rate`.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates; the configuration was checked"
+)]
+fn period(rate: Hertz) -> Micros {
+    Micros((1e6 / rate.0).max(1.0) as u64)
+}
+
+/// A longer time between two samples at `rate` is a gap: what comes after it is not compared with what was before.
+pub(crate) fn gap(rate: Hertz) -> Micros {
+    Micros((period(rate).0 * 5).max(10_000))
+}
+
 /// The component that is the least usable: one that is no number, else the largest.
 #[inline]
 fn worst(vector: Vector) -> f32 {
@@ -423,112 +457,4 @@ fn worst(vector: Vector) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{HealthCheck, HealthConfig, SensorHealth};
-    use crate::{sample::Sample, units::Micros};
-
-    fn check() -> HealthCheck {
-        HealthCheck::new(HealthConfig::default())
-    }
-
-    fn at(i: u16, stylus: f32) -> Sample {
-        Sample::stylus(Micros(100 * (u64::from(i) + 1)), stylus)
-    }
-
-    #[test]
-    fn bad_readings_are_replaced_and_counted() {
-        let mut check = check();
-        let mut out = |i, x| check.check(&at(i, x)).unwrap().stylus;
-        assert_eq!(out(0, 1e-6), 1e-6);
-        assert_eq!(out(1, f32::NAN), 1e-6);
-        assert_eq!(out(2, f32::NEG_INFINITY), 1e-6);
-        assert_eq!(out(3, 1e30), 1e-6);
-        assert_eq!(out(4, 4e-3), 1e-6, "a jump of 4 mm in 0.1 ms is a glitch");
-        assert_eq!(out(5, 2e-6), 2e-6);
-        let counters = check.counters();
-        assert_eq!((counters.not_finite, counters.saturated, counters.glitches), (2, 1, 1));
-        assert_eq!(check.health(), SensorHealth::Good, "four in a row are not yet a failure");
-    }
-
-    #[test]
-    fn a_real_step_is_accepted_after_a_while() {
-        let mut check = check();
-        check.check(&at(0, 0.0));
-        let values: [f32; 10] = core::array::from_fn(|i| {
-            check.check(&at(u16::try_from(i).unwrap() + 1, 4e-3)).unwrap().stylus
-        });
-        assert_eq!(values[7], 0.0);
-        assert_eq!(values[8], 4e-3);
-    }
-
-    #[test]
-    fn frozen_saturated_and_failed_are_reported_and_recover() {
-        let mut check = check();
-        for i in 0..600 {
-            check.check(&at(i, 1e-6));
-        }
-        assert_eq!(check.health(), SensorHealth::Frozen);
-        check.check(&at(600, 1.1e-6));
-        assert_eq!(check.health(), SensorHealth::Good);
-        for i in 601..620 {
-            check.check(&at(i, 5e-3));
-        }
-        assert_eq!(check.health(), SensorHealth::Saturated);
-        for i in 620..640 {
-            check.check(&at(i, f32::NAN));
-        }
-        assert_eq!(check.health(), SensorHealth::Failed);
-        check.check(&at(640, 1e-6));
-        assert_eq!(check.health(), SensorHealth::Good);
-        assert_eq!(check.counters().failures, 2);
-    }
-
-    /// Readings of some hundredths, as of an accelerometer, with serial glitches.
-    #[test]
-    fn without_a_unit_a_glitch_is_reported_by_the_steps_before() {
-        let config = HealthConfig { range: 1e9, max_step: 1e9, ..HealthConfig::default() };
-        let mut check = HealthCheck::uncalibrated(config);
-        let wave = |i: u16| 0.06 * libm::sinf(f32::from(i) * 2.5);
-        for i in 0..2000_u16 {
-            let glitch = i % 100 == 99;
-            let out = check.check(&at(i, if glitch { 5e5 } else { wave(i) })).unwrap().stylus;
-            assert!(i < 99 || out.abs() <= 0.06, "{out}");
-        }
-        assert_eq!((check.counters().glitches, check.health()), (20, SensorHealth::Good));
-        // A signal that has really become a million times louder is taken as it is after a while.
-        let taken = (2000..3000_u16).filter(|&i| {
-            let loud = 1e6 * wave(i);
-            check.check(&at(i, loud)).unwrap().stylus == loud
-        });
-        assert!(taken.count() > 980);
-        // Long silence of a coarse sensor does not make its first count a glitch.
-        let mut check = HealthCheck::uncalibrated(config);
-        for i in 0..10_000_u16 {
-            check.check(&at(i, if i % 1000 < 100 { f32::from(i % 2) } else { 0.0 }));
-        }
-        assert_eq!(check.counters().glitches, 0);
-    }
-
-    #[test]
-    fn other_channels_turn_absent() {
-        let mut check = check();
-        let sample = Sample {
-            normal_force_n: Some(f32::NAN),
-            travel_m: Some(1e30),
-            velocity_m_s: Some(0.1),
-            ..at(0, 0.0)
-        };
-        let out = check.check(&sample).unwrap();
-        assert_eq!((out.normal_force_n, out.travel_m, out.velocity_m_s), (None, None, Some(0.1)));
-        assert_eq!(check.counters().other_channels, 2);
-    }
-
-    #[test]
-    fn time_only_goes_forward() {
-        let mut check = check();
-        assert!(check.check(&at(5, 0.0)).is_some());
-        assert!(check.check(&at(5, 0.0)).is_none());
-        assert!(check.check(&at(4, 0.0)).is_none());
-        assert_eq!(check.counters().time_faults, 2);
-    }
-}
+mod tests;

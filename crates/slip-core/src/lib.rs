@@ -22,6 +22,7 @@ pub mod fusion;
 pub mod grip;
 pub mod health;
 pub mod irregularity;
+pub mod isolated;
 pub mod need;
 pub mod observation;
 pub mod pipeline;

@@ -19,7 +19,7 @@ use crate::{
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter},
     fusion::{Detection, Fusion},
     grip::{GripController, GripEvent, GripState, Trials},
-    health::{HealthCheck, HealthCounters, SensorHealth},
+    health::{HealthCheck, HealthCounters, Passed, SensorHealth},
     need::Need,
     observation::SlipObservation,
     pressure::Standing,
@@ -85,17 +85,23 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.counters.samples += 1;
         self.host_time.arrive(sample.arrival, self.last_t);
         let before = self.health.health();
-        let plain = self.health.passes(sample);
-
-        if !plain {
-            return match self.health.check(sample) {
-                Some(safe) => {
-                    let levelled = self.sink.level(&safe);
-                    self.stages(levelled.as_ref().unwrap_or(&safe), taxels, before, Rested::Not)
-                }
-                None => self.unchanged(sample.t, 0.0),
-            };
-        }
+        let replaced;
+        let sample = match self.health.passes(sample) {
+            Passed::AsItIs => sample,
+            Passed::As(sample) => {
+                replaced = sample;
+                &replaced
+            }
+            Passed::Not => {
+                return match self.health.check(sample) {
+                    Some(safe) => {
+                        let levelled = self.sink.level(&safe);
+                        self.stages(levelled.as_ref().unwrap_or(&safe), taxels, before, Rested::Not)
+                    }
+                    None => self.unchanged(sample.t, 0.0),
+                };
+            }
+        };
         let levelled = self.sink.level(sample);
         let sample = levelled.as_ref().unwrap_or(sample);
         // The guard: where nothing happens, few stages look at a sample.

@@ -1,4 +1,5 @@
-//! The small detector of the Arduino library (C99) beside [`SlipDetector`] in a still scene: the same states at the same readings.
+//! The small detector of the Arduino library (C99) beside [`Guard`] and [`SlipDetector`] in a still scene: the same states at the same
+//! readings.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,
@@ -12,7 +13,8 @@ use slip_core::{
     Sample,
     detector::{DetectorConfig, KnownFloors, SlipDetector, SlipState},
     floor::FloorConfig,
-    units::Micros,
+    isolated::Guard,
+    units::{Hertz, Micros},
 };
 use std::{
     env, fs,
@@ -72,17 +74,20 @@ fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
     let floor = FloorConfig { min_rms, ..FloorConfig::default() };
     let config = DetectorConfig::default();
     let mut detector = SlipDetector::new(&config, floor, KnownFloors::default(), rate_hz).unwrap();
+    let mut guard = Guard::new(Hertz(rate_hz));
     let mut last = (0, 0.0);
     let mut step = |x: &f32| {
         let code =
             |state| 1 + u8::from(state != SlipState::Quiet) + u8::from(state == SlipState::Gross);
         if *x == RESTART {
             detector.prime();
+            guard.forget();
             last = (last.0.min(1), 0.0);
-        } else if x.abs() < HUGE
-            && let Some((statistic, state)) = detector.step(&Sample::stylus(Micros(0), *x))
-        {
-            last = (code(state), statistic);
+        } else if x.abs() < HUGE {
+            let x = guard.step([*x, 0.0, 0.0]).map_or(*x, |[x, ..]| x);
+            if let Some((statistic, state)) = detector.step(&Sample::stylus(Micros(0), x)) {
+                last = (code(state), statistic);
+            }
         }
         (last.0, last.1, detector.noise_rms())
     };
@@ -166,8 +171,29 @@ fn what_is_no_reading_is_left_out_and_a_sensor_that_shows_nothing_is_waited_for(
     assert!(compare("resolution", 1600.0, 0.5, &silent) >= 1);
     // The largest that is taken is forgotten.
     let mut burst = signal(1600.0, 1.0, 0.0, 0.0, 0.0);
-    burst[2000] = 9e14;
+    burst[2000..2002].fill(9e14);
     assert_eq!(compare("burst", 1600.0, 0.0, &burst), 3, "learned, gross, quiet");
+}
+
+/// Single wrong readings, pairs and runs of three, 20 and 4000 deviations high, at every rate that holds some back.
+#[test]
+fn isolated_readings_are_held_back_as_by_the_guard() {
+    for rate_hz in [500.0, 1000.0, 1600.0, 2200.0, 10_000.0, 50_000.0] {
+        for (rms, height, step) in [(1.0, 20.0, 0.0), (3e-8, 1.2e-4, 0.0), (0.3, 1200.0, 1.0)] {
+            let mut readings = signal(rate_hz, rms, 0.0, 5.0 * rms, step);
+            for (at, x) in readings.iter_mut().enumerate() {
+                *x += if at % 211 < 1 + at / 211 % 3 { height } else { 0.0 };
+            }
+            assert!(compare("isolated", rate_hz, 0.0, &readings) >= 1);
+            for x in
+                readings.chunks_mut(211).skip(1).flat_map(|part| part.iter_mut().skip(1).take(2))
+            {
+                *x = 5.0 * rms;
+            }
+            let changes = compare("single", rate_hz, 0.0, &readings);
+            assert_eq!(changes == 1, rate_hz >= 1000.0, "{rate_hz} Hz, {rms}: {changes} changes");
+        }
+    }
 }
 
 #[test]

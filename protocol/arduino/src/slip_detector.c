@@ -38,6 +38,18 @@
 #define MOST_ODD 8u
 #define ROUNDING 0.28867513f
 
+/* Isolated wrong readings: a step of so many usual ones leaps, readings between two that are held back, steps that make the usual one
+ * known, those before one is bounded, how many times the mean one may count and its weight, and the rates from which one reading and
+ * two are held back (Hz). */
+#define LEAP 6.0f
+#define LEAP_QUIET 4u
+#define LEAP_KNOWN 64u
+#define LEAP_BOUNDED 8u
+#define LEAP_MOST 3.0f
+#define LEAP_WEIGHT (1.0f / 256.0f)
+#define SINGLE_HZ 1e3f
+#define PAIR_HZ 1e4f
+
 /* The bands that decide at rest: shear and vibration, which every rate carries in some place, and the two highest octaves. */
 static const struct {
     float low_hz, high_hz;
@@ -122,6 +134,7 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms) {
     d->prime_len = samples(PRIME_MS, rate_hz);
     d->release_len = samples(RELEASE_MS, blocks_hz);
     d->learning = true;
+    d->guard.most = (uint8_t)((rate_hz >= SINGLE_HZ) + (rate_hz >= PAIR_HZ));
     sd_restart(d);
     return true;
 }
@@ -139,6 +152,38 @@ void sd_restart(sd_detector *d) {
     d->quiet_run = 0;
     d->statistic = 0.0f;
     d->state = d->learning ? SD_LEARNING : SD_QUIET;
+    d->guard.started = false;
+}
+
+static void learn_step(sd_guard *g, float step) {
+    if (step == 0.0f) return;
+    const float most = g->seen < LEAP_BOUNDED ? step : LEAP_MOST * g->usual;
+    if (g->seen < LEAP_KNOWN) g->seen++;
+    const float change = (step < most ? step : most) - g->usual;
+    g->usual += g->seen < LEAP_KNOWN ? change / (float)g->seen : LEAP_WEIGHT * change;
+}
+
+/* The reading, or the mean of the last four outputs while it may be an isolated wrong one. */
+static float guarded(sd_guard *g, float x) {
+    if (!g->started) {
+        for (unsigned i = 0; i < 4; i++) g->outputs[i] = x;
+        g->quiet = LEAP_QUIET;
+        g->held = 0;
+        g->started = true;
+    }
+    const float last = g->outputs[g->at], step = fabsf(x - last);
+    const bool leaps = g->seen >= LEAP_KNOWN && step > LEAP * g->usual;
+    learn_step(g, step);
+    bool holds = leaps && g->held < g->most;
+    if (holds) holds = g->held == 0 ? g->quiet >= LEAP_QUIET : fabsf(x - g->first) < fabsf(g->first - last);
+    if (holds && g->held == 0) g->first = x;
+    g->held = holds ? (uint8_t)(g->held + 1u) : 0u;
+    if (leaps) g->quiet = 0;
+    else if (g->quiet < LEAP_QUIET) g->quiet++;
+    const float mean = 0.25f * ((g->outputs[0] + g->outputs[1]) + (g->outputs[2] + g->outputs[3]));
+    g->at = (uint8_t)((g->at + 1u) & 3u);
+    g->outputs[g->at] = holds ? mean : x;
+    return g->outputs[g->at];
 }
 
 static void prime(sd_detector *d, float x) {
@@ -298,6 +343,7 @@ static void end_block(sd_detector *d) {
 
 sd_state sd_step(sd_detector *d, float reading) {
     if (!(fabsf(reading) < HUGE_READING)) return d->state;
+    reading = guarded(&d->guard, reading);
     if (d->priming > 0) {
         prime(d, reading);
         return d->state;

@@ -33,6 +33,13 @@ typedef struct {
     float a1, a2, a3, ic1, ic2;
 } sd_section;
 
+/* The last readings, in turn, of which isolated wrong ones are told. */
+typedef struct {
+    float outputs[4], first, usual; /* first: of those held back; usual: mean step */
+    uint8_t at, quiet, held, most, seen;
+    bool started;
+} sd_guard;
+
 /* All of it is the detector's own. */
 typedef struct {
     struct {
@@ -54,13 +61,15 @@ typedef struct {
     sd_state state;
     float block_s, share, statistic;
     uint32_t release_len, quiet_run;
+    sd_guard guard;
 } sd_detector;
 
 /* A detector that begins to learn its floor. `rate_hz`: of the readings, 65 to 50,000. `min_rms`: the smallest noise that is believed, in the unit of
  * the readings (any); 0 leaves it to the steps between them. False, and nothing is set, where the rate or the noise is out of range. */
 bool sd_init(sd_detector *d, float rate_hz, float min_rms);
 
-/* Takes the next reading, in any unit; one that is no number, or 1e15 or more, is left out. The state changes at the end of a block (0.5 ms, or each reading below 2 kHz). */
+/* Takes the next reading, in any unit; one that is no number, or 1e15 or more, is left out. From 1 kHz on one that leaps out of a quiet
+ * stretch is held back until the next shows whether it was a wrong one, from 10 kHz on a pair of them. The state changes at the end of a block (0.5 ms, or each reading below 2 kHz). */
 sd_state sd_step(sd_detector *d, float reading);
 
 /* Evidence of the last block over the wanted time between false alarms, 600 s: 1 and above is a slip. */

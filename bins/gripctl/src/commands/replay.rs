@@ -26,6 +26,8 @@ struct Summary {
     slips: u64,
     duration_s: f64,
     unusable: u64,
+    /// Wrong readings that leapt out of a quiet stretch and back, and were replaced.
+    isolated: u64,
     /// Times a quieter second has lowered the floor: it had been learned in motion.
     floor_lowered: u64,
 }
@@ -133,6 +135,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         slips: log.slips(),
         duration_s,
         unusable: health.unusable(),
+        isolated: health.isolated,
         floor_lowered: replay.stage_counters().floor_lowered,
     };
     report(&summary, recording.rate_hz, args.json)?;
@@ -145,12 +148,13 @@ fn report(summary: &Summary, rate_hz: f32, json: bool) -> anyhow::Result<()> {
         output::json(summary)?;
     } else {
         output::line(&format!(
-            "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} slips, floor lowered {} times",
+            "{} samples in {:.3} s at {:.1} Hz, {} gaps, {} unusable readings, {} isolated, {} slips, floor lowered {} times",
             summary.samples,
             summary.duration_s,
             rate_hz,
             summary.lost,
             summary.unusable,
+            summary.isolated,
             summary.slips,
             summary.floor_lowered
         ))?;

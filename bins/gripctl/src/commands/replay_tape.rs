@@ -22,6 +22,7 @@ struct Summary {
     slips: u64,
     duration_s: f64,
     unusable: u64,
+    isolated: u64,
     floor_lowered: u64,
     pipelines: u64,
     unrecorded: u64,
@@ -107,7 +108,7 @@ fn refuse_csv_options(args: &ReplayArgs) -> Result<(), WrongArgument> {
 
 fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Result<()> {
     let TapeSummary { samples, lost, slips, duration_s, unusable, floor_lowered, .. } = summary;
-    let TapeSummary { pipelines, unrecorded, .. } = summary;
+    let TapeSummary { pipelines, unrecorded, isolated, .. } = summary;
     if json {
         return output::json(&Summary {
             samples,
@@ -115,6 +116,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
             slips,
             duration_s,
             unusable,
+            isolated,
             floor_lowered,
             pipelines,
             unrecorded,
@@ -126,7 +128,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
     }
     output::line(&format!(
         "{samples} samples in {duration_s:.3} s through {pipelines} pipelines, {lost} rows lost, {unrecorded} items not recorded, \
-         {unusable} unusable readings, {slips} slips, floor lowered {floor_lowered} times"
+         {unusable} unusable readings, {isolated} isolated, {slips} slips, floor lowered {floor_lowered} times"
     ))?;
     Ok(())
 }

@@ -10,9 +10,10 @@ use super::{
 use crate::taxels;
 use grip_record::{Channel, LabelKind};
 use slip_core::{
-    PipelineConfig,
+    PipelineConfig, Sample,
     alarm::Method,
     detector::{BANDS, KnownFloors, RestMeter, SlipDetector},
+    isolated::Guard,
     pressure::{MAX_TAXELS, PatternRest},
 };
 
@@ -74,13 +75,16 @@ fn pooled_floor<'a>(
 ) -> Result<AtRest, ScoreError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)
         .map_err(|source| ScoreError::Config { recording: "all recordings".to_owned(), source })?;
+    let mut guard = Guard::new(config.sample_rate);
     for one in all.filter(|one| one.label.kind != LabelKind::Steady) {
         let until = rest_until(&one.label, guard_ms);
         let contents = folder.open_rest(one)?;
         let recording = contents.recording(false);
         meter.start();
+        guard.forget();
         for sample in recording.samples.iter().take_while(|s| s.t.as_seconds() < until) {
-            meter.push_vector(sample.vibration());
+            let reading = sample.vibration();
+            meter.push_vector(guard.step(reading).unwrap_or(reading));
         }
     }
     #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
@@ -109,11 +113,14 @@ fn learned_live<'a>(
                     recording: recording.name.clone(),
                     source,
                 })?;
+        let mut guard = Guard::new(config.sample_rate);
         for sample in recording.samples.iter().take_while(|s| s.t.as_seconds() < until) {
             if !sample.stylus.is_finite() {
                 continue;
             }
-            detector.step(sample);
+            let [stylus, y, z] = sample.vibration();
+            let [stylus, y, z] = guard.step([stylus, y, z]).unwrap_or([stylus, y, z]);
+            detector.step(&Sample { stylus, stylus_axes: [y, z], ..*sample });
             if !detector.is_moving() {
                 floor_s += 1.0 / f64::from(config.sample_rate.0);
             }

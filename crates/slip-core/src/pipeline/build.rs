@@ -17,7 +17,7 @@ use crate::{
     estimate::{Estimator, FrictionMeter},
     fusion::Fusion,
     grip::GripController,
-    health::HealthCheck,
+    health::{self, HealthCheck},
     need::Need,
     observation::SlipObservation,
     pressure::Standing,
@@ -38,17 +38,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         config.check()?;
         let rate_hz = config.sample_rate.0;
         let contact_n = config.grip.unwrap_or_default().contact_n;
-        let period_us = (1e6 / rate_hz).max(1.0);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "1 to 1e6, checked"
-        )]
-        let period_us = period_us as u64;
         Ok(Self {
             health: match config.signal {
-                Signal::Displacement => HealthCheck::new(config.health),
-                Signal::Vibration => HealthCheck::uncalibrated(config.health),
+                Signal::Displacement => HealthCheck::new(config.health, config.sample_rate),
+                Signal::Vibration => HealthCheck::uncalibrated(config.health, config.sample_rate),
             },
             contact: Contact::new(contact_n),
             detector: SlipDetector::new(
@@ -83,7 +76,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             scene: Scene::Idle,
             decides: false,
             rest: Rest::Awake,
-            gap: Micros((period_us * 5).max(10_000)),
+            gap: health::gap(config.sample_rate),
             evidence_every: Micros(1000),
             untouched: None,
             counters: StageCounters::default(),

@@ -6,6 +6,7 @@ use grip_session::{HostConfig, replay};
 use slip_core::{
     ConfigError, PipelineConfig, Sample,
     detector::{BANDS, BandThreshold, RestMeter},
+    isolated::{self, Guard},
 };
 
 /// Shortest rest (s) that shows a noise floor.
@@ -16,6 +17,8 @@ const STRETCH: u64 = 400;
 const STEADY: f32 = 4.0;
 /// Share of readings equal to the one before from which the steps are coarser than the noise.
 const COARSE: f32 = 0.5;
+/// Share of readings from which isolated ones are told of: noise that is Gaussian has some in a million.
+const OUTLIERS: f32 = 5e-5;
 /// Share of readings that may be missing.
 const MISSING: f32 = 0.01;
 
@@ -47,6 +50,7 @@ pub(super) fn findings(
         return Ok(found);
     };
     found.extend([
+        outliers(&rest, &readings, pipeline.sample_rate.0),
         steps(&readings, &rest),
         steady(&rest, recording),
         floor(&rest, recording, &bands),
@@ -74,8 +78,10 @@ impl Readings {
     }
 }
 
-/// Noise of a recording: mean energies of all of it, least and largest energy of a band in a stretch, the smallest step.
+/// Noise of a recording, isolated readings left out: mean energies of all of it, least and largest energy of a band in a stretch, the
+/// smallest step, and how many isolated readings there were.
 struct Rest {
+    isolated: u64,
     energy: [f32; BANDS],
     unsteady: f32,
     step_rms: f32,
@@ -89,9 +95,11 @@ fn rest(recording: &Recording, pipeline: &PipelineConfig) -> Result<Option<Rest>
     let stretch = (STRETCH_S * rate_hz) as u64;
     let stretch = stretch.max(STRETCH);
     let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
+    let mut guard = Guard::new(pipeline.sample_rate);
     for sample in &recording.samples {
-        meter.push_vector(sample.vibration());
-        parts.push_vector(sample.vibration());
+        let reading = guard.step(sample.vibration()).unwrap_or(sample.vibration());
+        meter.push_vector(reading);
+        parts.push_vector(reading);
         if parts.samples() >= stretch
             && let Some(energy) = parts.take()
         {
@@ -104,7 +112,7 @@ fn rest(recording: &Recording, pipeline: &PipelineConfig) -> Result<Option<Rest>
     let known = range.iter().filter(|(least, most)| *least > 0.0 && most.is_finite());
     let unsteady = known.map(|(least, most)| most / least).fold(1.0, f32::max);
     let step_rms = meter.least_energy(pipeline.floor).sqrt();
-    Ok(Some(Rest { energy, unsteady, step_rms }))
+    Ok(Some(Rest { isolated: guard.isolated(), energy, unsteady, step_rms }))
 }
 
 /// Which bands the rate carries.
@@ -145,6 +153,24 @@ fn complete(recording: &Recording, readings: &Readings) -> Finding {
     let good = missing <= MISSING && notes.gaps == 0;
     let remedy = "raise the priority of the program that reads, or send batches; gaps delay alarms and hold the force";
     Finding::judge(good, "sensor data", text, remedy)
+}
+
+/// Whether single readings leap away and back.
+fn outliers(rest: &Rest, readings: &Readings, rate_hz: f32) -> Finding {
+    if rate_hz < isolated::SINGLE_HZ {
+        let text =
+            format!("isolated readings are not looked for below {:.0} Hz", isolated::SINGLE_HZ);
+        return Finding::ok("sensor outliers", text);
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a share")]
+    let share = rest.isolated as f32 / readings.all;
+    let text = format!(
+        "{} isolated readings ({:.4} %): each leaps out of the noise and the next is back, which no surface does; they are replaced before anything is decided",
+        rest.isolated,
+        100.0 * share
+    );
+    let remedy = "look for a loose wire, a missing shield or ground, or values that are read while they change: longer runs of wrong readings would be slips";
+    Finding::judge(share < OUTLIERS, "sensor outliers", text, remedy)
 }
 
 /// Whether the steps of the converter hide the noise.
