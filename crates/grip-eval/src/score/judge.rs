@@ -44,6 +44,8 @@ pub(super) fn judge(
     let (label, travel) = (&one.label, &contents.travel);
     let detector = fitted.detector;
     let recording = contents.recording(detector.companions);
+    let known = fitted.config;
+    let own_floor = known.known_floor.is_none() && known.pressure.known_rms.is_none();
     let Played { spans, statistics, causes, length_s, reported_s } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
@@ -71,6 +73,8 @@ pub(super) fn judge(
         alarms: u32::try_from(spans.len()).unwrap_or(u32::MAX),
         alarms_at: alarms.collect(),
         window_s: 0.0,
+        rate_hz: recording.rate_hz,
+        own_floor,
         reported_s,
         length_s,
         remarks: recording.notes.remarks.clone(),

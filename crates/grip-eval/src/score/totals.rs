@@ -41,6 +41,10 @@ pub struct RecordingScore {
     pub alarms_at: Vec<Alarm>,
     /// Time in which an alarm finds the slip (s); 0 at rest.
     pub window_s: f64,
+    /// Samples a second.
+    pub rate_hz: f32,
+    /// Whether its noise was learned from its own earlier samples alone, because no rest of others serves.
+    pub own_floor: bool,
     /// Time in which there were samples (s).
     pub length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
@@ -81,8 +85,10 @@ pub struct Score {
     pub detector: Detector,
     /// One per recording, in the order of the labels; one per slip, where several are labelled.
     pub recordings: Vec<RecordingScore>,
+    /// One rate for each set of recordings whose rest was pooled: they are alike in rate and stylus.
+    pub rates_hz: Vec<f32>,
     /// The calibrated floor, or that of the labelled rest of all materials: energy of each band (signal unit squared). Each recording was
-    /// scored with that of the *other* materials.
+    /// scored with that of the *other* materials. Of several sets that with the most rest.
     pub floor: Option<[f32; BANDS]>,
     /// Rest it was measured on (s).
     pub floor_s: f64,
@@ -139,6 +145,10 @@ pub struct Total {
     pub rest_alarms_per_hour_ci: Interval,
     /// Rest the floor was measured on (s).
     pub floor_s: f64,
+    /// Rates of the recordings (Hz), one for each set whose rest was pooled apart: sets differ in rate or stylus.
+    pub rates_hz: Vec<f32>,
+    /// Recordings whose noise was learned from their own earlier samples alone.
+    pub own_floors: usize,
     /// Guard before each onset (ms).
     pub guard_ms: f64,
     /// Run time for a sample (ns), where it was measured.
@@ -201,6 +211,8 @@ impl Score {
             rest_alarms,
             rest_alarms_per_hour_ci: interval::rate(rest_alarms, rest_s / 3600.0),
             floor_s: self.floor_s,
+            rates_hz: self.rates_hz.clone(),
+            own_floors: self.recordings.iter().filter(|r| r.slip == 1 && r.own_floor).count(),
             guard_ms,
             ns_per_sample: self.ns_per_sample,
         }
