@@ -240,8 +240,25 @@ fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Recordings of several rates or units, whose rest is not that of the others.
+fn kins(total: &Total) -> Option<String> {
+    let rates: Vec<String> = total.rates_hz.iter().map(|rate| format!("{rate:.0}")).collect();
+    let own = match total.own_floors {
+        0 => String::new(),
+        1 => "; 1 recording has none alike, and learned it from its own rest".to_owned(),
+        n => format!("; {n} recordings have none alike, and learned it from their own rest"),
+    };
+    (rates.len() > 1).then(|| {
+        let (count, rates) = (rates.len(), rates.join(", "));
+        format!("{count} rates or units ({rates} Hz), each with floors of its own{own}")
+    })
+}
+
 fn summary(total: &Total) -> anyhow::Result<()> {
     output::line("")?;
+    if let Some(kins) = kins(total) {
+        output::line(&kins)?;
+    }
     if total.onsets > 0 {
         output::line(&format!(
             "onsets: {}, {} missed, {} early (before onset - {} ms); latency median {} ms, 95 % {} ms; travel at the alarm median {} mm, 95 % {} mm",

@@ -271,14 +271,40 @@ fn broken_folders_are_refused() {
     let row = |row: &str, words: &[&str]| refuse(&format!("{header}{row}\n"), words);
     row("found,onset,x,99", &["found", "99 s lies outside", "correct onset_s"]);
     row("all,steady,x,", &["no labelled rest"]);
-    let other = recording(9.0, 200.0, 6);
-    let slow: String = other.lines().step_by(2).map(|line| format!("{line}\n")).collect();
-    fs::write(
-        folder.path().join("slow.csv"),
-        slow.replacen(slow.lines().next().unwrap(), "t_s,vibration", 1),
-    )
-    .unwrap();
-    row("rest,rest,x,\nslow,rest,x,", &["slow", "1100", "2200", "cannot be pooled"]);
+}
+
+#[test]
+fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
+    let folder = folder();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let halved = |text: &str| -> String {
+        let rows = text.lines().enumerate().filter(|(nth, _)| *nth == 0 || nth % 2 == 1);
+        rows.map(|(_, line)| format!("{line}\n")).collect()
+    };
+    put("slow.csv", &halved(&recording(0.3, 200.0, 6)));
+    put("slow_rest.csv", &halved(&recording(9.0, 200.0, 7)));
+    // As loud as the tone in the unit of the others.
+    let rest = recording(9.0, 200.0, 8).replacen("vibration", "stylus_um", 1);
+    put("um.csv", &rest);
+    let labels =
+        "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nslow,onset,cork,0.3\n";
+    put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
+    let lines = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let total = lines.last().unwrap();
+    let counts = ["onsets", "missed", "rest_alarms", "own_floors"].map(|name| number(total, name));
+    assert_eq!(counts, [2.0, 0.0, 0.0, 1.0], "{total}");
+    let rates = total["rates_hz"].as_array().unwrap().iter().map(|rate| rate.as_f64().unwrap());
+    assert_eq!(rates.map(f64::round).collect::<Vec<_>>(), [2200.0, 1100.0, 2200.0]);
+    let own = lines.iter().filter(|line| line["own_floor"] == true);
+    assert_eq!(own.map(|line| line["recording"].clone()).collect::<Vec<_>>(), ["um"]);
+    // The others are judged as if those of other rates were not there.
+    put("labels.csv", "recording,kind,material,onset_s\nslow,onset,cork,0.3\nslow_rest,rest,,\n");
+    let alone = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    assert_eq!((&alone[0], &alone[1]), (&lines[2], &lines[3]));
+    put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
+    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    let said = "3 rates or units (2200, 1100, 2200 Hz), each with floors of its own; 1 recording";
+    assert!(text.contains(said), "{text}");
 }
 
 /// `NAME.npz` where there is no `NAME.csv`, with the companions beside it.
