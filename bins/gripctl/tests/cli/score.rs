@@ -283,8 +283,8 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     };
     put("slow.csv", &halved(&recording(0.3, 200.0, 6)));
     put("slow_rest.csv", &halved(&recording(9.0, 200.0, 7)));
-    // As loud as the tone in the unit of the others.
-    let rest = recording(9.0, 200.0, 8).replacen("vibration", "stylus_um", 1);
+    // A displacement: of another unit than the vibrations, at the same rate.
+    let rest = recording(9.0, 200.0, 8).replacen("vibration", "stylus", 1);
     put("um.csv", &rest);
     let labels =
         "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nslow,onset,cork,0.3\n";
