@@ -4,7 +4,8 @@
 //!
 //! - *early*: a slip was noticed before onset - guard, which is a false alarm;
 //! - *latency*: the first notice from onset - guard on, minus the onset; negative while the slip is incipient;
-//! - *missed*: no such notice up to onset + [`LATE_S`], and no earlier one still going on.
+//! - *inside*: no such notice up to onset + [`LATE_S`], because an alarm of before is still going on: neither found nor missed;
+//! - *missed*: no such notice, and no alarm of before.
 //!
 //! Several slips of a recording have an onset each, in rising order. A further one is found from its onset - guard on, up to that of
 //! the next one; alarms between slips are not judged, because no label states when a slip is over.
