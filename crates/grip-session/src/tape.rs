@@ -5,6 +5,7 @@ use crate::{
     recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning},
     report::{ClockHealth, Condition, Event, EventLog},
     session::Beginning,
+    steady::{STEADY, SteadyAlarm},
 };
 use grip_record::mcap::{Entry, EventRecord, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
@@ -133,6 +134,8 @@ pub struct TapeSummary {
     pub unusable: u64,
     /// Times a quieter second has lowered the floor.
     pub floor_lowered: u64,
+    /// Alarms with the steady level of a machine.
+    pub steady_alarms: u64,
     /// Pipelines that began.
     pub pipelines: u64,
     /// Whether the first file starts in the middle of a run, so that the first events may differ.
@@ -148,6 +151,7 @@ pub struct Tape {
     model: Option<HostEstimator>,
     pipeline: Option<Run>,
     log: EventLog,
+    steady: SteadyAlarm,
     summary: TapeSummary,
     before: Option<(PathBuf, About)>,
 }
@@ -184,6 +188,7 @@ impl Tape {
             model: None,
             pipeline: None,
             log: EventLog::default(),
+            steady: SteadyAlarm::default(),
             summary: TapeSummary::default(),
             before: None,
         }
@@ -331,6 +336,10 @@ impl Tape {
             for line in self.log.events(&step).into_iter().flatten() {
                 report(Played::Line(&line));
             }
+        }
+        if self.steady.step(&step, run.pipeline.detector()) {
+            self.summary.steady_alarms += 1;
+            report(Played::Note(format!("{:.4} s: {STEADY}", step.t.as_seconds())));
         }
         let grip = run.pipeline.grip_state();
         report(Played::Step { sample, step: &step, grip });

@@ -23,6 +23,7 @@ struct Summary {
     duration_s: f64,
     unusable: u64,
     floor_lowered: u64,
+    steady_alarms: u64,
     pipelines: u64,
     unrecorded: u64,
     /// Events that are the recorded ones; only with `--check`.
@@ -107,7 +108,7 @@ fn refuse_csv_options(args: &ReplayArgs) -> Result<(), WrongArgument> {
 
 fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Result<()> {
     let TapeSummary { samples, lost, slips, duration_s, unusable, floor_lowered, .. } = summary;
-    let TapeSummary { pipelines, unrecorded, .. } = summary;
+    let TapeSummary { steady_alarms, pipelines, unrecorded, .. } = summary;
     if json {
         return output::json(&Summary {
             samples,
@@ -116,6 +117,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
             duration_s,
             unusable,
             floor_lowered,
+            steady_alarms,
             pipelines,
             unrecorded,
             checked,
