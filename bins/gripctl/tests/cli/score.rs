@@ -368,7 +368,7 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     assert_eq!(counts, [2.0, 0.0, 0.0, 1.0], "{total}");
     let rates = total["rates_hz"].as_array().unwrap().iter().map(|rate| rate.as_f64().unwrap());
     assert_eq!(rates.map(f64::round).collect::<Vec<_>>(), [2200.0, 1100.0, 2200.0]);
-    let own = lines.iter().filter(|line| line["own_floor"] == true);
+    let own = lines.iter().filter(|line| line["floor_from"] == "own");
     assert_eq!(own.map(|line| line["recording"].clone()).collect::<Vec<_>>(), ["um"]);
     // The others are judged as if those of other rates were not there.
     put("labels.csv", "recording,kind,material,onset_s\nslow,onset,cork,0.3\nslow_rest,rest,,\n");

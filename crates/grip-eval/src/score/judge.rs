@@ -1,7 +1,7 @@
 //! One labelled recording in, its alarms held against its label out.
 
 use super::{
-    Alarm, Decides, Detector, LATE_S, RecordingScore, ScoreError,
+    Alarm, Decides, Detector, FloorFrom, LATE_S, RecordingScore, ScoreError,
     beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL},
     curve::{APART_S, Trace},
@@ -45,7 +45,7 @@ pub(super) fn judge(
     let detector = fitted.detector;
     let recording = contents.recording(detector.companions);
     let known = fitted.config;
-    let own_floor = known.known_floor.is_none() && known.pressure.known_rms.is_none();
+    let is_known = known.known_floor.is_some() || known.pressure.known_rms.is_some();
     let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
@@ -75,7 +75,7 @@ pub(super) fn judge(
         alarms_at: alarms.collect(),
         window_s: 0.0,
         rate_hz: recording.rate_hz,
-        own_floor,
+        floor_from: if is_known { FloorFrom::Known } else { FloorFrom::Own },
         reported_s,
         in_alarm_s,
         length_s,

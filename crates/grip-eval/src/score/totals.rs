@@ -10,6 +10,16 @@ use super::{
 use serde::Serialize;
 use slip_core::detector::BANDS;
 
+/// Where the noise of a recording is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FloorFrom {
+    /// From a calibration, the configuration, or the rest of recordings of other materials.
+    Known,
+    /// From its own earlier samples alone, as live.
+    Own,
+}
+
 /// One recording's result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingScore {
@@ -45,8 +55,8 @@ pub struct RecordingScore {
     pub window_s: f64,
     /// Samples a second.
     pub rate_hz: f32,
-    /// Whether its noise was learned from its own earlier samples alone, because no rest of others serves.
-    pub own_floor: bool,
+    /// Where its noise is known from.
+    pub floor_from: FloorFrom,
     /// Time in which there were samples (s).
     pub length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
@@ -237,7 +247,11 @@ impl Score {
             rest_alarms_per_hour_ci: interval::rate(rest_alarms, rest_s / 3600.0),
             floor_s: self.floor_s,
             rates_hz: self.rates_hz.clone(),
-            own_floors: self.recordings.iter().filter(|r| r.slip == 1 && r.own_floor).count(),
+            own_floors: self
+                .recordings
+                .iter()
+                .filter(|r| r.slip == 1 && r.floor_from == FloorFrom::Own)
+                .count(),
             guard_ms,
             ns_per_sample: self.ns_per_sample,
         }
