@@ -34,13 +34,15 @@ def rows(lines, detector):
     slips, chance = [], []
     for kind, missed in (("onsets", "missed"), ("steady", "steady_missed")):
         if total[kind]:
-            slips.append(f"{total[kind] - total[missed]} of {total[kind]}")
+            inside = total["inside"] if kind == "onsets" else 0
+            found = f"{total[kind] - total[missed] - inside} of {total[kind]}"
+            slips.append(f"{found} ({inside} inside)" if inside else found)
             by = total[f"{kind}_chance"]
-            chance.append(f"{by['found']:.1f} (p {by['p']:.0e})")
+            chance.append(f"{by['found']:.1f} (p {by['p']:.0e})" if by else "-")
     early = str(total["early"]) if total["onsets"] else "-"
     latency = total["latency_ms"] if total["onsets"] else total["steady_ms"]
     causes = [line for line in lines if line.get("type") == "cause" and line["detector"] == detector]
-    counted = [f"{c['cause']} {c['alarms']} in {c['seconds']:.1f} s ({span(c['per_hour_ci'], 0)})" for c in causes]
+    counted = [f"{c['cause']} {c['alarms']} in {c['seconds']:.1f} s, {c['in_alarm_s']:.1f} s in alarm ({span(c['per_hour_ci'], 0)})" for c in causes]
     return (f"| {detector} | {', '.join(slips) or '-'} | {', '.join(chance) or '-'} | {early} | "
             f"{number(latency['p50'])} / {number(latency['p95'])} | {'; '.join(counted) or '-'} |")
 

@@ -225,6 +225,7 @@ impl Console {
                     late_us / 1000
                 ),
             ),
+            LinkNote::Steady => (Warn, note.text()?),
             LinkNote::PortLost if self.attached => {
                 (Warn, "the port is gone; the gripper holds by itself until it is back".to_owned())
             }

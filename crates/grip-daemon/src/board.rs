@@ -234,7 +234,10 @@ impl Board {
                 link.port_open = false;
                 link.state = LinkState::Closed;
             }
-            LinkNote::Configured(_) | LinkNote::Device(_) | LinkNote::Late(_) => {}
+            LinkNote::Configured(_)
+            | LinkNote::Device(_)
+            | LinkNote::Late(_)
+            | LinkNote::Steady => {}
         }
     }
 

@@ -319,6 +319,9 @@ impl<C: Fn() -> u64> Hot<C> {
                 self.report_evidence(host_us, t);
             }
         }
+        if self.session.take_steady().is_some() {
+            self.note(host_us, LinkNote::Steady);
+        }
         let Some(len) = self.session.command(host_us, &mut out) else { return Ok(turn) };
         let frame = out.get(..len).unwrap_or(&out);
         line.write_command(frame)?;

@@ -16,6 +16,7 @@ use grip_session::{
     report::Event,
     session::{Beginning, explain},
     shadow::SlipEvidence,
+    steady::STEADY,
 };
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::{ClientCommand, PipelineState, Sample};
@@ -475,6 +476,8 @@ pub enum LinkNote {
     Closed(CloseReason),
     /// The newest row was so old (us) at a command that the force was not raised; noted once an episode.
     Late(u64),
+    /// An alarm has the steady level of a machine; noted once an alarm.
+    Steady,
     /// The port is open.
     PortOpened,
     /// The port is gone, or cannot be opened.
@@ -511,6 +514,7 @@ impl LinkNote {
             LinkNote::Late(late_us) => {
                 format!("readings were {} ms late, the force was not raised", late_us / 1000)
             }
+            LinkNote::Steady => format!("the slip is {STEADY}"),
             LinkNote::PortOpened => "the port is open".to_owned(),
             LinkNote::PortLost => "the port is gone".to_owned(),
         })

@@ -15,6 +15,7 @@ pub mod session;
 pub mod shadow;
 pub mod signature;
 pub mod status;
+pub mod steady;
 pub mod tape;
 pub mod utc;
 

@@ -5,6 +5,7 @@ use crate::{
     recording::{ABOUT, MODEL_NAME, PART, RUN, UNRECORDED, beginning},
     report::{ClockHealth, Condition, Event, EventLog},
     session::Beginning,
+    steady::{STEADY, SteadyAlarm},
 };
 use grip_record::mcap::{Entry, EventRecord, McapError, McapReader, PipelineRecord, Record};
 use serde::Deserialize;
@@ -135,6 +136,8 @@ pub struct TapeSummary {
     pub isolated: u64,
     /// Times a quieter second has lowered the floor.
     pub floor_lowered: u64,
+    /// Alarms with the steady level of a machine.
+    pub steady_alarms: u64,
     /// Pipelines that began.
     pub pipelines: u64,
     /// Whether the first file starts in the middle of a run, so that the first events may differ.
@@ -150,6 +153,7 @@ pub struct Tape {
     model: Option<HostEstimator>,
     pipeline: Option<Run>,
     log: EventLog,
+    steady: SteadyAlarm,
     summary: TapeSummary,
     before: Option<(PathBuf, About)>,
 }
@@ -186,6 +190,7 @@ impl Tape {
             model: None,
             pipeline: None,
             log: EventLog::default(),
+            steady: SteadyAlarm::default(),
             summary: TapeSummary::default(),
             before: None,
         }
@@ -333,6 +338,10 @@ impl Tape {
             for line in self.log.events(&step).into_iter().flatten() {
                 report(Played::Line(&line));
             }
+        }
+        if self.steady.step(&step, run.pipeline.detector()) {
+            self.summary.steady_alarms += 1;
+            report(Played::Note(format!("{:.4} s: {STEADY}", step.t.as_seconds())));
         }
         let grip = run.pipeline.grip_state();
         report(Played::Step { sample, step: &step, grip });

@@ -10,6 +10,7 @@ use grip_session::{
     exit::{Exit, WrongArgument, escape},
     replay,
     report::EventLog,
+    steady::{STEADY, SteadyAlarm},
 };
 use serde::Serialize;
 use slip_core::{Pipeline, PipelineConfig, units::Micros};
@@ -30,6 +31,8 @@ struct Summary {
     isolated: u64,
     /// Times a quieter second has lowered the floor: it had been learned in motion.
     floor_lowered: u64,
+    /// Alarms with the steady level of a machine.
+    steady_alarms: u64,
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
@@ -99,7 +102,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         );
     }
     let pipeline = PipelineConfig { no_skip: args.no_skip, ..pipeline };
-    let mut log = EventLog::default();
+    let (mut log, mut steady, mut steady_alarms) = (EventLog::default(), SteadyAlarm::default(), 0);
     let mut replay =
         Pipeline::new(pipeline, Some(estimator)).with_context(|| file.display().to_string())?;
     let mut span: Option<[Micros; 2]> = None;
@@ -110,6 +113,11 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         let step = replay.handle_with(sample, taxels);
         if let Some(picture) = &mut picture {
             picture.take(&step);
+        }
+        if steady.step(&step, replay.detector()) {
+            steady_alarms += 1;
+            let note = format!("{:.4} s: {STEADY}", step.t.as_seconds());
+            bar.suspend(|| output::remark(file.display(), note));
         }
         let taken = replay.stage_counters().samples;
         if taken % SAMPLES_A_LOOK == 0 {
@@ -137,6 +145,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         unusable: health.unusable(),
         isolated: health.isolated,
         floor_lowered: replay.stage_counters().floor_lowered,
+        steady_alarms,
     };
     report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })

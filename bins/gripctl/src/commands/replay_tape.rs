@@ -24,6 +24,7 @@ struct Summary {
     unusable: u64,
     isolated: u64,
     floor_lowered: u64,
+    steady_alarms: u64,
     pipelines: u64,
     unrecorded: u64,
     /// Events that are the recorded ones; only with `--check`.
@@ -108,7 +109,7 @@ fn refuse_csv_options(args: &ReplayArgs) -> Result<(), WrongArgument> {
 
 fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Result<()> {
     let TapeSummary { samples, lost, slips, duration_s, unusable, floor_lowered, .. } = summary;
-    let TapeSummary { pipelines, unrecorded, isolated, .. } = summary;
+    let TapeSummary { steady_alarms, pipelines, unrecorded, isolated, .. } = summary;
     if json {
         return output::json(&Summary {
             samples,
@@ -118,6 +119,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
             unusable,
             isolated,
             floor_lowered,
+            steady_alarms,
             pipelines,
             unrecorded,
             checked,

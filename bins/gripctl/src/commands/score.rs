@@ -155,14 +155,15 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
 
 fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
     output::line(
-        "\nmaterial  onsets  missed  early  latency 50 %  95 % ms  steady  missed  after 50 % ms",
+        "\nmaterial  onsets  missed  inside  early  latency 50 %  95 % ms  steady  missed  after 50 % ms",
     )?;
     for m in materials {
         output::line(&format!(
-            "{:8}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {:>6}  {:>6}  {:>13}",
+            "{:8}  {:>6}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {:>6}  {:>6}  {:>13}",
             m.material,
             m.onsets,
             m.missed,
+            m.inside,
             m.early,
             or_dash(m.latency_ms.p50, 1),
             or_dash(m.latency_ms.p95, 1),
@@ -179,12 +180,13 @@ fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
     if causes.is_empty() {
         return Ok(());
     }
-    output::line("\nwithout slip  seconds  alarms  per hour (95 %)")?;
+    output::line("\nwithout slip  seconds  in alarm  alarms  per hour (95 %)")?;
     for c in causes {
         output::line(&format!(
-            "{:12}  {:>7.1}  {:>6}  {}",
+            "{:12}  {:>7.1}  {:>8.1}  {:>6}  {}",
             c.cause,
             c.seconds,
+            c.in_alarm_s,
             c.alarms,
             span(c.per_hour_ci, 1.0, 2),
         ))?;
@@ -192,14 +194,13 @@ fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What chance would find.
-fn by_chance(chance: Option<Chance>) -> String {
-    chance.map_or_else(String::new, |chance| {
-        format!(
-            "  as many alarms at random would find {:.1} (so many as were found, or more: p {:.2e})",
-            chance.found, chance.p
-        )
-    })
+/// What chance would find, where that can be compared.
+fn by_chance(chance: Option<Chance>) -> anyhow::Result<()> {
+    let Some(Chance { found, p }) = chance else { return Ok(()) };
+    let below = if p > Chance::LEAST_P { "" } else { "below " };
+    Ok(output::line(&format!(
+        "  as many alarms at random would find {found:.1} (so many as were found, or more: p {below}{p:.2e})"
+    ))?)
 }
 
 /// `low to high`, or a dash.
@@ -221,9 +222,11 @@ fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
         "recording"
     ))?;
     for r in recordings {
-        let note = match (r.missed, r.early) {
-            (true, _) => "  MISSED",
-            (_, true) => "  EARLY",
+        let note = match (r.missed, r.early, r.inside) {
+            (true, ..) => "  MISSED",
+            (_, true, false) => "  EARLY",
+            (_, true, true) => "  EARLY, INSIDE",
+            (_, false, true) => "  INSIDE",
             _ => "",
         };
         output::line(&format!(
@@ -240,13 +243,31 @@ fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Recordings of several rates or units, whose rest is not that of the others.
+fn kins(total: &Total) -> Option<String> {
+    let rates: Vec<String> = total.rates_hz.iter().map(|rate| format!("{rate:.0}")).collect();
+    let own = match total.own_floors {
+        0 => String::new(),
+        1 => "; 1 recording has none alike, and learned it from its own rest".to_owned(),
+        n => format!("; {n} recordings have none alike, and learned it from their own rest"),
+    };
+    (rates.len() > 1).then(|| {
+        let (count, rates) = (rates.len(), rates.join(", "));
+        format!("{count} rates or units ({rates} Hz), each with floors of its own{own}")
+    })
+}
+
 fn summary(total: &Total) -> anyhow::Result<()> {
     output::line("")?;
+    if let Some(kins) = kins(total) {
+        output::line(&kins)?;
+    }
     if total.onsets > 0 {
         output::line(&format!(
-            "onsets: {}, {} missed, {} early (before onset - {} ms); latency median {} ms, 95 % {} ms; travel at the alarm median {} mm, 95 % {} mm",
+            "onsets: {}, {} missed, {} inside a running alarm, {} early (before onset - {} ms); latency median {} ms, 95 % {} ms; travel at the alarm median {} mm, 95 % {} mm",
             total.onsets,
             total.missed,
+            total.inside,
             total.early,
             total.guard_ms,
             or_dash(total.latency_ms.p50, 1),
@@ -261,7 +282,7 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             span(total.latency_ms_ci.p50, 1.0, 1),
             span(total.latency_ms_ci.p95, 1.0, 1),
         ))?;
-        output::line(&by_chance(total.onsets_chance))?;
+        by_chance(total.onsets_chance)?;
     }
     if total.steady > 0 {
         output::line(&format!(
@@ -275,7 +296,14 @@ fn summary(total: &Total) -> anyhow::Result<()> {
             "  a slip, or that no rest was seen, is reported for at least {} % of the time of each",
             or_dash(total.steady_share.map(|share| 100.0 * share), 0)
         ))?;
-        output::line(&by_chance(total.steady_chance))?;
+        by_chance(total.steady_chance)?;
+    }
+    if let Some(share) = total.in_alarm_share {
+        output::line(&format!(
+            "in alarm: {:.1} s, {:.0} % of all time",
+            total.in_alarm_s,
+            100.0 * share
+        ))?;
     }
     if let Some(ns) = total.ns_per_sample {
         output::line(&format!(
@@ -284,10 +312,11 @@ fn summary(total: &Total) -> anyhow::Result<()> {
     }
     if total.rest_s > 0.0 {
         output::line(&format!(
-            "rest: {:.1} s, {} false alarms ({} per hour)",
+            "rest: {:.1} s, {} false alarms ({} per hour), {:.1} s of it in alarm",
             total.rest_s,
             total.rest_alarms,
             span(total.rest_alarms_per_hour_ci, 1.0, 2),
+            total.rest_in_alarm_s,
         ))?;
     }
     Ok(())

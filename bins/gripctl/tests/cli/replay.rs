@@ -4,6 +4,7 @@ use crate::{
     run::{gripctl, number, real_data},
     score,
 };
+use core::fmt::Write as _;
 use grip_eval::trial;
 use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
 use grip_session::{HostConfig, Update, model};
@@ -54,6 +55,37 @@ fn a_recorded_grasp_replays_to_the_same_lines() {
     assert!(slip["command_n"].is_null(), "only observed: {slip}");
     let text = gripctl(folder.path(), &["replay", "run.csv"]).done().out;
     assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
+}
+
+#[test]
+fn an_alarm_that_keeps_the_level_of_a_machine_is_asked_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, seconds: u32, quiet_s: u32| {
+        let (mut seed, mut text) = (1_u32, String::from("t_s,vibration\n"));
+        for i in 0..2000 * seconds {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
+            let level = if i < 2000 * quiet_s { 10.0 } else { 60.0 };
+            writeln!(text, "{:.4},{:.3}", f64::from(i) / 2000.0, level * noise).unwrap();
+        }
+        fs::write(folder.path().join(name), text).unwrap();
+    };
+    put("started.csv", 5, 1);
+    put("running.csv", 20, 0);
+    let replay = |args: &[&str]| {
+        let args = [&["replay", "started.csv", "--json"], args].concat();
+        let ran = gripctl(folder.path(), &args).done();
+        (ran.json().pop().unwrap(), ran.err)
+    };
+    let (summary, err) = replay(&[]);
+    let note = err.lines().find(|line| line.contains("is this the machine?")).unwrap();
+    assert!(note.starts_with("started.csv: 3.") && note.ends_with("with it running"), "{note}");
+    assert_eq!((&summary["slips"], &summary["steady_alarms"]), (&1.into(), &1.into()));
+    // As it says: with a calibration beside the machine nothing slips.
+    gripctl(folder.path(), &["calibrate", "running.csv", "-o", "cal.toml"]).done();
+    let (summary, err) = replay(&["--calibration", "cal.toml"]);
+    assert!(!err.contains("machine?") && summary["slips"] == 0, "{summary} {err}");
+    assert_eq!(summary["steady_alarms"], 0);
 }
 
 #[test]

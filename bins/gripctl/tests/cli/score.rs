@@ -245,6 +245,79 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
     score("own").refused(2, &["alarms.csv", "line 2", "after begin_s"]);
 }
 
+/// 6 s of noise with a tone of 0.2 s from each onset on, and a detector whose alarms last for most of it.
+#[test]
+fn a_detector_that_never_stops_alarming_finds_nothing() {
+    let folder = folder();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let mut noise = (1..11).flat_map(|seed| {
+        let rows = recording(9.0, 0.0, seed);
+        let values = rows.lines().skip(1).map(|line| line.split_once(',').unwrap().1.to_owned());
+        values.collect::<Vec<_>>()
+    });
+    let mut text = String::from("t_s,vibration\n");
+    for i in 0..13_200_u32 {
+        let (t, x) = (f64::from(i) / 2200.0, noise.next().unwrap().parse::<f64>().unwrap());
+        let slips = [1.0, 2.0, 3.0, 4.0].iter().any(|onset| (*onset..onset + 0.2).contains(&t));
+        let tone = if slips { 200.0 * (942.0 * t).sin() } else { 0.0 };
+        writeln!(text, "{t:.6},{}", (x + tone).round()).unwrap();
+    }
+    put("a.csv", &text);
+    let labels = "recording,kind,material,onset_s\na,onset,x,1\na,onset,x,2\na,onset,x,3\na,onset,x,4\nrest,rest,,\n";
+    put("labels.csv", labels);
+    let total = |alarms: &str| {
+        put("alarms.csv", &format!("recording,begin_s,end_s\n{alarms}"));
+        let args = ["score", ".", "--json", "--materials", "--detectors", "own"];
+        let lines = gripctl(folder.path(), &args).done().json();
+        let text = gripctl(folder.path(), &["score", ".", "--detectors", "own"]).done().out;
+        (lines, text)
+    };
+    let counts = |line: &Value| ["onsets", "missed", "inside"].map(|name| number(line, name));
+    // From before the first onset to the end, with and without a break; from the first slip on.
+    for alarms in ["a,0.1,5.9\nrest,0,0.6\n", "a,0.1,0.3\na,0.5,6\nrest,0,1\n", "a,1.01,6\n"] {
+        let (lines, text) = total(alarms);
+        let [total, material] = ["total", "material"]
+            .map(|kind| lines.iter().find(|l| l["type"] == kind && l["material"] != "").unwrap());
+        let found = f64::from(u8::from(alarms.contains("1.01")));
+        assert_eq!(counts(total), [4.0, 0.0, 4.0 - found], "{total}");
+        assert_eq!(counts(material), counts(total), "{material}");
+        assert!(
+            total["onsets_chance"].is_null()
+                && total["latency_ms"]["p50"].is_null() == (found == 0.0)
+        );
+        assert!(
+            number(total, "in_alarm_s") > 4.9 && number(total, "in_alarm_share") > 0.7,
+            "{total}"
+        );
+        assert!(!text.contains("at random") && !text.contains("(p "), "{text}");
+        assert!(text.contains("inside a running alarm") && text.contains("in alarm: "), "{text}");
+        assert!(
+            text.contains("INSIDE") && total["missed_ci"].is_null() == (found == 0.0),
+            "{text}"
+        );
+    }
+    // One that reports each slip, and ends each alarm.
+    let (lines, text) = total("a,1.01,1.2\na,2.01,2.2\na,3.01,3.2\na,4.01,4.2\n");
+    let of_all = lines.last().unwrap();
+    assert_eq!(counts(of_all), [4.0, 0.0, 0.0]);
+    assert!(
+        number(&of_all["onsets_chance"], "found") < 2.0 && text.contains("at random"),
+        "{text}"
+    );
+    // Of ours the curve says the same: at the lowest threshold noise alone is in alarm.
+    put("labels.csv", labels);
+    gripctl(folder.path(), &["score", ".", "--curve", "c.json"]).done();
+    let curve: Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
+    for point in curve["detectors"][0]["points"].as_array().unwrap() {
+        let [onsets, missed, inside] = counts(point);
+        assert!(missed + inside <= onsets, "{point}");
+        let at = number(point, "threshold");
+        assert!(at > 0.125 || inside >= 2.0, "{point}");
+        assert!(at != 1.0 || missed + inside == 0.0, "{point}");
+    }
+}
+
 /// Fingertip recordings of 14 materials.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
@@ -271,14 +344,40 @@ fn broken_folders_are_refused() {
     let row = |row: &str, words: &[&str]| refuse(&format!("{header}{row}\n"), words);
     row("found,onset,x,99", &["found", "99 s lies outside", "correct onset_s"]);
     row("all,steady,x,", &["no labelled rest"]);
-    let other = recording(9.0, 200.0, 6);
-    let slow: String = other.lines().step_by(2).map(|line| format!("{line}\n")).collect();
-    fs::write(
-        folder.path().join("slow.csv"),
-        slow.replacen(slow.lines().next().unwrap(), "t_s,vibration", 1),
-    )
-    .unwrap();
-    row("rest,rest,x,\nslow,rest,x,", &["slow", "1100", "2200", "cannot be pooled"]);
+}
+
+#[test]
+fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
+    let folder = folder();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let halved = |text: &str| -> String {
+        let rows = text.lines().enumerate().filter(|(nth, _)| *nth == 0 || nth % 2 == 1);
+        rows.map(|(_, line)| format!("{line}\n")).collect()
+    };
+    put("slow.csv", &halved(&recording(0.3, 200.0, 6)));
+    put("slow_rest.csv", &halved(&recording(9.0, 200.0, 7)));
+    // A displacement: of another unit than the vibrations, at the same rate.
+    let rest = recording(9.0, 200.0, 8).replacen("vibration", "stylus", 1);
+    put("um.csv", &rest);
+    let labels =
+        "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nslow,onset,cork,0.3\n";
+    put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
+    let lines = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let total = lines.last().unwrap();
+    let counts = ["onsets", "missed", "rest_alarms", "own_floors"].map(|name| number(total, name));
+    assert_eq!(counts, [2.0, 0.0, 0.0, 1.0], "{total}");
+    let rates = total["rates_hz"].as_array().unwrap().iter().map(|rate| rate.as_f64().unwrap());
+    assert_eq!(rates.map(f64::round).collect::<Vec<_>>(), [2200.0, 1100.0, 2200.0]);
+    let own = lines.iter().filter(|line| line["floor_from"] == "own");
+    assert_eq!(own.map(|line| line["recording"].clone()).collect::<Vec<_>>(), ["um"]);
+    // The others are judged as if those of other rates were not there.
+    put("labels.csv", "recording,kind,material,onset_s\nslow,onset,cork,0.3\nslow_rest,rest,,\n");
+    let alone = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    assert_eq!((&alone[0], &alone[1]), (&lines[2], &lines[3]));
+    put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
+    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    let said = "3 rates or units (2200, 1100, 2200 Hz), each with floors of its own; 1 recording";
+    assert!(text.contains(said), "{text}");
 }
 
 /// `NAME.npz` where there is no `NAME.csv`, with the companions beside it.

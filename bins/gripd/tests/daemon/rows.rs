@@ -83,6 +83,25 @@ fn standard_input_to_its_end() {
     assert!(ran.err.contains("only observing") && ran.err.contains("run in real time"), "{ran:?}");
 }
 
+/// A machine that starts after the floor was learned is no slip that a gripper could stop.
+#[test]
+fn an_alarm_with_the_level_of_a_machine_is_named_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = format!("t_s,vibration,rate={RATE}\n");
+    let mut seed = 1;
+    for row in 0..5 * RATE {
+        let level = if row < 3 * RATE / 2 { 0.01 } else { 0.1 };
+        writeln!(text, "{:.6},{}", f64::from(row) / f64::from(RATE), level * noise(&mut seed))
+            .unwrap();
+    }
+    let args = ["--sensor", "rows:-", "--json", "--record", "run.mcap"];
+    let ran = piped(folder.path(), &args, text).done();
+    replays(folder.path(), &ran);
+    assert_eq!(ran.err.matches("steady for 2 s: is this the machine?").count(), 1, "{}", ran.err);
+    let ran = piped(folder.path(), &["--sensor", "rows:-", "--json"], csv()).done();
+    assert!(!ran.err.contains("steady for"), "{}", ran.err);
+}
+
 #[test]
 fn a_csv_of_a_vibration_has_its_column() {
     let folder = tempfile::tempdir().unwrap();

@@ -52,6 +52,7 @@ pub(super) fn reported(note: &LinkNote) -> (&'static str, Value) {
             ("closed", json!({ "reason": reason.name(), "text": explain(reason) }))
         }
         LinkNote::Late(late_us) => ("late", json!({ "late_us": late_us })),
+        LinkNote::Steady => ("steady", json!({})),
         LinkNote::PortOpened => ("port_opened", json!({})),
         LinkNote::PortLost => ("port_lost", json!({})),
     }

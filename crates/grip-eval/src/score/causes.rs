@@ -36,15 +36,25 @@ pub struct CauseScore {
     pub cause: String,
     /// Time without slip in which this went on (s).
     pub seconds: f64,
+    /// Of it in alarm (s).
+    pub in_alarm_s: f64,
     /// Alarms in it.
     pub alarms: u32,
     /// Interval of their rate (1/h).
     pub per_hour_ci: Interval,
 }
 
+/// What there was of one cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Count {
+    seconds: f64,
+    in_alarm_s: f64,
+    alarms: u32,
+}
+
 /// Seconds and false alarms of each cause.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Causes(BTreeMap<String, (f64, u32)>);
+pub(super) struct Causes(BTreeMap<String, Count>);
 
 impl Causes {
     /// The cause at `t` in a recording with these `phases`: what was `seen`, where none is named.
@@ -53,32 +63,42 @@ impl Causes {
         named.map_or(seen, |phase| phase.cause.as_str())
     }
 
-    /// Time in which the cause went on and nothing slipped.
-    pub(super) fn add_time(&mut self, cause: &str, seconds: f64) {
-        self.entry(cause).0 += seconds;
+    /// Time in which the cause went on and nothing slipped, and of it in alarm.
+    pub(super) fn add_time(&mut self, cause: &str, seconds: f64, in_alarm_s: f64) {
+        let count = self.entry(cause);
+        count.seconds += seconds;
+        count.in_alarm_s += in_alarm_s;
     }
 
     pub(super) fn add_alarm(&mut self, cause: &str) {
-        self.entry(cause).1 += 1;
+        self.entry(cause).alarms += 1;
     }
 
     pub(super) fn add(&mut self, other: &Self) {
-        for (cause, (seconds, alarms)) in &other.0 {
-            let sum = self.entry(cause);
-            *sum = (sum.0 + seconds, sum.1 + alarms);
+        for (cause, count) in &other.0 {
+            self.add_time(cause, count.seconds, count.in_alarm_s);
+            self.entry(cause).alarms += count.alarms;
         }
     }
 
-    fn entry(&mut self, cause: &str) -> &mut (f64, u32) {
+    /// Whether alarms tell slip from rest: there was rest, and most of it was without one.
+    pub(super) fn tell(&self) -> bool {
+        let sum = |of: fn(&Count) -> f64| self.0.values().map(of).sum::<f64>();
+        let (seconds, in_alarm_s) = (sum(|count| count.seconds), sum(|count| count.in_alarm_s));
+        seconds > 0.0 && in_alarm_s <= 0.5 * seconds
+    }
+
+    fn entry(&mut self, cause: &str) -> &mut Count {
         self.0.entry(cause.to_owned()).or_default()
     }
 
     /// One row a cause, by name.
     pub(super) fn rows(&self, detector: &'static str) -> Vec<CauseScore> {
-        let row = |(cause, &(seconds, alarms)): (&String, &(f64, u32))| CauseScore {
+        let row = |(cause, &Count { seconds, in_alarm_s, alarms }): (&String, &Count)| CauseScore {
             detector,
             cause: cause.clone(),
             seconds,
+            in_alarm_s,
             alarms,
             per_hour_ci: interval::rate(alarms, seconds / 3600.0),
         };

@@ -11,8 +11,13 @@ use serde::Serialize;
 pub struct Chance {
     /// Slips that are found on average.
     pub found: f64,
-    /// Probability that chance finds as many as the detector did, or more.
+    /// Probability that chance finds as many as the detector did, or more; [`Chance::LEAST_P`] stands for all below.
     pub p: f64,
+}
+
+impl Chance {
+    /// No recordings are so independent of each other that less would mean more.
+    pub const LEAST_P: f64 = 1e-12;
 }
 
 /// `alarms` thrown at `total_s` of recordings; each slip is found by an alarm in its window of `windows_s`, and the detector
@@ -44,7 +49,7 @@ pub(super) fn chance(
         }
     }
     let p: f64 = counts.iter().skip(found).sum();
-    Some(Chance { found: hits.iter().sum(), p: p.min(1.0) })
+    Some(Chance { found: hits.iter().sum(), p: p.clamp(Chance::LEAST_P, 1.0) })
 }
 
 #[cfg(test)]
@@ -59,7 +64,7 @@ mod tests {
         assert!((0.5..0.7).contains(&by.p), "{by:?}");
         assert_eq!(chance([].into_iter(), 5, 10.0, 0), None);
         let none = chance([1.0, 1.0].into_iter(), 0, 10.0, 1).unwrap();
-        assert_eq!((none.found, none.p), (0.0, 0.0));
+        assert_eq!((none.found, none.p), (0.0, 1e-12));
         let all = chance([10.0].into_iter(), 1, 10.0, 1).unwrap();
         assert_eq!((all.found, all.p), (1.0, 1.0));
     }

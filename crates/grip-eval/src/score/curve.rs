@@ -18,6 +18,8 @@ pub(super) struct Trace {
     pub(super) records: Vec<(f64, f32)>,
     /// The same for the time from onset - guard on.
     pub(super) late_records: Vec<(f64, f32)>,
+    /// Highest statistic of the [`APART_S`] before onset - guard: above a threshold, an alarm went on there.
+    before: f32,
     /// Highest statistic of each [`APART_S`] of labelled rest.
     pub(super) rest_blocks: Vec<f32>,
     pub(super) onset_s: Option<f64>,
@@ -49,10 +51,17 @@ impl Trace {
         Self {
             records: records(statistics.iter()),
             late_records: records(late),
+            before: 0.0,
             rest_blocks,
             onset_s,
             rest_s,
         }
+    }
+
+    /// The same with what was shown right before onset - guard.
+    pub(super) fn with_before(self, statistics: &[(f64, f32)]) -> Self {
+        let before = statistics.iter().map(|(_, statistic)| *statistic).fold(0.0, f32::max);
+        Self { before, ..self }
     }
 
     fn first_above(records: &[(f64, f32)], threshold: f32) -> Option<f64> {
@@ -94,8 +103,10 @@ pub struct Point {
     pub false_per_hour: Option<f64>,
     /// Onsets in all.
     pub onsets: usize,
-    /// Onsets without an alarm from onset - guard to [`LATE_S`] after.
+    /// Of these without an alarm from onset - guard to [`LATE_S`] after.
     pub missed: usize,
+    /// Onsets with an alarm in the [`APART_S`] before onset - guard, which goes on: neither found nor missed.
+    pub inside: usize,
     /// Latency of the others, from the onset.
     pub latency_ms: Quantiles,
     /// Recordings that slip all the time.
@@ -113,7 +124,8 @@ fn point(traces: &[Trace], threshold: f32) -> Point {
     let false_alarms = traces.iter().map(|trace| trace.false_alarms(threshold)).sum();
     let rest_s: f64 = traces.iter().map(|trace| trace.rest_s).sum::<f64>() + 0.0;
     let onsets = traces.iter().filter_map(|trace| Some((trace, trace.onset_s?)));
-    let found: Vec<f64> = onsets
+    let outside = onsets.clone().filter(|(trace, _)| trace.before <= threshold);
+    let found: Vec<f64> = outside
         .clone()
         .filter_map(|(trace, onset_s)| {
             let alarm = Trace::first_above(&trace.late_records, threshold)?;
@@ -123,14 +135,15 @@ fn point(traces: &[Trace], threshold: f32) -> Point {
     let never_rest = |trace: &&Trace| trace.onset_s.is_none() && trace.rest_s <= 0.0;
     let steady = traces.iter().filter(never_rest);
     let quiet = |trace: &&Trace| Trace::first_above(&trace.records, threshold).is_none();
-    let onsets = onsets.count();
+    let (onsets, outside) = (onsets.count(), outside.count());
     Point {
         threshold,
         false_alarms,
         rest_s,
         false_per_hour: (rest_s > 0.0).then(|| f64::from(false_alarms) * 3600.0 / rest_s),
         onsets,
-        missed: onsets - found.len(),
+        missed: outside - found.len(),
+        inside: onsets - outside,
         latency_ms: Quantiles::of(found),
         steady: steady.clone().count(),
         steady_missed: steady.filter(quiet).count(),

@@ -72,20 +72,6 @@ pub enum ScoreError {
     /// The calibration was made for another rate or stylus.
     #[error(transparent)]
     Calibration(#[from] grip_session::config::HostConfigError),
-    /// The recordings differ in what a pooled floor needs to be equal.
-    #[error(
-        "{recording} is sampled at {rate_hz} Hz or in other units than {first} ({first_hz} Hz): their rest cannot be pooled"
-    )]
-    Mixed {
-        /// The recording.
-        recording: String,
-        /// Its rate.
-        rate_hz: f32,
-        /// The first recording.
-        first: String,
-        /// Its rate.
-        first_hz: f32,
-    },
     /// No recording has what a detector looks at.
     #[error(
         "needs {needs}, which no recording of the folder has; leave {detector} out of --detectors"

@@ -1,10 +1,10 @@
 //! One labelled recording in, its alarms held against its label out.
 
 use super::{
-    Alarm, Decides, Detector, LATE_S, RecordingScore, ScoreError,
+    Alarm, Decides, Detector, FloorFrom, LATE_S, RecordingScore, ScoreError,
     beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL},
-    curve::Trace,
+    curve::{APART_S, Trace},
     labelled::{Contents, Labelled, rest_until},
 };
 use grip_record::{LabelKind, Recording};
@@ -44,7 +44,9 @@ pub(super) fn judge(
     let (label, travel) = (&one.label, &contents.travel);
     let detector = fitted.detector;
     let recording = contents.recording(detector.companions);
-    let Played { spans, statistics, causes, length_s, reported_s } =
+    let known = fitted.config;
+    let is_known = known.known_floor.is_some() || known.pressure.known_rms.is_some();
+    let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
     let time_s = |at: Option<&Sample>| at.map_or(0.0, |sample| sample.t.as_seconds());
@@ -66,12 +68,16 @@ pub(super) fn judge(
         alarm_s: spans.first().map(|span| span.from.as_seconds()),
         latency_ms: None,
         missed: false,
+        inside: false,
         early: false,
         travel_mm: None,
         alarms: u32::try_from(spans.len()).unwrap_or(u32::MAX),
         alarms_at: alarms.collect(),
         window_s: 0.0,
+        rate_hz: recording.rate_hz,
+        floor_from: if is_known { FloorFrom::Known } else { FloorFrom::Own },
         reported_s,
+        in_alarm_s,
         length_s,
         remarks: recording.notes.remarks.clone(),
         cut: recording.notes.cut,
@@ -98,7 +104,8 @@ pub(super) fn judge(
         let mut score = if slip == 1 { whole.clone() } else { further() };
         let counts = window.first_alarm(&spans);
         score.onset_s = Some(onset.as_seconds());
-        score.missed = counts.is_none() && !window.is_reached(&spans);
+        score.inside = counts.is_none() && window.is_reached(&spans);
+        score.missed = counts.is_none() && !score.inside;
         score.latency_ms = counts.map(|t| 1e3 * (t.as_seconds() - onset.as_seconds()));
         score.travel_mm = travel_at(counts);
         score.window_s = until_s.min(last_s) - from_s.max(first_s);
@@ -107,7 +114,9 @@ pub(super) fn judge(
         }
         let at = |limit_s: f64| statistics.partition_point(|(t_s, _)| *t_s < limit_s);
         let shown = statistics.get(at(shown_from_s)..at(ends_s)).unwrap_or(&[]);
-        traces.push(Trace::new(LabelKind::Onset { at: onset }, from_s, shown));
+        let before = statistics.get(at(from_s - APART_S)..at(from_s)).unwrap_or(&[]);
+        let trace = Trace::new(LabelKind::Onset { at: onset }, from_s, shown);
+        traces.push(trace.with_before(before));
         scores.push(score);
     }
     Ok(Judged { scores, traces, causes })
@@ -166,6 +175,8 @@ struct Played {
     length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
     reported_s: f64,
+    /// Of it with an alarm (s).
+    in_alarm_s: f64,
 }
 
 /// What a detector shows with a sample.
@@ -208,6 +219,7 @@ fn play(
         causes: Causes::default(),
         length_s: 0.0,
         reported_s: 0.0,
+        in_alarm_s: 0.0,
     };
     let (mut moving, mut last_s) = (false, None);
     let (array, mut standing) = (recording.taxels.is_some(), Standing::default());
@@ -224,6 +236,8 @@ fn play(
         played.statistics.push((t_s, statistic));
         let dt_s = last_s.replace(t_s).map_or(0.0, |last| (t_s - last).min(longest_s));
         played.length_s += dt_s;
+        let in_alarm_s = if slips { dt_s } else { 0.0 };
+        played.in_alarm_s += in_alarm_s;
         if slips || step.floor_health == FloorHealth::Doubtful {
             played.reported_s += dt_s;
         }
@@ -239,7 +253,7 @@ fn play(
         };
         let cause = Causes::at(&one.phases, step.t, seen);
         if t_s < until_s {
-            played.causes.add_time(cause, dt_s);
+            played.causes.add_time(cause, dt_s, in_alarm_s);
         }
         match (change, played.spans.last_mut()) {
             (Some(Change::Begins), _) => {

@@ -49,7 +49,9 @@ pub(super) struct Labelled {
     file: PathBuf,
     /// Of the recording itself, and with what lies beside it.
     seen: [Seen; 2],
-    rate_hz: f32,
+    pub(super) rate_hz: f32,
+    /// Which of [`Recordings::kins`] it belongs to.
+    pub(super) kin: usize,
     /// Time of the first and of the last sample.
     span: Option<(Micros, Micros)>,
     bytes: usize,
@@ -147,6 +149,23 @@ impl Labelled {
         own.channels.stylus
     }
 
+    /// Those that are judged with the same floors: kin of one material.
+    pub(super) fn group(&self) -> (usize, &str) {
+        (self.kin, &self.label.material)
+    }
+
+    /// Whether a pipeline for the one serves the other: the same stylus, at a rate within 1 %.
+    fn is_kin(&self, other: &Self) -> bool {
+        self.stylus() == other.stylus() && (self.rate_hz / other.rate_hz - 1.0).abs() < 0.01
+    }
+
+    /// Whether the rest of the one is a floor for the other. That of a stylus has bands, which follow the rate; the noise of
+    /// taxels alone does not.
+    pub(super) fn shares_rest(&self, other: &Self) -> bool {
+        self.kin == other.kin
+            || self.stylus() == StylusKind::Absent && other.stylus() == StylusKind::Absent
+    }
+
     fn check_onset(&self, onset: Micros) -> Result<(), ScoreError> {
         let Some((first, last)) = self.span else { return Ok(()) };
         if (first..=last).contains(&onset) {
@@ -164,6 +183,8 @@ impl Labelled {
 /// Every labelled recording of a folder, in the order of the labels.
 pub(super) struct Recordings {
     pub(super) all: Vec<Labelled>,
+    /// The first recording of each rate and stylus, as a place in `all`.
+    kins: Vec<usize>,
     options: CsvOptions,
     companions: bool,
     room: Room,
@@ -229,6 +250,7 @@ impl Recordings {
                 file,
                 seen,
                 rate_hz,
+                kin: 0,
                 span,
                 bytes,
                 kept,
@@ -239,11 +261,17 @@ impl Recordings {
         };
         // In the order of their first labels: of several faults the first is reported.
         let all: Vec<Result<Labelled, ScoreError>> = named.into_par_iter().map(read).collect();
-        let all = all.into_iter().collect::<Result<Vec<Labelled>, ScoreError>>()?;
-        let first =
-            all.first().ok_or_else(|| ScoreError::Nothing { directory: directory.to_owned() })?;
-        check_alike(first, &all)?;
-        Ok(Self { all, options: options.clone(), companions, room })
+        let mut all = all.into_iter().collect::<Result<Vec<Labelled>, ScoreError>>()?;
+        if all.is_empty() {
+            return Err(ScoreError::Nothing { directory: directory.to_owned() });
+        }
+        let kins = sort_by_kin(&mut all);
+        Ok(Self { all, kins, options: options.clone(), companions, room })
+    }
+
+    /// The first recording of each rate and stylus.
+    pub(super) fn kins(&self) -> impl Iterator<Item = &Labelled> {
+        self.kins.iter().filter_map(|place| self.all.get(*place))
     }
 
     /// A recording for as long as it is used; waits where others have to go first. One thread uses one at a time.
@@ -346,19 +374,17 @@ fn labels_error(file: &Path, error: LabelError) -> ScoreError {
     }
 }
 
-fn check_alike(first: &Labelled, all: &[Labelled]) -> Result<(), ScoreError> {
-    for one in all {
-        let same_rate = (one.rate_hz / first.rate_hz - 1.0).abs() < 0.01;
-        if !same_rate || one.stylus() != first.stylus() {
-            return Err(ScoreError::Mixed {
-                recording: one.label.recording.clone(),
-                rate_hz: one.rate_hz,
-                first: first.label.recording.clone(),
-                first_hz: first.rate_hz,
-            });
+/// Gives each its kin, and the place of the first of each.
+fn sort_by_kin(all: &mut [Labelled]) -> Vec<usize> {
+    let mut kins: Vec<usize> = Vec::new();
+    for place in 0..all.len() {
+        let known = kins.iter().position(|first| all[*first].is_kin(&all[place]));
+        all[place].kin = known.unwrap_or(kins.len());
+        if known.is_none() {
+            kins.push(place);
         }
     }
-    Ok(())
+    kins
 }
 
 /// Time up to which a recording is labelled as rest (s).

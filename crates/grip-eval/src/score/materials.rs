@@ -16,6 +16,8 @@ pub struct MaterialScore {
     pub onsets: usize,
     /// Of these not found.
     pub missed: usize,
+    /// Of these inside an alarm that went on since before: neither found nor missed.
+    pub inside: usize,
     /// Recordings with an alarm before the first of them.
     pub early: usize,
     /// Latency from the onset.
@@ -44,6 +46,7 @@ impl Score {
                 material: material.to_owned(),
                 onsets: of("onset").count(),
                 missed: of("onset").filter(|r| r.missed).count(),
+                inside: of("onset").filter(|r| r.inside).count(),
                 early: of("onset").filter(|r| r.early).count(),
                 latency_ms: latencies("onset"),
                 steady: of("steady").count(),

@@ -4,7 +4,8 @@
 //!
 //! - *early*: a slip was noticed before onset - guard, which is a false alarm;
 //! - *latency*: the first notice from onset - guard on, minus the onset; negative while the slip is incipient;
-//! - *missed*: no such notice up to onset + [`LATE_S`], and no earlier one still going on.
+//! - *inside*: no such notice up to onset + [`LATE_S`], because an alarm of before is still going on: neither found nor missed;
+//! - *missed*: no such notice, and no alarm of before.
 //!
 //! Several slips of a recording have an onset each, in rising order. A further one is found from its onset - guard on, up to that of
 //! the next one; alarms between slips are not judged, because no label states when a slip is over.
@@ -44,7 +45,7 @@ pub use esc_test::EscTest;
 pub use materials::MaterialScore;
 pub use network_test::{NetworkTest, Rows, SlipNetwork, UntrainedError};
 pub use quantiles::Quantiles;
-pub use totals::{RecordingScore, Score, Total};
+pub use totals::{FloorFrom, RecordingScore, Score, Total};
 
 use causes::Causes;
 use core::{
@@ -62,7 +63,10 @@ use slip_core::{
     alarm::{Method, Methods},
     esc::Reading,
 };
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// An alarm later than this after the onset does not count as found (s).
 pub const LATE_S: f64 = 0.5;
@@ -156,11 +160,15 @@ fn compare_within(
 ) -> Result<Vec<Result<Score, ScoreError>>, ScoreError> {
     let companions = detectors.iter().any(|detector| detector.companions);
     let folder = Recordings::load(directory, options, companions, task.rules.guard_ms, memory)?;
-    let Some(first) = folder.all.first() else { return Ok(Vec::new()) };
-    let configured =
-        replay::pipeline_config(folder.open(first)?.recording(false), task.config, true);
-    let vibration = first.stylus() == StylusKind::Vibration;
-    task.config.check_signal(configured.sample_rate, vibration)?;
+    let configure = |first: &Labelled| {
+        let configured =
+            replay::pipeline_config(folder.open_rest(first)?.recording(false), task.config, true);
+        let vibration = first.stylus() == StylusKind::Vibration;
+        task.config.check_signal(configured.sample_rate, vibration)?;
+        Ok(configured)
+    };
+    let configured: Vec<PipelineConfig> =
+        folder.kins().map(configure).collect::<Result<_, ScoreError>>()?;
     let mut scores = Vec::with_capacity(detectors.len());
     let (done, pairs) = (AtomicUsize::new(0), detectors.len() * folder.all.len());
     for (nth, detector) in detectors.iter().enumerate() {
@@ -172,7 +180,7 @@ fn compare_within(
                 report(done, pairs);
             }
         };
-        let score = score_with(*detector, &folder, configured, task, &more).and_then(|score| {
+        let score = score_with(*detector, &folder, &configured, task, &more).and_then(|score| {
             let (directory, guard_ms) = (directory.to_owned(), task.rules.guard_ms);
             score.ok_or(ScoreError::NoRest { directory, guard_ms })
         });
@@ -187,44 +195,44 @@ fn compare_within(
     scores.into_iter().map(|score| score.map(Ok)).collect()
 }
 
-/// `None` where there is no rest at all to measure the noise on, and it should be.
+/// `None` where there is no rest at all to measure the noise on, and it should be. `configured` has a pipeline for each kin.
 fn score_with(
     detector: Detector,
     folder: &Recordings,
-    configured: PipelineConfig,
+    configured: &[PipelineConfig],
     task: &Task<'_>,
     done: &(dyn Fn() + Sync),
 ) -> Result<Option<Score>, ScoreError> {
     let Rules { guard_ms, floors } = task.rules;
-    let pipeline = (detector.change)(configured);
-    check_input(detector, pipeline.methods, &folder.all)?;
-    let pooled = match (pipeline.known_floor, task.config.stylus_calibration(), floors) {
-        (Some(floor), Some(made), _) => {
-            AtRest { floor: Some(floor), floor_s: made.evidence.rest_s, ..AtRest::default() }
-        }
-        (_, _, Floors::Live) => AtRest::default(),
-        _ => AtRest::of(folder, folder.all.iter(), detector, &pipeline, guard_ms)?,
+    let change = |(first, configured): (_, &PipelineConfig)| Folds {
+        folder,
+        first,
+        detector,
+        pipeline: (detector.change)(*configured),
+        rules: task.rules,
     };
-    let floorless = pooled.floor.is_none() && pooled.taxel_rms.is_none();
-    if floorless && floors == Floors::Folds && pipeline.methods != Methods::only(Method::Travel) {
+    let kins: Vec<Folds<'_>> = folder.kins().zip(configured).map(change).collect();
+    check_input(detector, &kins, &folder.all)?;
+    let pooled = in_order(kins.iter().collect(), |kin| kin.pooled(task.config))?;
+    let floorless = pooled.iter().all(|p| p.floor.is_none() && p.taxel_rms.is_none());
+    let travel_alone = kins.iter().all(|k| k.pipeline.methods == Methods::only(Method::Travel));
+    if floorless && floors == Floors::Folds && !travel_alone {
         return Ok(None);
     }
-    let folds = Folds { folder, detector, pipeline, rules: task.rules };
-    let mut materials: Vec<&str> = Vec::new();
-    for one in &folder.all {
-        if !materials.contains(&one.label.material.as_str()) {
-            materials.push(&one.label.material);
-        }
-    }
-    let fit = |material| Ok((material, folds.fitted(material)?));
-    let fitted: Result<Vec<(&str, Fitted)>, ScoreError> = match detector.decides {
-        // What one of them learns from fills memory enough.
-        Decides::Network => materials.into_iter().map(fit).collect(),
-        _ => in_order(materials, fit),
+    let groups: BTreeSet<(usize, &str)> = folder.all.iter().map(Labelled::group).collect();
+    let fit = |group: (usize, _)| {
+        let folds = kins.get(group.0).map(|folds| folds.fitted(group.1)).transpose()?;
+        Ok(folds.map(|fitted| (group, fitted)))
     };
-    let fitted: BTreeMap<&str, Fitted> = fitted?.into_iter().collect();
+    let groups = groups.into_iter().collect();
+    let fitted: Result<Vec<_>, ScoreError> = match detector.decides {
+        // What one of them learns from fills memory enough.
+        Decides::Network => Vec::into_iter(groups).map(fit).collect(),
+        _ => in_order(groups, fit),
+    };
+    let fitted: BTreeMap<_, Fitted> = fitted?.into_iter().flatten().collect();
     let judged = |one: &Labelled| {
-        let Some(fitted) = fitted.get(one.label.material.as_str()) else { return Ok(None) };
+        let Some(fitted) = fitted.get(&one.group()) else { return Ok(None) };
         let contents = folder.open(one)?;
         let began = task.watch.clock.map(|now| now());
         let judged = judge(one, &contents, fitted.clone(), guard_ms)?;
@@ -246,10 +254,12 @@ fn score_with(
         traces.extend(one.traces);
         ns_per_sample = took_ns.into_iter().chain(ns_per_sample).reduce(f64::min);
     }
-    let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = pooled;
+    let most = pooled.into_iter().max_by(|a, b| a.floor_s.total_cmp(&b.floor_s));
+    let AtRest { floor, floor_s, taxel_rms, taxel_range, .. } = most.unwrap_or_default();
     Ok(Some(Score {
         detector,
         recordings,
+        rates_hz: folder.kins().map(|first| first.rate_hz).collect(),
         floor,
         floor_s,
         taxel_rms,
@@ -270,12 +280,13 @@ fn in_order<T: Send, U: Send>(
 }
 
 /// A detector none of whose methods has its channel in any recording is refused.
-fn check_input(detector: Detector, methods: Methods, all: &[Labelled]) -> Result<(), ScoreError> {
+fn check_input(detector: Detector, kins: &[Folds<'_>], all: &[Labelled]) -> Result<(), ScoreError> {
     if detector.decides == Decides::Own && all.iter().all(|one| one.own.is_none()) {
         let needs = "alarms.csv beside labels.csv (recording,begin_s,end_s)";
         return Err(ScoreError::NoInput { detector: detector.name, needs });
     }
-    let used = METHODS.into_iter().filter(|(method, _)| methods.has(*method));
+    let has = |method| kins.iter().any(|kin| kin.pipeline.methods.has(method));
+    let used = METHODS.into_iter().filter(|(method, _)| has(*method));
     let (mut missing, mut found) = (None, false);
     for (method, needs) in used {
         found |= all.iter().any(|one| one.serves(method, detector.companions));
@@ -303,18 +314,32 @@ fn per_sample_ns(took: Duration, samples: usize) -> Option<f64> {
     (samples > 0).then(|| 1e9 * took.as_secs_f64() / samples as f64)
 }
 
-/// Labelled recordings and a detector that is to judge those of each material by the others.
+/// Labelled recordings and a detector that is to judge those like `first` of each material by the others.
 struct Folds<'a> {
     folder: &'a Recordings,
+    first: &'a Labelled,
     detector: Detector,
     pipeline: PipelineConfig,
     rules: Rules,
 }
 
 impl<'a> Folds<'a> {
+    /// What the rest of all that are alike shows, or what is known beforehand.
+    fn pooled(&self, config: &HostConfig) -> Result<AtRest, ScoreError> {
+        let Self { folder, detector, pipeline, rules, .. } = self;
+        match (pipeline.known_floor, config.stylus_calibration(), rules.floors) {
+            (Some(floor), Some(made), _) => {
+                let floor_s = made.evidence.rest_s;
+                Ok(AtRest { floor: Some(floor), floor_s, ..AtRest::default() })
+            }
+            (_, _, Floors::Live) => Ok(AtRest::default()),
+            _ => AtRest::of(folder, self.alike(), *detector, pipeline, rules.guard_ms),
+        }
+    }
+
     /// The detector for the recordings of `material`, with floors and network of the others.
     fn fitted(&self, material: &str) -> Result<Fitted, ScoreError> {
-        let Self { folder, detector, pipeline, rules } = *self;
+        let Self { folder, detector, pipeline, rules, .. } = *self;
         let known = match rules.floors {
             Floors::Live => AtRest::default(),
             Floors::Folds => {
@@ -332,7 +357,12 @@ impl<'a> Folds<'a> {
     }
 
     fn others(&self, material: &str) -> impl Iterator<Item = &'a Labelled> + Clone {
-        self.folder.all.iter().filter(move |other| other.label.material != material)
+        self.alike().filter(move |other| other.label.material != material)
+    }
+
+    fn alike(&self) -> impl Iterator<Item = &'a Labelled> + Clone {
+        let first = self.first;
+        self.folder.all.iter().filter(|other| other.shares_rest(first))
     }
 
     fn esc(&self, reading: Reading) -> Result<Test, ScoreError> {

@@ -17,6 +17,7 @@ use crate::{
     config::HostConfig,
     model::HostEstimator,
     report::{Condition, Event, EventLog},
+    steady::SteadyAlarm,
 };
 use grip_link::{
     clock::ClockSync,
@@ -136,6 +137,9 @@ pub struct Session {
     refusal: Option<SessionError>,
     motion: OwnMotion,
     log: EventLog,
+    steady: SteadyAlarm,
+    /// When an alarm was found steady that was not asked for yet.
+    steady_at: Option<Micros>,
     path: Path,
     due: Due,
     /// Force (N) that the gripper has while a stop or a fault is latched: no command is sent meanwhile.
@@ -188,6 +192,8 @@ impl Session {
             refusal: None,
             motion: OwnMotion::new(!(options.dry_run || options.observe)),
             log: EventLog::default(),
+            steady: SteadyAlarm::default(),
+            steady_at: None,
             path: Path::default(),
             due: Due::default(),
             latched_n: None,

@@ -118,8 +118,16 @@ impl Session {
         if self.log.follows(step) {
             (path.events, path.events_returned) = (self.log.events(step), 0);
         }
+        if self.steady.step(step, pipeline.detector()) {
+            self.steady_at = Some(step.t);
+        }
         path.waits = true;
         true
+    }
+
+    /// Device time at which an alarm has been found to be steady, as that of a machine is; once an alarm.
+    pub fn take_steady(&mut self) -> Option<Micros> {
+        self.steady_at.take()
     }
 }
 

@@ -326,14 +326,15 @@ impl<const N: usize> PatternRest<N> {
 
 // The grip force in, whether it stands out: fingers that close or open change the pattern of an array without a slip.
 
-/// A force that stays within this share of itself stands.
+/// A force that stays within this share of what it stood at stands.
 const SHARE: f32 = 0.1;
 
 /// Whether the grip force stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Standing {
-    /// The force (N) that the others are held against, and when it was measured.
+    /// The force (N) that the others are held against, and since when they have been.
     from: Option<(f32, Micros)>,
+    last: Micros,
 }
 
 impl Standing {
@@ -344,11 +345,20 @@ impl Standing {
     pub fn step(&mut self, t: Micros, normal_force_n: Option<f32>) -> bool {
         let Some(force_n) = normal_force_n else { return true };
         let (from_n, since) = *self.from.get_or_insert((force_n, t));
+        let last = core::mem::replace(&mut self.last, t);
         if (force_n - from_n).abs() > SHARE * from_n.abs() {
             self.from = Some((force_n, t));
             return false;
         }
-        t.since(since) >= Self::WAIT
+        let stands = t.since(since) >= Self::WAIT;
+        if stands {
+            // Not the force that closing fingers passed on the way.
+            let follows = t.since(last).as_seconds() / Self::WAIT.as_seconds();
+            #[expect(clippy::cast_possible_truncation, reason = "a share of at most 1")]
+            let follows = follows.min(1.0) as f32;
+            self.from = Some((from_n + follows * (force_n - from_n), since));
+        }
+        stands
     }
 
     /// Another object: nothing is known.
@@ -369,5 +379,14 @@ mod standing_tests {
         assert!(!stands(0, 1.0) && !stands(400, 1.08) && stands(500, 0.95));
         assert!(!stands(510, 1.5) && !stands(1000, 1.4) && stands(1010, 1.4));
         assert!(Standing::default().step(Micros(0), None), "nobody measures it");
+    }
+
+    #[test]
+    fn a_force_is_held_against_what_it_stood_at_and_not_what_it_passed() {
+        let mut standing = Standing::default();
+        let mut stands = |ms: u64, n: f32| standing.step(Micros(1000 * ms), Some(n));
+        // Closing fingers: 1.0 on the way to 1.08. A tenth below that is a change, though it is none of 1.0.
+        assert!(!stands(0, 1.0) && (1..3000).all(|ms| stands(ms, 1.08) == (ms >= 500)));
+        assert!(!stands(3000, 0.96));
     }
 }
