@@ -11,7 +11,8 @@ pub mod poisson;
 pub mod profile;
 pub mod roughness;
 pub mod score;
-pub mod tail;
+#[cfg(test)]
+mod tail;
 mod taxels;
 
 pub use grasp::trial;
