@@ -1,22 +1,19 @@
-//! A recording without any slip in; the noise floor, the motion gate and the thresholds for a wanted false-alarm interval out.
+//! A recording of work without any slip in; the noise floor, the motion gate and the slack for a wanted false-alarm interval out.
 //!
-//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
-//!    Where that is not stationary, the edges of motions and what is loud are left out (`quiet`); what is loud counts
-//!    as unexplained, for the thresholds too, and may be a tenth of the rest at most; none of it that is longer than a
-//!    knock may go on in motion, where it cannot be distinguished from motion.
+//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference). Where
+//!    that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest of it.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
-//! 3. Thresholds: with the two in force, the highest level of each test in each second. The tail above its 90 % quantile is
-//!    continued to the wanted interval ([`tail`](crate::tail)). Each test gets an equal share of the alarms.
-//! 4. What was achieved: thresholds from one half of the seconds, alarms counted on the other half, both ways. The rate is
-//!    quoted with its Poisson interval and never beyond the length of the recording.
+//! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of each
+//!    component and scene at which its own sum keeps the wanted interval, from every other stretch; then one factor on all of
+//!    them, by the stretches between ([`slack`]).
+//! 4. Replay of the recording with that: while a slip remains, the factor rises. What remains at last is stated.
 //! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise ([`certify`](crate::certify)).
 
 mod quiet;
+mod slack;
 
 use crate::{
     certify::{NotCertified, Stretch, certify},
-    poisson,
-    tail::Tail,
     taxels,
 };
 use grip_record::{Channel, Recording, StylusKind};
@@ -25,12 +22,13 @@ use grip_session::{
         ArrayCalibration, Calibration, Certified, Evidence, StylusCalibration, TaxelRest,
     },
     config::HostConfig,
-    replay,
+    model::default_estimator,
+    replay::{self, Replay},
 };
+use slack::Heard;
 use slip_core::{
-    ConfigError, Pipeline, PipelineConfig, Sample,
-    alarm::TAIL_RANGE,
-    detector::{BANDS, Certificate, DetectorConfig, RestMeter, SlipDetector},
+    ConfigError, Pipeline, PipelineConfig, Sample, Step,
+    detector::{BANDS, Certificate, RestMeter, SlipDetector},
     health::SensorHealth,
     isolated::Guard,
     sample::Vector,
@@ -41,26 +39,18 @@ const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).
 const REST_S: f64 = 5.0;
 /// Motion that is needed to set the gate (s).
-const MOTION_S: f64 = 5.0;
-/// Parts of the rest that have to agree in energy, and the factor within which they have to.
+pub const MOTION_S: f64 = 5.0;
+/// Parts of the rest whose energies are compared: their number at least, and their length at most (s).
 const PARTS: usize = 8;
-const STATIONARY: f32 = 3.0;
-/// What follows an unexplained stretch within this time (s) belongs to it.
-const AFTER_S: f64 = 1.0;
-/// Largest share of the rest that may be left out as unexplained.
-const MOST_UNEXPLAINED: f64 = 0.1;
-/// Share of unusable readings above which a stylus is not healthy.
-const UNUSABLE: f64 = 1e-3;
-/// Start in which the floor is learned to distinguish rest from motion (s).
-const START_S: f64 = 1.5;
-/// Tests that have a threshold: the energy of each band and the cumulative sum.
-const TESTS: usize = BANDS + 1;
-/// No threshold is set below this; where the recording had too little motion, none below its default, since motion may do what rest
-/// does not.
-const LEAST: f32 = 4.0;
-/// No interval is claimed beyond the length of the signal over this: -ln 0.05.
-const CLAIMED: f64 = 3.0;
-
+const PART_S: f64 = 2.0;
+/// Largest over smallest energy of the parts of steady noise, at most.
+pub const STEADY: f32 = 3.0;
+/// Quiet rest (s) that is needed for a floor of its own.
+const QUIET_S: f64 = 1.0;
+/// Share of a recording in which the sensor may show nothing.
+const MOST_LOST: f64 = 0.5;
+/// Times the factor on the slack is raised while slips remain.
+const RAISES: usize = 12;
 type Bare = Pipeline<&'static [f32]>;
 
 /// A calibration, and why it certifies nothing where it does not.
@@ -101,29 +91,17 @@ pub enum CalibrationError {
         /// Rest found (s).
         rest_s: f64,
     },
-    /// The stylus failed, or too many readings were unusable.
+    /// The stylus showed nothing for most of the recording.
     #[error(
-        "the stylus is not healthy: {unusable} of {samples} readings unusable, health `{health}`"
+        "the stylus is not healthy: {lost} of {samples} readings show nothing, health `{health}`"
     )]
     Unhealthy {
-        /// Unusable readings.
-        unusable: u64,
+        /// Readings without a number, saturated or frozen.
+        lost: u64,
         /// All readings.
         samples: u64,
-        /// The worst state seen.
+        /// The last such state.
         health: &'static str,
-    },
-    /// The noise changes while it is measured.
-    #[error(
-        "the noise is not stationary: in band {band} (0 shear, 1 vibration) one eighth of the rest has {ratio:.1} times the energy of another, and {unexplained_s:.1} s of it are loud without motion of the reference. Something moved or slipped, or the sensor is unsound"
-    )]
-    Unsteady {
-        /// The band.
-        band: usize,
-        /// Largest over smallest energy.
-        ratio: f32,
-        /// Rest that is loud (s): more than a tenth of it, or it goes on in motion, or is not all that is wrong.
-        unexplained_s: f64,
     },
     /// The wanted interval makes no sense.
     #[error("--interval {0}: expected 1 to 1e9 seconds")]
@@ -154,61 +132,57 @@ pub fn calibrate(
     interval_s: f64,
 ) -> Result<Calibrated, CalibrationError> {
     check_interval(interval_s)?;
-    let pipeline = replay::pipeline_config(recording, config, true);
-    let moving = motion(recording, pipeline)?;
+    // What an earlier calibration states is measured anew.
+    let config = HostConfig { calibrated: None, ..config.clone() };
+    let pipeline = replay::pipeline_config(recording, &config, true);
+    let scenes = scenes(recording, pipeline)?;
     if recording.channels.stylus == StylusKind::Absent {
         let array = ArrayCalibration {
             sample_rate_hz: pipeline.sample_rate.0,
-            taxels: taxels_alone(recording, &pipeline, &moving)?,
+            taxels: taxels_alone(recording, &pipeline, &scenes.moving)?,
         };
         return Ok(Calibrated {
             calibration: Calibration::Array(array),
             certified: Err(NotCertified::Array),
         });
     }
-    let Rest { floor, rest_s, unexplained } = rest_floor(recording, pipeline, &moving)?;
-    let Motion { gain, seconds: motion_s, reference } = gate(recording, pipeline, &moving, &floor)?;
+    let rest = rest_floor(recording, &pipeline, &scenes)?;
+    let Motion { gain, seconds: motion_s, reference } =
+        gate(recording, pipeline, &scenes.moving, &rest.floor)?;
+    let left_out = rest.unexplained.iter().filter(|u| **u).count() as u64;
     let mut calibration = StylusCalibration {
         sample_rate_hz: pipeline.sample_rate.0,
         vibration: recording.channels.stylus == StylusKind::Vibration,
-        floor,
-        reference_floor: recording
-            .channels
-            .has(Channel::Reference)
-            .then(|| reference_floor(recording, pipeline))
-            .transpose()?
-            .flatten(),
+        floor: rest.floor,
+        reference_floor: scenes.reference_floor,
         gain,
-        thresholds: [1e9; BANDS],
-        cusum_threshold: 1e9,
-        tail: None,
+        slack_still: pipeline.detector.slack_still,
+        slack_moving: pipeline.detector.slack_moving,
         evidence: Evidence {
             wanted_interval_s: interval_s,
-            rest_s,
-            unexplained_s: seconds_of(unexplained.iter().filter(|u| **u).count() as u64, &pipeline),
-            unexplained_longest: longest(recording, &unexplained),
+            rest_s: rest.seconds,
+            unexplained_s: seconds_of(left_out, &pipeline),
+            unexplained_longest: longest(recording, &rest.unexplained),
             motion_s,
+            unsteady: rest.unsteady,
+            seen: 0,
             judged_s: 0.0,
             alarms: 0,
             interval_low_s: 0.0,
-            interval_high_s: None,
-            extrapolation: 0.0,
-            claimed_s: None,
             smallest_rest: None,
             smallest_motion: None,
         },
         certificate: None,
         certified: None,
-        taxels: taxels::at_rest(recording, &pipeline.pressure, &moving),
+        taxels: taxels::at_rest(recording, &pipeline.pressure, &scenes.moving),
     };
-    let known = Calibration::Stylus(calibration).apply(pipeline);
-    let received = listen(recording, known, interval_s, &unexplained)?;
-    let seconds = received.seconds;
-    let defaults = thresholds_of(&pipeline.detector);
-    set_thresholds(&mut calibration, &seconds, &defaults);
-    calibration.set_smallest(&reference);
-    let certified = received.certified;
+    let (heard, certified) = listen(recording, &calibration, pipeline)?;
     (calibration.certificate, calibration.certified) = certified.as_ref().ok().copied().unzip();
+    set_slack(&mut calibration, &heard, recording, &config)?;
+    heard.judge(&mut calibration);
+    let sum = heard.sum(&calibration);
+    let [still, moving] = [false, true].map(|moving| sum.smallest(moving, Evidence::WITHIN_S));
+    calibration.set_smallest(&still, &moving, &reference);
     let calibration = Calibration::Stylus(calibration);
     Ok(Calibrated { calibration, certified: certified.map(|_| ()) })
 }
@@ -237,31 +211,45 @@ fn received(sample: &Sample) -> Sample {
     Sample { normal_force_n: None, ..*sample }
 }
 
-/// Which samples lie in motion. Checks the health of the stylus, where there is one, on the way.
-fn motion(recording: &Recording, config: PipelineConfig) -> Result<Vec<bool>, CalibrationError> {
+/// What goes on in a recording.
+struct Scenes {
+    /// Which samples lie in motion.
+    moving: Vec<bool>,
+    /// Which samples show nothing of the noise: the sensor is silent, or they come after a gap.
+    lost: Vec<bool>,
+    /// Energies of the reference at rest (unit squared).
+    reference_floor: Option<[f32; 2]>,
+}
+
+/// Finds motion, checks that the stylus is alive, where there is one, and measures the reference at rest.
+fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
-    let mut worst = SensorHealth::Good;
-    let moving = recording
-        .samples
-        .iter()
-        .map(|sample| {
-            let step = pipeline.handle(&received(sample));
-            if step.sensors[0] != SensorHealth::Good {
-                worst = step.sensors[0];
-            }
-            pipeline.detector().is_moving()
-        })
-        .collect();
-    let counters = pipeline.health_counters();
-    let samples = recording.samples.len() as u64;
-    #[expect(clippy::cast_precision_loss, reason = "a count")]
-    let share = counters.unusable() as f64 / samples.max(1) as f64;
-    let stylus = recording.channels.stylus != StylusKind::Absent;
-    if stylus && (worst != SensorHealth::Good || share > UNUSABLE) {
-        let unusable = counters.unusable();
-        return Err(CalibrationError::Unhealthy { unusable, samples, health: worst.name() });
+    let gap_s = slack::gap_s(1.0 / config.sample_rate.0);
+    let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor: None };
+    let (mut silent, mut health) = (0_u64, SensorHealth::Good);
+    let mut last_s = f64::INFINITY;
+    for sample in &recording.samples {
+        let now = pipeline.handle(&received(sample)).sensors[0];
+        let is_silent =
+            matches!(now, SensorHealth::Failed | SensorHealth::Saturated | SensorHealth::Frozen)
+                || !sample.stylus.is_finite();
+        if is_silent {
+            (silent, health) = (silent + 1, now);
+        }
+        let t_s = sample.t.as_seconds();
+        found.lost.push(is_silent || t_s - last_s > gap_s);
+        found.moving.push(pipeline.detector().is_moving());
+        last_s = t_s;
     }
-    Ok(moving)
+    let samples = recording.samples.len() as u64;
+    let stylus = recording.channels.stylus != StylusKind::Absent;
+    if stylus && silent as f64 > MOST_LOST * samples as f64 {
+        return Err(CalibrationError::Unhealthy { lost: silent, samples, health: health.name() });
+    }
+    if recording.channels.has(Channel::Reference) {
+        found.reference_floor = pipeline.detector().reference_floor();
+    }
+    Ok(found)
 }
 
 #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
@@ -300,47 +288,48 @@ fn guarded(recording: &Recording, config: &PipelineConfig) -> impl Iterator<Item
 /// What the rest shows.
 struct Rest {
     floor: [f32; BANDS],
-    rest_s: f64,
+    /// How much of it the floor stands on (s).
+    seconds: f64,
+    unsteady: f32,
     /// Samples of the rest that are left out.
     unexplained: Vec<bool>,
 }
 
 fn rest_floor(
     recording: &Recording,
-    config: PipelineConfig,
-    moving: &[bool],
+    config: &PipelineConfig,
+    scenes: &Scenes,
 ) -> Result<Rest, CalibrationError> {
-    let rest: Vec<(Vector, bool)> =
-        guarded(recording, &config).zip(moving).map(|(value, moving)| (value, !moving)).collect();
-    let unsteady = match steady_floor(&config, &rest) {
-        Err(CalibrationError::Unsteady { band, ratio, .. }) => (band, ratio),
-        other => {
-            let (floor, rest_s) = other?;
-            return Ok(Rest { floor, rest_s, unexplained: vec![false; rest.len()] });
-        }
-    };
-    let still = quiet::without_edges(&config, &rest);
-    let unexplained = quiet::loud(&config, &still)?;
-    let seconds = |mask: &mut dyn Iterator<Item = bool>| {
-        seconds_of(mask.filter(|is| *is).count() as u64, &config)
-    };
-    let unexplained_s = seconds(&mut unexplained.iter().copied());
-    let refused = |(band, ratio)| CalibrationError::Unsteady { band, ratio, unexplained_s };
-    let much =
-        unexplained_s > MOST_UNEXPLAINED * seconds(&mut still.iter().map(|(_, rests)| *rests));
-    // A slip that goes on in motion would raise the thresholds there.
-    if much || quiet::goes_on(&config, &still, &unexplained) {
-        return Err(refused(unsteady));
-    }
-    let quiet: Vec<(Vector, bool)> = still
-        .iter()
-        .zip(&unexplained)
-        .map(|((value, rests), loud)| (*value, *rests && !loud))
+    let rest: Vec<(Vector, bool)> = guarded(recording, config)
+        .zip(scenes.moving.iter().zip(&scenes.lost))
+        .map(|(value, (moving, lost))| (value, !moving && !lost))
         .collect();
-    match steady_floor(&config, &quiet) {
-        Err(CalibrationError::Unsteady { band, ratio, .. }) => Err(refused((band, ratio))),
-        other => other.map(|(floor, rest_s)| Rest { floor, rest_s, unexplained }),
+    let rest = quiet::without_edges(config, &rest);
+    let meter = measure(config, rest.iter().copied())?;
+    let seconds = seconds_of(meter.samples(), config);
+    let Some(floor) = meter.floor(config.floor).filter(|_| seconds >= REST_S) else {
+        return Err(CalibrationError::Short { rest_s: seconds });
+    };
+    let parts = quiet::parts(config, &rest, meter.samples())?;
+    let least = meter.least_energy(config.floor);
+    let ratio = |sorted: &Vec<f32>| {
+        sorted.first().zip(sorted.last()).map_or(1.0, |(low, high)| high / low.max(least))
+    };
+    let unsteady = parts.iter().map(ratio).fold(1.0, f32::max);
+    let mut unexplained = vec![false; rest.len()];
+    if unsteady <= STEADY {
+        return Ok(Rest { floor, seconds, unsteady, unexplained });
     }
+    let usual = parts.map(|sorted| sorted.get(sorted.len() / 4).map_or(least, |e| e.max(least)));
+    unexplained = quiet::loud(config, &rest, &usual)?;
+    let quiet = rest.iter().zip(&unexplained).map(|((v, rests), loud)| (*v, *rests && !loud));
+    let meter = measure(config, quiet)?;
+    let quiet_s = seconds_of(meter.samples(), config);
+    let (floor, seconds) = match meter.floor(config.floor) {
+        Some(quiet) if quiet_s >= QUIET_S => (quiet, quiet_s),
+        _ => (floor, seconds),
+    };
+    Ok(Rest { floor, seconds, unsteady, unexplained })
 }
 
 /// Begin and length (s) of the longest stretch of `unexplained`.
@@ -352,37 +341,6 @@ fn longest(recording: &Recording, unexplained: &[bool]) -> Option<[f64; 2]> {
         Some([first, last - first])
     });
     spans.max_by(|a, b| a[1].total_cmp(&b[1]))
-}
-
-/// Energy of the bands at rest (signal unit squared) and how much of it there is (s), where its eighths agree.
-fn steady_floor(
-    config: &PipelineConfig,
-    rest: &[(Vector, bool)],
-) -> Result<([f32; BANDS], f64), CalibrationError> {
-    let meter = measure(config, rest.iter().copied())?;
-    let rest_s = seconds_of(meter.samples(), config);
-    let Some(floor) = meter.floor(config.floor).filter(|_| rest_s >= REST_S) else {
-        return Err(CalibrationError::Short { rest_s });
-    };
-    let mut range = [(f32::INFINITY, 0.0_f32); BANDS];
-    for part in rest.chunks(rest.len().div_ceil(PARTS).max(1)) {
-        let part = measure(config, part.iter().copied())?;
-        // An eighth that is nearly all motion shows nothing about rest.
-        if seconds_of(part.samples(), config) < 0.1 * REST_S {
-            continue;
-        }
-        for (range, energy) in range.iter_mut().zip(part.energy().unwrap_or(floor)) {
-            *range = (range.0.min(energy), range.1.max(energy));
-        }
-    }
-    let least = meter.least_energy(config.floor);
-    for (band, (low, high)) in range.into_iter().enumerate() {
-        let ratio = high / low.max(least);
-        if ratio > STATIONARY {
-            return Err(CalibrationError::Unsteady { band, ratio, unexplained_s: 0.0 });
-        }
-    }
-    Ok((floor, rest_s))
 }
 
 /// What the robot's motion shows.
@@ -419,71 +377,82 @@ fn gate(
     Ok(Motion { gain: Some(gain), seconds: motion_s, reference })
 }
 
-fn reference_floor(
-    recording: &Recording,
-    config: PipelineConfig,
-) -> Result<Option<[f32; 2]>, CalibrationError> {
-    let mut pipeline = Bare::new(config, None)?;
-    recording.samples.iter().for_each(|sample| {
-        pipeline.handle(&received(sample));
-    });
-    Ok(pipeline.detector().reference_floor())
-}
-
-/// What the tests show in a recording without slip.
-struct Received {
-    /// Highest level of each test in each second.
-    seconds: Vec<[f32; TESTS]>,
-    certified: Result<(Certificate, Certified), NotCertified>,
-}
-
+/// Runs the detector with what is known over the recording, as of a held object: its blocks, and what they certify.
+#[expect(
+    clippy::type_complexity,
+    reason = "a certificate with what it stands on, or why there is none"
+)]
 fn listen(
     recording: &Recording,
+    calibration: &StylusCalibration,
     config: PipelineConfig,
-    interval_s: f64,
-    unexplained: &[bool],
-) -> Result<Received, CalibrationError> {
+) -> Result<(Heard, Result<(Certificate, Certified), NotCertified>), CalibrationError> {
     // Scores are measured, and nothing is certified.
     let nothing = Certificate { interval_s: 1e9, rest: None, motion: None };
-    let config = PipelineConfig { certificate: Some(nothing), ..config };
-    let mut pipeline = Bare::new(config, None)?;
-    let mut seconds: Vec<[f32; TESTS]> = Vec::new();
+    let known = Calibration::Stylus(*calibration).apply(config);
+    let mut pipeline = Bare::new(PipelineConfig { certificate: Some(nothing), ..known }, None)?;
+    let mut heard = Heard::new(config, seconds_of(recording.samples.len() as u64, &config))?;
     let mut scores = ScoreLog::default();
-    let first = recording.samples.first().map_or(0.0, |s| s.t.as_seconds());
-    let mut unexplained_at = f64::NEG_INFINITY;
-    for (sample, unexplained) in recording.samples.iter().zip(unexplained) {
+    for sample in &recording.samples {
         pipeline.handle(&received(sample));
-        let at = sample.t.as_seconds() - first - START_S;
-        if *unexplained {
-            unexplained_at = at;
-        }
-        if at < 0.0 || at - unexplained_at < AFTER_S {
-            continue;
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a count of seconds"
-        )]
-        let place = at as usize;
-        seconds.resize(seconds.len().max(place + 1), [0.0; TESTS]);
-        scores.push(pipeline.detector(), at);
-        let levels = pipeline.detector().levels();
-        let moving = pipeline.detector().is_moving();
-        let Some(most) = seconds.get_mut(place) else { continue };
-        let now = levels.energy.into_iter().chain([levels.cusum]).enumerate();
-        for (most, (test, level)) in most.iter_mut().zip(now) {
-            if test < 2 || moving {
-                *most = most.max(level);
-            }
-        }
+        let at_s = sample.t.as_seconds();
+        heard.push(pipeline.detector(), at_s);
+        scores.push(pipeline.detector(), at_s);
     }
-    // Seconds of which nothing counts.
-    seconds.retain(|second| second.iter().any(|level| *level > 0.0));
     let detector = pipeline.detector();
     let base_s = detector.base_block_s().map_or(0.0, f64::from);
+    let interval_s = calibration.evidence.wanted_interval_s;
     let certified = certify(&scores.stretches, base_s, detector.has_bands(), interval_s);
-    Ok(Received { seconds, certified })
+    Ok((heard, certified))
+}
+
+/// Sets the slack, and raises it as long as that leaves fewer slips in a replay of the recording.
+fn set_slack(
+    calibration: &mut StylusCalibration,
+    heard: &Heard,
+    recording: &Recording,
+    config: &HostConfig,
+) -> Result<(), CalibrationError> {
+    let raises = if heard.decides() { RAISES } else { 0 };
+    if heard.decides() {
+        heard.fit(calibration);
+    }
+    let mut best: Option<(u64, StylusCalibration)> = None;
+    for raise in 0..=raises {
+        let mut tried = *calibration;
+        slack::raise(&mut tried, raise);
+        let (seen, held) = slips(recording, config, tried)?;
+        tried.evidence.seen = seen;
+        if best.is_none_or(|(least, _)| seen + held < least) {
+            best = Some((seen + held, tried));
+        }
+        if seen + held == 0 {
+            break;
+        }
+    }
+    *calibration = best.map_or(*calibration, |(_, tried)| tried);
+    Ok(())
+}
+
+/// Slips that a replay of the recording with `calibration` shows, and where it has a grip force those of an object that is held all the
+/// time.
+fn slips(
+    recording: &Recording,
+    config: &HostConfig,
+    calibration: StylusCalibration,
+) -> Result<(u64, u64), CalibrationError> {
+    let config =
+        HostConfig { calibrated: Some(Calibration::Stylus(calibration)), ..config.clone() };
+    let pipeline = replay::pipeline_config(recording, &config, false);
+    let begins = |step: &Step| step.event.as_ref().is_some_and(|slip| slip.first);
+    let replayed = Replay::new(recording, pipeline, default_estimator().ok())?;
+    let seen = replayed.filter(begins).count() as u64;
+    if !recording.channels.has(Channel::NormalForce) {
+        return Ok((seen, 0));
+    }
+    let mut held = Bare::new(PipelineConfig { grip: None, ..pipeline }, None)?;
+    let steps = recording.samples.iter().map(|sample| held.handle(&received(sample)));
+    Ok((seen, steps.filter(begins).count() as u64))
 }
 
 /// The base blocks of a recording, by stretch.
@@ -511,97 +480,6 @@ impl ScoreLog {
             }
         }
     }
-}
-
-/// The threshold of each test.
-fn thresholds_of(detector: &DetectorConfig) -> [f32; TESTS] {
-    let [shear, vibration, a, b, c, d] = detector.bands().map(|band| band.threshold);
-    [shear, vibration, a, b, c, d, detector.cusum_threshold]
-}
-
-fn set_thresholds(
-    calibration: &mut StylusCalibration,
-    seconds: &[[f32; TESTS]],
-    defaults: &[f32; TESTS],
-) {
-    let interval_s = calibration.evidence.wanted_interval_s;
-    let moved = calibration.gain.is_some();
-    let thresholds = |seconds: &[[f32; TESTS]]| thresholds(seconds, interval_s, defaults, moved);
-    let half = |odd: usize| -> Vec<[f32; TESTS]> {
-        seconds.iter().enumerate().filter(|(i, _)| i % 2 == odd).map(|(_, s)| *s).collect()
-    };
-    let exceeds =
-        |s: &&[f32; TESTS], limits: &[f32; TESTS]| s.iter().zip(limits).any(|(x, h)| x > h);
-    let mut alarms = 0;
-    for (made, judged) in [(half(0), half(1)), (half(1), half(0))] {
-        let limits = thresholds(&made);
-        alarms += judged.iter().filter(|s| exceeds(s, &limits)).count() as u64;
-    }
-    let limits = thresholds(seconds);
-    calibration.tail = statistic_tail(seconds, &limits);
-    if let Some((cusum, bands)) = limits.split_last() {
-        calibration.cusum_threshold = *cusum;
-        calibration.thresholds.copy_from_slice(bands);
-    }
-    #[expect(clippy::cast_precision_loss, reason = "a count of seconds")]
-    let judged_s = seconds.len() as f64;
-    let (low, high) = poisson::interval(alarms, 0.95);
-    let evidence = &mut calibration.evidence;
-    evidence.judged_s = judged_s;
-    evidence.alarms = alarms;
-    evidence.interval_low_s = judged_s / high;
-    evidence.interval_high_s = (alarms > 0).then(|| judged_s / low);
-    evidence.claimed_s = Some(interval_s.min(judged_s / CLAIMED));
-    #[expect(clippy::cast_precision_loss, reason = "7")]
-    let tests = TESTS as f64;
-    evidence.extrapolation = tests * interval_s / judged_s.max(1.0);
-}
-
-/// Peaks of a test in rising order, from the seconds in which it was received.
-fn peaks(seconds: &[[f32; TESTS]], test: usize) -> Vec<f32> {
-    let mut peaks: Vec<f32> =
-        seconds.iter().filter_map(|s| s.get(test).copied()).filter(|x| *x > 0.0).collect();
-    peaks.sort_by(f32::total_cmp);
-    peaks
-}
-
-/// The level of each test that the peaks of single seconds exceed once in [`TESTS`] times `interval_s`; where nothing `moved`, at least its
-/// default.
-fn thresholds(
-    seconds: &[[f32; TESTS]],
-    interval_s: f64,
-    defaults: &[f32; TESTS],
-    moved: bool,
-) -> [f32; TESTS] {
-    #[expect(clippy::cast_precision_loss, reason = "7")]
-    let wanted_s = TESTS as f64 * interval_s;
-    core::array::from_fn(|test| {
-        let peaks = peaks(seconds, test);
-        let level = match (tail_of(&peaks, seconds.len()), peaks.last()) {
-            (Some(tail), _) => tail.level(wanted_s),
-            // Too few for a tail.
-            (None, Some(highest)) => 2.0 * highest,
-            (None, None) => defaults[test],
-        };
-        level.max(if moved { LEAST } else { defaults[test] })
-    })
-}
-
-/// The tail above the 90 % quantile.
-fn tail_of(peaks: &[f32], seconds: usize) -> Option<Tail> {
-    Tail::of(peaks, peaks.len() / 10, seconds)
-}
-
-/// The tail index of what decides, the highest level over its threshold.
-fn statistic_tail(seconds: &[[f32; TESTS]], limits: &[f32; TESTS]) -> Option<f32> {
-    let statistic = |second: &[f32; TESTS]| {
-        second.iter().zip(limits).map(|(level, limit)| level / limit).fold(0.0, f32::max)
-    };
-    let mut peaks: Vec<f32> = seconds.iter().map(statistic).filter(|x| *x > 0.0).collect();
-    peaks.sort_by(f32::total_cmp);
-    #[expect(clippy::cast_possible_truncation, reason = "limited to the range of a tail")]
-    let index = tail_of(&peaks, seconds.len())?.careful_index() as f32;
-    Some(index.clamp(TAIL_RANGE.0, TAIL_RANGE.1))
 }
 
 #[cfg(test)]

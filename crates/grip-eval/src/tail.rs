@@ -12,8 +12,6 @@ pub struct Tail {
     share: f64,
     /// Hill's mean of ln(peak / start), the reciprocal of the index.
     mean_log: f64,
-    /// Peaks in the tail.
-    count: f64,
 }
 
 impl Tail {
@@ -30,7 +28,6 @@ impl Tail {
             start: f64::from(start),
             share: count / seconds as f64,
             mean_log: logs / count,
-            count,
         })
     }
 
@@ -43,19 +40,13 @@ impl Tail {
         let level = (self.start * factor).min(1e9) as f32;
         level
     }
-
-    /// The index, one standard error (1 / sqrt of the peaks) to the heavy side.
-    #[must_use]
-    pub fn careful_index(&self) -> f64 {
-        1.0 / (self.mean_log * (1.0 + self.count.sqrt().recip()))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::Tail;
 
-    /// Peaks of a known Pareto tail: the level exceeded with a known probability and the index come out.
+    /// Peaks of a known Pareto tail: the level exceeded with a known probability comes out.
     #[test]
     fn a_pareto_tail_is_continued_to_its_quantile() {
         let mut state = 9_u32;
@@ -71,8 +62,6 @@ mod tests {
         // P(X > h) = (3/h)^8 = 1/(7 * 600): h = 3 * 4200^(1/8) = 8.51.
         let h = tail.level(4200.0);
         assert!((h / 8.51 - 1.0).abs() < 0.06, "{h}");
-        let index = tail.careful_index();
-        assert!((7.2..8.1).contains(&index), "{index}");
     }
 
     #[test]

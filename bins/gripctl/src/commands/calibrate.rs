@@ -1,4 +1,4 @@
-//! `gripctl calibrate`: floor, gate and thresholds from a recording without slip, or from a gripper.
+//! `gripctl calibrate`: floor, gate and slack from a recording without slip, or from a gripper.
 
 use super::{
     host_config,
@@ -7,16 +7,16 @@ use super::{
 use crate::{cli::CalibrateArgs, output};
 use anyhow::Context as _;
 use grip_eval::{
-    calibrate::{Calibrated, calibrate, check_interval},
+    calibrate::{Calibrated, MOTION_S, STEADY, calibrate, check_interval},
     certify::NotCertified,
 };
 use grip_record::outputs::OutputKind;
 use grip_session::{
-    calibration::{Calibration, LawEvidence, StylusCalibration, TaxelRest},
+    calibration::{Calibration, Evidence, LawEvidence, StylusCalibration, TaxelRest},
     exit::{Exit, WrongArgument},
 };
 use serde::Serialize;
-use slip_core::pressure::PressureConfig;
+use slip_core::{detector::COMPONENTS, pressure::PressureConfig};
 use std::path::Path;
 
 #[derive(Serialize)]
@@ -25,6 +25,9 @@ struct Line<'a> {
     #[serde(flatten)]
     calibration: &'a Calibration,
 }
+
+/// Slack that noise alone does not need.
+const HIGH: f32 = 10.0;
 
 const CALIBRATION: OutputKind = OutputKind {
     endings: &["toml"],
@@ -62,7 +65,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> anyhow::Result<Exit> {
     }
     if lost > 0 {
         eprintln!(
-            "gripctl: {lost} samples were lost on the way; the gaps can only raise the thresholds: measure again on an idle computer"
+            "gripctl: {lost} samples were lost on the way; the gaps can only raise the slack: measure again on an idle computer"
         );
         return Ok(Exit::DataLost);
     }
@@ -89,29 +92,17 @@ fn report(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Resul
         Calibration::Stylus(calibration) => calibration,
         Calibration::Array(array) => return report_taxels(&array.taxels, pressure),
     };
-    let StylusCalibration { thresholds, cusum_threshold, evidence, .. } = calibration;
+    let evidence = &calibration.evidence;
     output::line(&format!(
         "floor from {:.1} s of rest, gate from {:.1} s of motion{}",
         evidence.rest_s,
         evidence.motion_s,
-        if calibration.gain.is_some() {
-            ""
-        } else {
-            " (too little: the default gate stays, and no threshold goes below its default)"
-        }
+        missing_motion(calibration)
     ))?;
-    if evidence.unexplained_s > 0.0 {
-        let [at_s, length_s] = evidence.unexplained_longest.unwrap_or_default();
-        output::line(&format!(
-            "left out as unexplained: {:.2} s of rest, loud without motion of the reference, the longest {length_s:.2} s at {at_s:.2} s; floor and thresholds know nothing of it. Look whether it is a slip: there it would be reported, as it should; a knock or other work would be a false alarm",
-            evidence.unexplained_s
-        ))?;
-    }
-    output::line(&format!(
-        "thresholds: bands {thresholds:.1?}, cumulative sum {cusum_threshold:.1}"
-    ))?;
+    let [still, moving] = [calibration.slack_still, calibration.slack_moving].map(shown);
+    output::line(&format!("slack: still {still}, moving {moving}"))?;
+    let unit = if calibration.vibration { "" } else { " m" };
     if let Some(rest) = evidence.smallest_rest {
-        let unit = if calibration.vibration { "" } else { " m" };
         let motion = evidence
             .smallest_motion
             .map_or_else(String::new, |motion| format!(", in motion from {motion:.2e}{unit} on"));
@@ -119,25 +110,93 @@ fn report(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Resul
             "the fast trigger finds a slip at rest from {rest:.2e}{unit} of vibration (rms, 100-400 Hz) on{motion}"
         ))?;
     }
+    for warning in warnings(calibration, unit) {
+        output::line(&warning)?;
+    }
     if let Some(taxels) = &calibration.taxels {
         report_taxels(taxels, pressure)?;
     }
-    let high = evidence
-        .interval_high_s
-        .map_or_else(|| "without upper bound".to_owned(), |high| format!("up to {high:.0} s"));
     output::line(&format!(
-        "fast trigger, wanted: one false alarm in {:.0} s; seen: {} in {:.0} s not used for the thresholds, so one in {:.0} s or more, {high} (95 %)",
-        evidence.wanted_interval_s, evidence.alarms, evidence.judged_s, evidence.interval_low_s
+        "fast trigger, wanted: one false alarm in {:.0} s; seen: {} slips in a replay of this recording; {}",
+        evidence.wanted_interval_s,
+        evidence.seen,
+        promise(evidence)
     ))?;
-    if evidence.extrapolation > 1.0 {
-        output::line(&format!(
-            "the thresholds are extrapolated: the tail of each test was continued {:.1} times beyond the recording; record {:.0} s to measure the wanted interval itself. Without extrapolation the fast trigger claims one in {:.0} s",
-            evidence.extrapolation,
-            10.0 * evidence.wanted_interval_s,
-            evidence.claimed_s.unwrap_or(0.0)
-        ))?;
-    }
     certificate(calibration)
+}
+
+/// What to record where the motion was too short for a gate.
+fn missing_motion(calibration: &StylusCalibration) -> String {
+    if calibration.gain.is_some() {
+        return String::new();
+    }
+    let missing_s = (MOTION_S - calibration.evidence.motion_s).max(0.1);
+    let remedy = if calibration.reference_floor.is_some() {
+        "record the robot moving as it does at work, nothing slipping"
+    } else {
+        "add a motion reference, and record the robot moving as it does at work"
+    };
+    format!(
+        "; the default gate stays, and slack in motion is not below its default: {missing_s:.1} s of motion are missing: {remedy}"
+    )
+}
+
+/// The slack of each component.
+fn shown(slack: [f32; COMPONENTS]) -> String {
+    slack
+        .map(|slack| format!("{slack:.3}").trim_end_matches('0').trim_end_matches('.').to_owned())
+        .join(" ")
+}
+
+/// What the calibration cannot promise.
+fn warnings(calibration: &StylusCalibration, unit: &str) -> Vec<String> {
+    let evidence = &calibration.evidence;
+    let mut warnings = Vec::new();
+    if evidence.unexplained_s > 0.0 {
+        let [at_s, length_s] = evidence.unexplained_longest.unwrap_or_default();
+        warnings.push(format!(
+            "left out of the floor as unexplained: {:.2} s of rest, loud without motion of the reference, the longest {length_s:.2} s at {at_s:.2} s. Look whether it is a slip: the slack takes it for work, so that slips like it are not reported",
+            evidence.unexplained_s
+        ));
+    }
+    let slack =
+        calibration.slack_still.into_iter().chain(calibration.slack_moving).fold(0.0, f32::max);
+    let changes = evidence.unsteady > STEADY;
+    if changes || slack > HIGH {
+        let what = if changes {
+            format!("the rest changes by {:.0} times", evidence.unsteady)
+        } else {
+            "something is far louder than the noise now and then".to_owned()
+        };
+        let below = evidence.smallest_rest.unwrap_or(f32::INFINITY);
+        warnings.push(format!(
+            "{what} (hum, a machine, knocks, or slips?): slack up to {slack:.0}; vibration below {below:.2e}{unit} rms is no slip while this calibration is in force; where something slipped, record again"
+        ));
+    }
+    if evidence.seen > 0 {
+        warnings.push(format!(
+            "{} slips remain in this recording: no slack takes them away, and they will be reported; look at them with `gripctl replay`, and record again without them",
+            evidence.seen
+        ));
+    }
+    warnings
+}
+
+/// What is promised, and under which condition.
+fn promise(evidence: &Evidence) -> String {
+    if evidence.judged_s == 0.0 {
+        return "nothing is promised beyond it: no band of this rate lies above motion, so the level decides, and that knows no interval".to_owned();
+    }
+    let Evidence { alarms, judged_s, interval_low_s, wanted_interval_s, .. } = *evidence;
+    let longer = if interval_low_s < wanted_interval_s {
+        // Half of it judges, and three times the interval is needed without an alarm.
+        format!("; to promise what is wanted, record {:.0} s", 6.0 * wanted_interval_s)
+    } else {
+        String::new()
+    };
+    format!(
+        "{alarms} alarms in {judged_s:.0} s that the slack was not taken from, so one in {interval_low_s:.0} s or more (95 %), if what comes is like this recording{longer}"
+    )
 }
 
 /// Noise and range, and the smallest change of the pattern that is a slip.

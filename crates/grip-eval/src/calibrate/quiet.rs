@@ -1,15 +1,13 @@
-//! Rest in which something happened in, the part of it that is as quiet as most of it out.
+//! Rest in which something happened in, the part of it that is as quiet as its quietest quarter out.
 
-use super::{RestMeter, Vector};
+use super::{PART_S, PARTS, RestMeter, Vector};
 use slip_core::{ConfigError, PipelineConfig, detector::BANDS};
 
 /// A motion is there before the reference shows it, and rings on after: rest this near to it (s) is none.
 const EDGE_S: f64 = 0.05;
 /// Length of the blocks whose energy is compared (s).
 const BLOCK_S: f64 = 0.1;
-/// Longer than a knock (s).
-const KNOCK_S: f64 = 0.25;
-/// A block with more than this times the median energy of a band is loud. Blocks of the narrowest band have some 5
+/// A block with more than this times the energy of quiet parts of a band is loud. Blocks of the narrowest band have some 5
 /// degrees of freedom, of which one in a thousand is louder by chance.
 const LOUD: f32 = 4.0;
 
@@ -38,54 +36,59 @@ pub(super) fn without_edges(
     out
 }
 
-/// Which samples of `rest` lie in a block that is loud in any band.
+/// Energies of the parts of `rest`, of which `samples` are used, each band from low to high (signal unit squared).
+pub(super) fn parts(
+    config: &PipelineConfig,
+    rest: &[(Vector, bool)],
+    samples: u64,
+) -> Result<[Vec<f32>; BANDS], ConfigError> {
+    let length = (samples / PARTS as u64).min(samples_in(config, PART_S) as u64).max(1);
+    let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
+    let mut parts: [Vec<f32>; BANDS] = Default::default();
+    let mut within = false;
+    for &(value, rests) in rest {
+        if rests && !within {
+            meter.start();
+        }
+        within = rests;
+        if rests {
+            meter.push_vector(value);
+        }
+        if meter.samples() >= length
+            && let Some(energy) = meter.take()
+        {
+            parts.iter_mut().zip(energy).for_each(|(part, energy)| part.push(energy));
+        }
+    }
+    parts.iter_mut().for_each(|part| part.sort_by(f32::total_cmp));
+    Ok(parts)
+}
+
+/// Which samples of `rest` lie in a block that is loud in any band, of which `usual` are the energies (signal unit squared).
 pub(super) fn loud(
     config: &PipelineConfig,
     rest: &[(Vector, bool)],
+    usual: &[f32; BANDS],
 ) -> Result<Vec<bool>, ConfigError> {
     let length = samples_in(config, BLOCK_S);
-    let mut blocks: Vec<([f32; BANDS], core::ops::Range<usize>)> = Vec::new();
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
+    let mut out = vec![false; rest.len()];
     let mut start = 0;
     for stretch in rest.chunk_by(|a, b| a.1 == b.1) {
-        let range = start..start + stretch.len();
-        start = range.end;
+        let mut from = start;
+        start += stretch.len();
         if !stretch.first().is_some_and(|(_, rests)| *rests) {
             continue;
         }
         meter.start();
-        for (nth, block) in stretch.chunks(length).enumerate() {
+        for block in stretch.chunks(length) {
             block.iter().for_each(|(value, _)| meter.push_vector(*value));
-            let from = range.start + nth * length;
-            blocks.extend(meter.take().map(|energy| (energy, from..from + block.len())));
-        }
-    }
-    let median: [f32; BANDS] = core::array::from_fn(|band| {
-        let mut energies: Vec<f32> = blocks.iter().map(|(energy, _)| energy[band]).collect();
-        energies.sort_by(f32::total_cmp);
-        energies.get(energies.len() / 2).copied().unwrap_or(f32::INFINITY)
-    });
-    let mut out = vec![false; rest.len()];
-    for (energy, range) in blocks {
-        if energy.iter().zip(&median).any(|(energy, median)| *energy > LOUD * median) {
-            out.get_mut(range).into_iter().flatten().for_each(|place| *place = true);
+            let energy = meter.take().unwrap_or_default();
+            if energy.iter().zip(usual).any(|(energy, usual)| *energy > LOUD * usual) {
+                out.iter_mut().skip(from).take(block.len()).for_each(|place| *place = true);
+            }
+            from += block.len();
         }
     }
     Ok(out)
-}
-
-/// Whether something loud that is longer than a knock begins or ends in motion, so that how much of it lies there is not known.
-pub(super) fn goes_on(config: &PipelineConfig, rest: &[(Vector, bool)], loud: &[bool]) -> bool {
-    let least = samples_in(config, KNOCK_S);
-    let mut start = 0;
-    rest.chunk_by(|a, b| a.1 == b.1).any(|stretch| {
-        let range = start..start + stretch.len();
-        start = range.end;
-        let (begins, ends) = (range.start > 0, range.end < rest.len());
-        let part = loud.get(range).unwrap_or(&[]);
-        // Where all is motion nothing is loud.
-        let leading = part.iter().take_while(|loud| **loud).count();
-        let trailing = part.iter().rev().take_while(|loud| **loud).count();
-        (begins && leading >= least) || (ends && trailing >= least)
-    })
 }

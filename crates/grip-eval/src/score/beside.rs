@@ -19,14 +19,16 @@ pub enum Test {
     Own(VecDeque<Phase>),
 }
 
-/// A test with its alarm, which ends as that of the pipeline does: when the statistic has stayed below `release` for `release_ms`.
+/// Statistic below which an alarm is about to end.
+const RELEASE: f32 = 0.25;
+
+/// A test with its alarm, which ends when the statistic has stayed below [`RELEASE`] for `release_ms`.
 #[derive(Clone, Debug)]
 pub struct Beside {
     test: Test,
-    release: f32,
     release_s: f64,
     slips: bool,
-    /// When the statistic was last at or above `release` (s).
+    /// When the statistic was last at or above [`RELEASE`] (s).
     last_s: f64,
 }
 
@@ -44,7 +46,7 @@ impl Beside {
     #[must_use]
     pub fn new(test: Test, config: &DetectorConfig) -> Self {
         let release_s = 1e-3 * f64::from(config.release_ms);
-        Self { test, release: config.release, release_s, slips: false, last_s: f64::NEG_INFINITY }
+        Self { test, release_s, slips: false, last_s: f64::NEG_INFINITY }
     }
 
     /// Takes the next sample after the pipeline, whose `detector` gives floor and levels. Gives the statistic, above 1 being a slip,
@@ -62,7 +64,7 @@ impl Beside {
             }
         };
         let t = sample.t.as_seconds();
-        if statistic >= self.release {
+        if statistic >= RELEASE {
             self.last_s = t;
         }
         let change = match self.slips {

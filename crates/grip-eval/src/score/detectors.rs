@@ -1,13 +1,12 @@
 //! The detectors that `gripctl score --detectors` can put side by side.
 //!
-//! `default` is the pipeline as configured; `stylus` (its tests fused), `energy`, `cusum` and `glrt` receive the stylus alone; `fused`
-//! joins the three methods. `esc`, `esc_literal` and `nn` are what the source study detects slips with: tests beside the pipeline,
-//! which gives them its floors. `own` are the alarms that the folder brings in its alarms.csv. One more is one more line in [`DETECTORS`].
+//! `default` is the pipeline as configured; `stylus` receives the stylus alone; `fused` joins the three methods. `esc`, `esc_literal`
+//! and `nn` are what the source study detects slips with: tests beside the pipeline, which gives them its floors. `own` are the alarms
+//! that the folder brings in its alarms.csv. One more is one more line in [`DETECTORS`].
 
 use slip_core::{
     PipelineConfig,
     alarm::{Method, Methods},
-    detector::{DetectorConfig, TestKind},
     esc::Reading,
 };
 
@@ -39,12 +38,9 @@ pub enum Decides {
 }
 
 /// Every detector.
-pub const DETECTORS: [Detector; 12] = [
+pub const DETECTORS: [Detector; 9] = [
     Detector::alone("default", |config| config),
-    Detector::alone("stylus", |config| stylus(config, TestKind::Fused)),
-    Detector::alone("energy", |config| stylus(config, TestKind::Energy)),
-    Detector::alone("cusum", |config| stylus(config, TestKind::Cusum)),
-    Detector::alone("glrt", |config| stylus(config, TestKind::Glrt)),
+    Detector::alone("stylus", |config| only(config, Method::Stylus)),
     Detector::beside("esc", Decides::Esc(Reading::SlopePower)),
     Detector::beside("esc_literal", Decides::Esc(Reading::Literal)),
     Detector::beside("nn", Decides::Network),
@@ -68,7 +64,7 @@ impl Detector {
 
     /// Beside the pipeline of the stylus, which measures the floors.
     const fn beside(name: &'static str, decides: Decides) -> Self {
-        Self { decides, ..Self::alone(name, |config| stylus(config, TestKind::Fused)) }
+        Self { decides, ..Self::alone(name, |config| only(config, Method::Stylus)) }
     }
 
     /// The detector of that name.
@@ -80,9 +76,4 @@ impl Detector {
 
 fn only(config: PipelineConfig, method: Method) -> PipelineConfig {
     PipelineConfig { methods: Methods::only(method), ..config }
-}
-
-fn stylus(config: PipelineConfig, test: TestKind) -> PipelineConfig {
-    let detector = DetectorConfig { test, ..config.detector };
-    PipelineConfig { detector, ..only(config, Method::Stylus) }
 }

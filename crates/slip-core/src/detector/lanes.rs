@@ -113,6 +113,14 @@ impl DetectorConfig {
         }))
     }
 
+    /// Independent readings of each band in a block of samples at `rate_hz`, 0 where the rate does not carry it; and the length of a block (s).
+    ///
+    /// # Errors
+    /// Where a corner is no frequency.
+    pub fn readings_at(&self, rate_hz: f32) -> Result<([f32; BANDS], f32), ConfigError> {
+        Lanes::new(self, rate_hz).map(|lanes| (lanes.readings, lanes.block_s))
+    }
+
     /// Whether `rate_hz` carries the shear band, which begins where the motion of hands and robots ends.
     #[must_use]
     pub fn reaches_above_motion(&self, rate_hz: f32) -> bool {

@@ -95,6 +95,7 @@ pub struct SlipDetector {
     level: Option<Level>,
     /// The block that was decided on last.
     decided: Option<Block>,
+    decisions: u32,
     decision: Decision,
     evidence: Option<Evidence>,
     /// Floors that the evidence is for.
@@ -160,6 +161,7 @@ impl SlipDetector {
             sum: AlarmSum::new(config, &lanes.readings, lanes.block_s),
             level: (!lanes.above_motion).then(|| Level::new(lanes.block_s)),
             decided: None,
+            decisions: 0,
             decision: Decision::new(config, blocks_hz),
             evidence: None,
             certified_floor: [1.0; BANDS],
@@ -359,6 +361,12 @@ impl SlipDetector {
     #[must_use]
     pub fn block(&self) -> Option<&Block> {
         self.decided.as_ref()
+    }
+
+    /// Decisions so far, modulo 2^32: each is made from one block.
+    #[must_use]
+    pub fn decisions(&self) -> u32 {
+        self.decisions
     }
 
     /// Energy of each band over its floor that, if it lasts, is a slip within `within_s` (s), as [`AlarmSum::smallest`] has it.
@@ -598,6 +606,7 @@ impl SlipDetector {
     fn decide(&mut self, block: &Block) {
         self.envelope.step(block);
         self.decided = Some(*block);
+        self.decisions = self.decisions.wrapping_add(1);
         let statistic = match (&mut self.level, self.floor.energy()) {
             (Some(level), Some(floor)) => level.step(block.energy[VIBRATION], floor[VIBRATION]),
             _ => self.sum.step(block),

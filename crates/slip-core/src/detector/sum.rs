@@ -149,6 +149,13 @@ impl AlarmSum {
         core::array::from_fn(|i| self.evidence_s[i])
     }
 
+    /// Which components have a part in the scene.
+    #[must_use]
+    pub fn decides(&self, moving: bool) -> [bool; COMPONENTS] {
+        let law = if moving { &self.moving } else { &self.still };
+        core::array::from_fn(|i| law.share[i] > 0.0)
+    }
+
     /// Takes the next block; gives the evidence of all (s) over the interval: 1 and above is a slip.
     #[inline]
     pub fn step(&mut self, block: &Block) -> f32 {

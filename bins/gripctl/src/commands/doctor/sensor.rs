@@ -2,10 +2,11 @@
 
 use super::finding::Finding;
 use grip_record::{Recording, StylusKind};
-use grip_session::{HostConfig, replay};
+use grip_session::{HostConfig, calibration::Evidence, replay};
 use slip_core::{
     ConfigError, PipelineConfig, Sample,
-    detector::{BANDS, BandThreshold, RestMeter},
+    detector::{AlarmSum, BANDS, RestMeter},
+    filter::Band,
     isolated::{self, Guard},
 };
 
@@ -22,7 +23,7 @@ const OUTLIERS: f32 = 5e-5;
 /// Share of readings that may be missing.
 const MISSING: f32 = 0.01;
 
-type Bands = [Option<BandThreshold>; BANDS];
+type Bands = [Option<Band>; BANDS];
 
 /// What the recording shows of its sensor.
 ///
@@ -53,7 +54,7 @@ pub(super) fn findings(
         outliers(&rest, &readings, pipeline.sample_rate.0),
         steps(&readings, &rest),
         steady(&rest, recording),
-        floor(&rest, recording, &bands),
+        floor(&rest, recording, &bands, &smallest(&pipeline)?),
     ]);
     Ok(found)
 }
@@ -199,18 +200,25 @@ fn steady(rest: &Rest, recording: &Recording) -> Finding {
     Finding::judge(seconds >= REST_S && rest.unsteady <= STEADY, "sensor rest", text, &remedy)
 }
 
+/// Energy of each band over its floor that is a slip within [`Evidence::WITHIN_S`].
+fn smallest(pipeline: &PipelineConfig) -> Result<[f32; BANDS], ConfigError> {
+    let (readings, block_s) = pipeline.detector.readings_at(pipeline.sample_rate.0)?;
+    let sum = AlarmSum::new(&pipeline.detector, &readings, block_s);
+    Ok(sum.smallest(false, Evidence::WITHIN_S))
+}
+
 /// The noise, and the smallest slip over it.
-fn floor(rest: &Rest, recording: &Recording, bands: &Bands) -> Finding {
+fn floor(rest: &Rest, recording: &Recording, bands: &Bands, smallest: &[f32; BANDS]) -> Finding {
     let unit = if recording.channels.stylus == StylusKind::Vibration { "" } else { " m" };
     let found = bands
         .iter()
-        .zip(rest.energy)
-        .filter_map(|(band, energy)| band.map(|band| (band, (band.threshold * energy).sqrt())));
+        .zip(rest.energy.iter().zip(smallest))
+        .filter_map(|(band, (energy, over))| band.map(|band| (band, (over * energy).sqrt())));
     let noise = rest.energy.iter().sum::<f32>().sqrt();
     let mut text = format!("noise {noise:.2e}{unit} (rms, all bands)");
     if let Some((band, rms)) = found.min_by(|a, b| a.1.total_cmp(&b.1)) {
         text += &format!(
-            "; a slip is found from {rms:.2e}{unit} in {:.0}-{:.0} Hz on, with the thresholds in force",
+            "; a slip is found from {rms:.2e}{unit} in {:.0}-{:.0} Hz on, with the slack in force",
             band.low_hz, band.high_hz
         );
     }
