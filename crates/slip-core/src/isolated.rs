@@ -6,8 +6,8 @@
 //! before it did is held back: the output is the mean of the last four outputs. The next reading decides. Where it does not leap,
 //! the one held back was isolated, and is counted; where it leaps too, the signal has moved, and goes on with what comes. From
 //! 10 kHz on a second reading is held back where it lies nearer to the first than that lies to the output (a wrong pair of 40 to
-//! 200 us); then the third decides. No reading comes late, and none is replaced that does not leap out of a quiet stretch. Below
-//! 1 kHz, where a single reading may be all that a slip shows, nothing is held back.
+//! 200 us); then the third decides. No reading comes late, and none is replaced that does not leap out of a quiet stretch. While an
+//! object slips nothing is held back: its surface leaps, and is measured. Nor below 1 kHz, where a single reading may be all that a slip shows.
 //!
 //! # Why these numbers
 //! - 6 `s` is 6.7 deviations of white Gaussian noise, of which 3 readings in a million leap (`gaussian_noise_stays_as_it_is`).
@@ -90,6 +90,8 @@ pub struct Guard {
     held: u8,
     first: Vector,
     started: bool,
+    /// Whether every reading is let through.
+    open: bool,
     isolated: u64,
 }
 
@@ -107,8 +109,15 @@ impl Guard {
             held: 0,
             first: [0.0; 3],
             started: false,
+            open: false,
             isolated: 0,
         }
+    }
+
+    /// Lets every reading through from now on, or no longer: while an object slips its surface leaps.
+    #[inline]
+    pub fn set_open(&mut self, open: bool) {
+        self.open = open;
     }
 
     /// Takes the next reading of a sensor; what stands in for it, where it is not to be used as it is. One that is no number changes
@@ -197,6 +206,7 @@ impl Guard {
     /// Whether a reading is held back. Counts those before it where they were isolated.
     fn holds(&mut self, x: Vector, leaps: bool) -> bool {
         let holds = leaps
+            && !self.open
             && self.held < self.most
             && match self.held {
                 0 => self.quiet >= QUIET,
@@ -317,6 +327,19 @@ mod tests {
             let turned = |i, x| [0.6 * unit * (x + leap(i)), 0.0, -0.8 * unit * (x + leap(i))];
             assert_eq!(replaced(1e4, turned), straight);
         }
+    }
+
+    #[test]
+    fn nothing_is_held_back_while_an_object_slips() {
+        let mut guard = Guard::new(Hertz(1e4));
+        for i in 0..400 {
+            guard.set_open((200..300).contains(&i));
+            let leaps = i % 20 == 19 && i > 100;
+            let replaced =
+                guard.step([calm(i) + if leaps { 30.0 } else { 0.0 }, 0.0, 0.0]).is_some();
+            assert_eq!(replaced, leaps && !(200..300).contains(&i), "{i}");
+        }
+        assert_eq!(guard.isolated(), 10);
     }
 
     #[test]
