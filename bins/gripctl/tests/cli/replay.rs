@@ -134,7 +134,7 @@ fn isolated_readings_are_counted_and_are_no_slips() {
                 f64::from(state) / f64::from(u32::MAX) - 0.5
             })
             .sum();
-        let wrong = if i % 1000 == 999 { 40.0 } else { 0.0 };
+        let wrong = if i % 1000 == 500 { 40.0 } else { 0.0 };
         text += &format!("{:.4},{:.4}\n", f64::from(i) * 1e-4, sum + wrong);
     }
     fs::write(folder.path().join("spiked.csv"), text).unwrap();
