@@ -197,6 +197,13 @@ impl HealthCheck {
             || self.stand_in.is_some_and(|second| t.since(second.changed_at) <= self.frozen_after)
     }
 
+    /// Takes whether an object slips: then no reading counts as isolated.
+    #[inline]
+    pub fn set_slips(&mut self, slips: bool) {
+        self.guard.set_open(slips);
+        self.reference_guard.set_open(slips);
+    }
+
     /// Looks for drift in a checked sample; `hold` is what the hand does at that time.
     #[inline]
     pub fn watch_drift(&mut self, sample: &Sample, hold: Hold) {

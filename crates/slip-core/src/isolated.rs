@@ -1,27 +1,31 @@
 //! Readings of a stylus or vibration sensor in, the same without isolated wrong ones out.
 //!
 //! # Rule
-//! The usual step `s` is the running mean of the distance between a reading and the output before it, each counted as at most
-//! 3 `s`. A reading *leaps* where it lies more than 6 `s` from the last output. From 1 kHz on, one that leaps while none of the four
-//! before it did is held back: the output is the mean of the last four outputs. The next reading decides. Where it does not leap,
-//! the one held back was isolated, and is counted; where it leaps too, the signal has moved, and goes on with what comes. From
-//! 10 kHz on a second reading is held back where it lies nearer to the first than that lies to the output (a wrong pair of 40 to
-//! 200 us); then the third decides. No reading comes late, and none is replaced that does not leap out of a quiet stretch. Below
-//! 1 kHz, where a single reading may be all that a slip shows, nothing is held back.
+//! The usual step `s` is the running mean of the distance between a reading and the output before it, each counted as
+//! at most 3 `s`. A reading *leaps* where it lies more than 6 `s` from the last output. From 1 kHz on, one that leaps
+//! while none of the four before it did is held back: the output is the mean of the last four outputs. The next
+//! reading decides. Where it does not leap, the one held back was isolated, and is counted; where it leaps too, the
+//! signal has moved, and goes on with what comes. From 10 kHz on a second reading is held back where it lies nearer
+//! to the first than that lies to the output (a wrong pair of 40 to 200 us); then the third decides. No reading comes
+//! late, and none is replaced that does not leap out of a quiet stretch. While an object slips nothing is held back:
+//! its surface leaps, and is measured. Nor below 1 kHz, where a single reading may be all that a slip shows.
 //!
 //! # Why these numbers
-//! - 6 `s` is 6.7 deviations of white Gaussian noise, of which 3 readings in a million leap (`gaussian_noise_stays_as_it_is`).
-//! - The mean of four, not the last output: to repeat one reading turns two readings of noise into energy at low frequencies.
+//! - 6 `s` is 6.7 deviations of white Gaussian noise, of which 3 readings in a million leap
+//!   (`gaussian_noise_stays_as_it_is`).
+//! - The mean of four, not the last output: to repeat one reading turns two readings of noise into energy at low
+//!   frequencies.
 //! - 3 `s` keeps outliers out of their own measure; a weight of 1/256 follows the noise within some 25 ms at 10 kHz.
 //! - Steps of 0 show the resolution of a sensor, not its noise: single counts of a coarse one are no leaps.
-//! - A median of three would do without `s`, but halves 2-3 kHz at 10 kHz. At 1 kHz it makes white noise so uneven that it has 29
-//!   false alarms in 8 h where readings as they are, and these rules, have none.
+//! - A median of three would do without `s`, but halves 2-3 kHz at 10 kHz. At 1 kHz it makes white noise so uneven
+//!   that it has 29 false alarms in 8 h where readings as they are, and these rules, have none.
 //!
 //! # Limits
-//! What stays in: two wrong readings in a row below 10 kHz, three anywhere (`runs_that_are_too_long_stay`); the second of two
-//! within five readings; what lies within 6 `s`; and all while the first [`UsualStep::LEARNED`] steps are learned.
-//! What it costs: a slip that begins with a leap loses that reading, two from 10 kHz on. Where that one would have been the alarm,
-//! the alarm waits for the next ones (`an_onset_is_found_as_soon_as_its_next_readings_show_it`).
+//! What stays in: two wrong readings in a row below 10 kHz, three anywhere (`runs_that_are_too_long_stay`); the
+//! second of two within five readings; what lies within 6 `s`; and all while the first 64 steps
+//! are learned. What it costs: a slip that begins with a leap loses that reading, two from 10 kHz on. Where that one
+//! would have been the alarm, the alarm waits for the next ones
+//! (`an_onset_is_found_as_soon_as_its_next_readings_show_it`).
 
 use crate::{sample::Vector, units::Hertz};
 
@@ -90,6 +94,8 @@ pub struct Guard {
     held: u8,
     first: Vector,
     started: bool,
+    /// Whether every reading is let through.
+    open: bool,
     isolated: u64,
 }
 
@@ -107,12 +113,19 @@ impl Guard {
             held: 0,
             first: [0.0; 3],
             started: false,
+            open: false,
             isolated: 0,
         }
     }
 
-    /// Takes the next reading of a sensor; what stands in for it, where it is not to be used as it is. One that is no number changes
-    /// nothing.
+    /// Lets every reading through from now on, or no longer: while an object slips its surface leaps.
+    #[inline]
+    pub fn set_open(&mut self, open: bool) {
+        self.open = open;
+    }
+
+    /// Takes the next reading of a sensor; what stands in for it, where it is not to be used as it is. One that is no
+    /// number changes nothing.
     #[inline]
     pub fn step(&mut self, x: Vector) -> Option<Vector> {
         let step = self.step_to(x);
@@ -174,7 +187,8 @@ impl Guard {
         self.quiet = 0;
     }
 
-    /// Takes a step that has lasted, however long: this is what the signal is like now, and its other swings may be longer.
+    /// Takes a step that has lasted, however long: this is what the signal is like now, and its other swings may be
+    /// longer.
     #[inline]
     pub(crate) fn follow(&mut self, step: f32) {
         self.usual.mean = self.usual.mean.max(4.0 * step / GLITCH);
@@ -197,6 +211,7 @@ impl Guard {
     /// Whether a reading is held back. Counts those before it where they were isolated.
     fn holds(&mut self, x: Vector, leaps: bool) -> bool {
         let holds = leaps
+            && !self.open
             && self.held < self.most
             && match self.held {
                 0 => self.quiet >= QUIET,
@@ -280,7 +295,8 @@ mod tests {
         }
     }
 
-    /// A stick-slip event: a leap, then a decaying ring at a sixth of the rate or a quarter, whose second reading lies near the mean.
+    /// A stick-slip event: a leap, then a decaying ring at a sixth of the rate or a quarter, whose second reading
+    /// lies near the mean.
     #[test]
     fn an_impulse_that_rings_is_passed_on_from_its_second_reading() {
         for rate_hz in [2e3, 1e4] {
@@ -317,6 +333,19 @@ mod tests {
             let turned = |i, x| [0.6 * unit * (x + leap(i)), 0.0, -0.8 * unit * (x + leap(i))];
             assert_eq!(replaced(1e4, turned), straight);
         }
+    }
+
+    #[test]
+    fn nothing_is_held_back_while_an_object_slips() {
+        let mut guard = Guard::new(Hertz(1e4));
+        for i in 0..410 {
+            guard.set_open((200..300).contains(&i));
+            let leaps = i % 20 == 19 && i > 100;
+            let replaced =
+                guard.step([calm(i) + if leaps { 30.0 } else { 0.0 }, 0.0, 0.0]).is_some();
+            assert_eq!(replaced, leaps && !(200..300).contains(&i), "{i}");
+        }
+        assert_eq!(guard.isolated(), 10);
     }
 
     #[test]

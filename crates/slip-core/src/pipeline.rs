@@ -85,6 +85,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.counters.samples += 1;
         self.host_time.arrive(sample.arrival, self.last_t);
         let before = self.health.health();
+        self.health.set_slips(self.slip.is_some());
         let replaced;
         let sample = match self.health.passes(sample) {
             Passed::AsItIs => sample,

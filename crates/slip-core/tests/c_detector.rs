@@ -84,6 +84,7 @@ fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
             guard.forget();
             last = (last.0.min(1), 0.0);
         } else if x.abs() < HUGE {
+            guard.set_open(last.0 > 1);
             let x = guard.step([*x, 0.0, 0.0]).map_or(*x, |[x, ..]| x);
             if let Some((statistic, state)) = detector.step(&Sample::stylus(Micros(0), x)) {
                 last = (code(state), statistic);

@@ -163,8 +163,8 @@ static void learn_step(sd_guard *g, float step) {
     g->usual += g->seen < LEAP_KNOWN ? change / (float)g->seen : LEAP_WEIGHT * change;
 }
 
-/* The reading, or the mean of the last four outputs while it may be an isolated wrong one. */
-static float guarded(sd_guard *g, float x) {
+/* The reading, or the mean of the last four outputs while it may be an isolated wrong one. In a slip every reading counts. */
+static float guarded(sd_guard *g, float x, bool slips) {
     if (!g->started) {
         for (unsigned i = 0; i < 4; i++) g->outputs[i] = x;
         g->quiet = LEAP_QUIET;
@@ -174,7 +174,7 @@ static float guarded(sd_guard *g, float x) {
     const float last = g->outputs[g->at], step = fabsf(x - last);
     const bool leaps = g->seen >= LEAP_KNOWN && step > LEAP * g->usual;
     learn_step(g, step);
-    bool holds = leaps && g->held < g->most;
+    bool holds = leaps && !slips && g->held < g->most;
     if (holds) holds = g->held == 0 ? g->quiet >= LEAP_QUIET : fabsf(x - g->first) < fabsf(g->first - last);
     if (holds && g->held == 0) g->first = x;
     g->held = holds ? (uint8_t)(g->held + 1u) : 0u;
@@ -343,7 +343,7 @@ static void end_block(sd_detector *d) {
 
 sd_state sd_step(sd_detector *d, float reading) {
     if (!(fabsf(reading) < HUGE_READING)) return d->state;
-    reading = guarded(&d->guard, reading);
+    reading = guarded(&d->guard, reading, d->state > SD_QUIET);
     if (d->priming > 0) {
         prime(d, reading);
         return d->state;

@@ -126,6 +126,19 @@ fn a_sensor_is_judged_by_a_recording_at_rest() {
     let smallest = number("found from ");
     assert!((1.0..10.0).contains(&smallest), "{text}");
 
+    // One wrong reading every 0.1 s, 30 deviations away.
+    let spoil = |(i, line): (usize, &str)| match line.split_once(',') {
+        Some((t, _)) if i % 1000 == 999 => format!("{t},180\n"),
+        _ => format!("{line}\n"),
+    };
+    let outliers =
+        judge(&sensor(10_000, 3, |_| 6.0).lines().enumerate().map(spoil).collect::<String>());
+    assert_eq!(verdicts(&outliers), ["\"warning\" \"sensor outliers\""], "{outliers:?}");
+    let text = finding(&outliers, "sensor outliers")["text"].as_str().unwrap();
+    assert!(text.starts_with("30 isolated readings (0.1000 %)"), "{text}");
+    let clean = finding(&good, "sensor outliers")["text"].as_str().unwrap();
+    assert!(clean.starts_with("0 isolated readings"), "{clean}");
+
     let coarse = judge(&sensor(10_000, 3, |_| 0.2));
     assert_eq!(verdicts(&coarse), ["\"warning\" \"sensor steps\""], "{coarse:?}");
     let slow = judge(&sensor(40, 60, |_| 6.0));

@@ -153,6 +153,31 @@ fn bad_readings_and_gaps_are_counted() {
     assert_eq!(ran.json().pop().unwrap()["unusable"], 3);
 }
 
+/// Three seconds of noise with a wrong reading every 0.1 s: replaced, counted in both summaries, and no slip.
+#[test]
+fn isolated_readings_are_counted_and_are_no_slips() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "t_s,vibration\n".to_owned();
+    let mut state = 3_u32;
+    for i in 0..30_000_u32 {
+        let sum: f64 = (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                f64::from(state) / f64::from(u32::MAX) - 0.5
+            })
+            .sum();
+        let wrong = if i % 1000 == 500 { 40.0 } else { 0.0 };
+        text += &format!("{:.4},{:.4}\n", f64::from(i) * 1e-4, sum + wrong);
+    }
+    fs::write(folder.path().join("spiked.csv"), text).unwrap();
+    let summary =
+        gripctl(folder.path(), &["replay", "spiked.csv", "--json"]).done().json().pop().unwrap();
+    let figures = ["isolated", "unusable", "slips"].map(|name| number(&summary, name));
+    assert_eq!(figures, [30.0, 0.0, 0.0], "{summary}");
+    let ran = gripctl(folder.path(), &["replay", "spiked.csv"]).done();
+    assert!(ran.out.contains("0 unusable readings, 30 isolated, 0 slips"), "{}", ran.out);
+}
+
 /// Real recordings with a 400 Hz tone, serial glitches and drop-outs.
 #[test]
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]

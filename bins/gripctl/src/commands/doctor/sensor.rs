@@ -171,7 +171,9 @@ fn outliers(rest: &Rest, readings: &Readings, rate_hz: f32) -> Finding {
         100.0 * share
     );
     let remedy = "look for a loose wire, a missing shield or ground, or values that are read while they change: longer runs of wrong readings would be slips";
-    Finding::judge(share < OUTLIERS, "sensor outliers", text, remedy)
+    // Noise that grows leaps until that is the usual step: what was no rest shows nothing here.
+    let good = share < OUTLIERS || rest.unsteady > STEADY;
+    Finding::judge(good, "sensor outliers", text, remedy)
 }
 
 /// Whether the steps of the converter hide the noise.
