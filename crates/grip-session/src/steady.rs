@@ -1,7 +1,8 @@
 //! A running alarm in, whether it has the steady level of a machine out.
 //!
-//! A slip stops, or its level goes up and down with speed and surface. A machine that began after the floor was learned, or that
-//! strikes again and again, keeps one level: the alarm never ends, and only a calibration beside the machine takes it in.
+//! A slip stops, or its level goes up and down with speed and surface. A machine that began after the floor was learned,
+//! or that strikes again and again, keeps one level: the alarm never ends, and only a calibration beside the machine
+//! takes it in.
 
 use slip_core::{
     Phase, SlipReport, Step,
@@ -90,7 +91,8 @@ mod tests {
         units::{Hertz, Micros},
     };
 
-    /// When alarms of 5 s of noise are steady (s): 1 at first, `level` times as loud at `t_s` from 1 s on; and how long slips last.
+    /// When alarms of 5 s of noise are steady (s): 1 at first, `level` times as loud at `t_s` from 1 s on; and how long
+    /// slips last.
     fn steady(level: impl Fn(f32) -> f32, travel: bool) -> (Vec<f64>, f64) {
         let config = PipelineConfig::observing(Signal::Vibration, Hertz(2000.0));
         let mut pipeline = Pipeline::<Vec<f32>>::new(config, None).unwrap();

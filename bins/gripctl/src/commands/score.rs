@@ -245,11 +245,15 @@ fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
 
 /// Recordings of several rates or units, whose rest is not that of the others.
 fn kins(total: &Total) -> Option<String> {
-    let rates: Vec<String> = total.rates_hz.iter().map(|rate| format!("{rate:.0}")).collect();
+    let digits = |rate: f32| if rate < 100.0 { 1 } else { 0 };
+    let written = |rate: &f32| format!("{rate:.*}", digits(*rate));
+    let rates: Vec<String> = total.rates_hz.iter().map(written).collect();
     let own = match total.own_floors {
         0 => String::new(),
-        1 => "; 1 recording has none alike, and learned it from its own rest".to_owned(),
-        n => format!("; {n} recordings have none alike, and learned it from their own rest"),
+        1 => "; 1 recording has none alike of another material, and learns it by itself".to_owned(),
+        n => format!(
+            "; {n} recordings have none alike of another material, and learn it by themselves"
+        ),
     };
     (rates.len() > 1).then(|| {
         let (count, rates) = (rates.len(), rates.join(", "));

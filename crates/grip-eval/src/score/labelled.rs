@@ -159,8 +159,8 @@ impl Labelled {
         self.stylus() == other.stylus() && (self.rate_hz / other.rate_hz - 1.0).abs() < 0.01
     }
 
-    /// Whether the rest of the one is a floor for the other. That of a stylus has bands, which follow the rate; the noise of
-    /// taxels alone does not.
+    /// Whether the rest of the one is a floor for the other. That of a stylus has bands, which follow the rate; the
+    /// noise of taxels alone does not.
     pub(super) fn shares_rest(&self, other: &Self) -> bool {
         self.kin == other.kin
             || self.stylus() == StylusKind::Absent && other.stylus() == StylusKind::Absent

@@ -4,7 +4,8 @@
 //!
 //! - *early*: a slip was noticed before onset - guard, which is a false alarm;
 //! - *latency*: the first notice from onset - guard on, minus the onset; negative while the slip is incipient;
-//! - *inside*: no such notice up to onset + [`LATE_S`], because an alarm of before is still going on: neither found nor missed;
+//! - *inside*: no such notice up to onset + [`LATE_S`], because an alarm of before is still going on: neither found nor
+//!   missed;
 //! - *missed*: no such notice, and no alarm of before.
 //!
 //! Several slips of a recording have an onset each, in rising order. A further one is found from its onset - guard on, up to that of
@@ -195,7 +196,8 @@ fn compare_within(
     scores.into_iter().map(|score| score.map(Ok)).collect()
 }
 
-/// `None` where there is no rest at all to measure the noise on, and it should be. `configured` has a pipeline for each kin.
+/// `None` where there is no rest at all to measure the noise on, and it should be. `configured` has a pipeline for each
+/// kin.
 fn score_with(
     detector: Detector,
     folder: &Recordings,

@@ -193,7 +193,8 @@ impl Score {
         self.causes.rows(self.detector.name)
     }
 
-    /// What the alarms of all recordings would find of a `kind`, thrown at random. Slips inside a running alarm are left out.
+    /// What the alarms of all recordings would find of a `kind`, thrown at random. Slips inside a running alarm are left
+    /// out.
     fn chance(&self, kind: &'static str) -> Option<Chance> {
         let alarms = self.recordings.iter().map(|r| r.alarms).sum();
         let total_s = self.recordings.iter().map(|r| r.length_s).sum();
