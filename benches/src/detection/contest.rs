@@ -83,7 +83,8 @@ impl Contestant {
     pub fn make(&self, rate_hz: f64, threshold: f64) -> Result<Detector, ConfigError> {
         Ok(match self.kind {
             Kind::Ours => {
-                let mut config = PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz as f32));
+                let mut config =
+                    PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz as f32));
                 config.detector.interval_s *= threshold as f32;
                 Detector::Ours { ours: Box::new(Ours::new(config)?), factor: threshold }
             }
