@@ -1,13 +1,15 @@
-//! A recording of work without any slip in; the noise floor, the motion gate and the slack for a wanted false-alarm interval out.
+//! A recording of work without any slip in; the noise floor, the motion gate and the slack for a wanted false-alarm
+//! interval out.
 //!
-//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference). Where
-//!    that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest of it.
+//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
+//!    Where that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
-//! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of each
-//!    component and scene at which its own sum keeps the wanted interval, from every other stretch; then one factor on all of
-//!    them, by the stretches between ([`slack`]).
+//! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of
+//!    each component and scene at which its own sum keeps the wanted interval, from every other stretch; then one
+//!    factor on all of them, by the stretches between ([`slack`]).
 //! 4. Replay of the recording with that: while a slip remains, the factor rises. What remains at last is stated.
-//! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise ([`certify`](crate::certify)).
+//! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise
+//!    ([`certify`](crate::certify)).
 
 mod quiet;
 mod slack;
@@ -33,7 +35,8 @@ use slip_core::{
     sample::Vector,
 };
 
-/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
+/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top
+/// of it.
 const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).
 const REST_S: f64 = 5.0;
@@ -204,8 +207,8 @@ fn taxels_alone(
     Ok(taxels)
 }
 
-/// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does not listen to
-/// it otherwise.
+/// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does
+/// not listen to it otherwise.
 fn received(sample: &Sample) -> Sample {
     Sample { normal_force_n: None, ..*sample }
 }
@@ -426,8 +429,8 @@ fn set_slack(
     Ok(())
 }
 
-/// Slips that a replay of the recording with `calibration` shows, and where it has a grip force those of an object that is held all the
-/// time.
+/// Slips that a replay of the recording with `calibration` shows, and where it has a grip force those of an object
+/// that is held all the time.
 fn slips(
     recording: &Recording,
     config: &HostConfig,

@@ -7,8 +7,8 @@ use slip_core::{ConfigError, PipelineConfig, detector::BANDS};
 const EDGE_S: f64 = 0.05;
 /// Length of the blocks whose energy is compared (s).
 const BLOCK_S: f64 = 0.1;
-/// A block with more than this times the energy of quiet parts of a band is loud. Blocks of the narrowest band have some 5
-/// degrees of freedom, of which one in a thousand is louder by chance.
+/// A block with more than this times the energy of quiet parts of a band is loud. Blocks of the narrowest band have
+/// some 5 degrees of freedom, of which one in a thousand is louder by chance.
 const LOUD: f32 = 4.0;
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 5000")]
@@ -64,7 +64,8 @@ pub(super) fn parts(
     Ok(parts)
 }
 
-/// Which samples of `rest` lie in a block that is loud in any band, of which `usual` are the energies (signal unit squared).
+/// Which samples of `rest` lie in a block that is loud in any band, of which `usual` are the energies (signal unit
+/// squared).
 pub(super) fn loud(
     config: &PipelineConfig,
     rest: &[(Vector, bool)],

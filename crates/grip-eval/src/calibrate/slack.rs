@@ -93,14 +93,14 @@ impl Heard {
         AlarmSum::new(&config, &self.readings, self.block_s)
     }
 
-    /// Sets the slack: for each component and scene the least with which its sum alone keeps the interval in one half of the
-    /// stretches, times one factor for the other half.
+    /// Sets the slack: for each component and scene the least with which its sum alone keeps the interval in one half
+    /// of the stretches, times one factor for the other half.
     pub(super) fn fit(&self, calibration: &mut StylusCalibration) {
         let shipped = [calibration.slack_still, calibration.slack_moving];
         // All at once, each by bisection: more slack is never more evidence.
         let (mut low, mut high) = ([[0; COMPONENTS]; 2], [[STEPS - 1; COMPONENTS]; 2]);
         while low != high {
-            let middle = zip(&low, &high, |low, high| usize::midpoint(low, high));
+            let middle = midpoints(&low, &high);
             let slack = middle.map(|scene| scene.map(|step| STEP * power(step)));
             [calibration.slack_still, calibration.slack_moving] = slack;
             let quiet = self.keep_the_interval(calibration);
@@ -161,7 +161,8 @@ impl Heard {
         self.block_s * self.runs.iter().map(count).sum::<usize>() as f32
     }
 
-    /// Whether the sum of each component alone stays below the interval in the half that slack is taken from, still and moving.
+    /// Whether the sum of each component alone stays below the interval in the half that slack is taken from, still
+    /// and moving.
     fn keep_the_interval(&self, calibration: &StylusCalibration) -> [[bool; COMPONENTS]; 2] {
         let mut sum = self.sum(calibration);
         let mut quiet = [[true; COMPONENTS]; 2];
@@ -201,12 +202,13 @@ impl Heard {
     }
 }
 
-fn zip(
-    a: &[[usize; COMPONENTS]; 2],
-    b: &[[usize; COMPONENTS]; 2],
-    f: impl Fn(usize, usize) -> usize,
-) -> [[usize; COMPONENTS]; 2] {
-    core::array::from_fn(|scene| core::array::from_fn(|i| f(a[scene][i], b[scene][i])))
+/// A step of the grid for each scene and component.
+type Steps = [[usize; COMPONENTS]; 2];
+
+fn midpoints(low: &Steps, high: &Steps) -> Steps {
+    core::array::from_fn(|scene| {
+        core::array::from_fn(|i| usize::midpoint(low[scene][i], high[scene][i]))
+    })
 }
 
 fn power(step: usize) -> f32 {
