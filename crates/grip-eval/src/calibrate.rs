@@ -226,8 +226,18 @@ struct Scenes {
 /// Finds motion, checks that the stylus is alive, where there is one, and measures the reference at rest.
 fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
+    let mut reference_floor = None;
+    if recording.channels.has(Channel::Reference) {
+        // Known at the end, it shows motion from the first sample on.
+        for sample in &recording.samples {
+            pipeline.handle(&received(sample));
+        }
+        reference_floor = pipeline.detector().reference_floor();
+        let known_reference = reference_floor;
+        pipeline = Bare::new(PipelineConfig { known_reference, ..config }, None)?;
+    }
     let gap_s = slack::gap_s(1.0 / config.sample_rate.0);
-    let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor: None };
+    let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor };
     let (mut silent, mut health) = (0_u64, SensorHealth::Good);
     let mut last_s = f64::INFINITY;
     for sample in &recording.samples {
@@ -247,9 +257,6 @@ fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, Calib
     let stylus = recording.channels.stylus != StylusKind::Absent;
     if stylus && silent as f64 > MOST_LOST * samples as f64 {
         return Err(CalibrationError::Unhealthy { lost: silent, samples, health: health.name() });
-    }
-    if recording.channels.has(Channel::Reference) {
-        found.reference_floor = pipeline.detector().reference_floor();
     }
     Ok(found)
 }
@@ -413,9 +420,8 @@ fn set_slack(
         heard.fit(calibration);
     }
     let mut best: Option<(u64, StylusCalibration)> = None;
-    for raise in 0..=raises {
-        let mut tried = *calibration;
-        slack::raise(&mut tried, raise);
+    let mut tried = *calibration;
+    for _ in 0..=raises {
         let (seen, held) = slips(recording, config, tried)?;
         tried.evidence.seen = seen;
         if best.is_none_or(|(least, _)| seen + held < least) {
@@ -424,6 +430,7 @@ fn set_slack(
         if seen + held == 0 {
             break;
         }
+        heard.raise(&mut tried);
     }
     *calibration = best.map_or(*calibration, |(_, tried)| tried);
     Ok(())
