@@ -266,10 +266,12 @@ fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
     samples as f64 / f64::from(config.sample_rate.0)
 }
 
-/// Energy of the bands of `value` over the samples that `wanted` picks; restarted at every gap.
-fn measure<'a>(
+/// Energy of the bands over the samples that are wanted, the filters started afresh after each that is not; `each` sees it
+/// after every sample.
+fn measure(
     config: &PipelineConfig,
-    samples: impl Iterator<Item = (Vector, bool)> + 'a,
+    samples: impl Iterator<Item = (Vector, bool)>,
+    mut each: impl FnMut(&mut RestMeter),
 ) -> Result<RestMeter, ConfigError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
     let mut within = false;
@@ -280,6 +282,7 @@ fn measure<'a>(
         within = wanted;
         if wanted {
             meter.push_vector(value);
+            each(&mut meter);
         }
     }
     Ok(meter)
@@ -307,7 +310,7 @@ fn rest_floor(
         .map(|(sample, (moving, lost))| (sample.vibration(), !moving && !lost))
         .collect();
     let rest = quiet::without_edges(config, &rest);
-    let meter = measure(config, rest.iter().copied())?;
+    let meter = measure(config, rest.iter().copied(), |_| ())?;
     let seconds = seconds_of(meter.samples(), config);
     let Some(floor) = meter.floor(config.floor).filter(|_| seconds >= REST_S) else {
         return Err(CalibrationError::Short { rest_s: seconds });
@@ -325,7 +328,7 @@ fn rest_floor(
     let usual = parts.map(|sorted| sorted.get(sorted.len() / 4).map_or(least, |e| e.max(least)));
     unexplained = quiet::loud(config, &rest, &usual)?;
     let quiet = rest.iter().zip(&unexplained).map(|((v, rests), loud)| (*v, *rests && !loud));
-    let meter = measure(config, quiet)?;
+    let meter = measure(config, quiet, |_| ())?;
     let quiet_s = seconds_of(meter.samples(), config);
     let (floor, seconds) = match meter.floor(config.floor) {
         Some(quiet) if quiet_s >= QUIET_S => (quiet, quiet_s),
@@ -360,11 +363,12 @@ fn gate(
     floor: &[f32; BANDS],
 ) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
-    let stylus = measure(&config, pairs().map(|(s, m)| (s.vibration(), m)))?;
+    let stylus = measure(&config, pairs().map(|(s, m)| (s.vibration(), m)), |_| ())?;
     let reference = measure(
         &config,
         pairs()
             .map(|(s, m)| (s.reference_vector().unwrap_or_default(), m && s.reference.is_some())),
+        |_| (),
     )?;
     let motion_s = seconds_of(reference.samples(), &config);
     let (Some(stylus), Some(reference)) = (stylus.energy(), reference.energy()) else {

@@ -11,8 +11,6 @@ pub mod poisson;
 pub mod profile;
 pub mod roughness;
 pub mod score;
-#[cfg(test)]
-mod tail;
 mod taxels;
 
 pub use grasp::trial;

@@ -1,6 +1,6 @@
 //! Rest in which something happened in, the part of it that is as quiet as its quietest quarter out.
 
-use super::{PART_S, PARTS, RestMeter, Vector};
+use super::{PART_S, PARTS, RestMeter, Vector, measure};
 use slip_core::{ConfigError, PipelineConfig, detector::BANDS};
 
 /// A motion is there before the reference shows it, and rings on after: rest this near to it (s) is none.
@@ -43,23 +43,11 @@ pub(super) fn parts(
     samples: u64,
 ) -> Result<[Vec<f32>; BANDS], ConfigError> {
     let length = (samples / PARTS as u64).min(samples_in(config, PART_S) as u64).max(1);
-    let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
     let mut parts: [Vec<f32>; BANDS] = Default::default();
-    let mut within = false;
-    for &(value, rests) in rest {
-        if rests && !within {
-            meter.start();
-        }
-        within = rests;
-        if rests {
-            meter.push_vector(value);
-        }
-        if meter.samples() >= length
-            && let Some(energy) = meter.take()
-        {
-            parts.iter_mut().zip(energy).for_each(|(part, energy)| part.push(energy));
-        }
-    }
+    measure(config, rest.iter().copied(), |meter| {
+        let full = if meter.samples() >= length { meter.take() } else { None };
+        parts.iter_mut().zip(full.into_iter().flatten()).for_each(|(part, e)| part.push(e));
+    })?;
     parts.iter_mut().for_each(|part| part.sort_by(f32::total_cmp));
     Ok(parts)
 }
