@@ -5,9 +5,9 @@ use super::{
     ours::Ours,
     peers::Peer,
     robot::{Hand, RobotConfig},
+    tail::Tail,
     trials::{Alarm, Slips, null_runs, slips_of_all},
 };
-use grip_eval::tail::Tail;
 use serde::Serialize;
 use slip_core::{ConfigError, PipelineConfig, Sample, Signal, units::Hertz};
 
