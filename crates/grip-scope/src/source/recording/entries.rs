@@ -95,6 +95,8 @@ impl Entries {
             Signal::Vibration => Unit::None,
         };
         self.updates.push(Feed::Stylus(StylusInfo::one(unit)));
+        let interval_s = begun.config.detector.interval_s;
+        self.updates.push(Feed::Observes(ObserverSettings::Source { interval_s }));
         let observer = self
             .model
             .clone()
@@ -104,7 +106,6 @@ impl Entries {
         match observer {
             Ok(observer) => {
                 self.stream.observe(Some(observer));
-                self.updates.push(Feed::Observes(ObserverSettings::Source));
             }
             Err(error) => {
                 self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
