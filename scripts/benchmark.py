@@ -9,7 +9,7 @@ Needs Python 3.9 and nothing else. Nothing is written but to a temporary folder.
 """
 import json, pathlib, shutil, subprocess, sys, tempfile
 
-STYLUS = ["default", "stylus", "energy", "cusum", "glrt", "esc", "esc_literal", "nn"]
+STYLUS = ["default", "stylus", "esc", "esc_literal", "nn"]
 DETECTORS = [*STYLUS, "travel", "pressure", "fused"]
 
 

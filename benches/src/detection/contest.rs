@@ -5,9 +5,9 @@ use super::{
     ours::Ours,
     peers::Peer,
     robot::{Hand, RobotConfig},
+    tail::Tail,
     trials::{Alarm, Slips, null_runs, slips_of_all},
 };
-use grip_eval::tail::Tail;
 use serde::Serialize;
 use slip_core::{ConfigError, PipelineConfig, Sample, Signal, units::Hertz};
 
@@ -83,7 +83,8 @@ impl Contestant {
     pub fn make(&self, rate_hz: f64, threshold: f64) -> Result<Detector, ConfigError> {
         Ok(match self.kind {
             Kind::Ours => {
-                let mut config = PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz as f32));
+                let mut config =
+                    PipelineConfig::observing(Signal::Displacement, Hertz(rate_hz as f32));
                 config.detector.interval_s *= threshold as f32;
                 Detector::Ours { ours: Box::new(Ours::new(config)?), factor: threshold }
             }

@@ -13,6 +13,7 @@ mod ours;
 mod peers;
 pub mod report;
 mod robot;
+mod tail;
 mod trials;
 
 pub use cost::cost;

@@ -1,4 +1,4 @@
-//! Rows without slip in; a noise floor, thresholds and what they stand on out.
+//! Rows without slip in; a noise floor, slack and what they stand on out.
 
 use crate::{
     input::{Names, refused, unreadable},
@@ -11,7 +11,7 @@ use numpy::{PyArray1, ToPyArray as _};
 use pyo3::{exceptions::PyOSError, prelude::*, types::PyDict};
 use std::path::PathBuf;
 
-/// What `gripctl calibrate` writes: a noise floor, a motion gate and thresholds, with what they stand on.
+/// What `gripctl calibrate` writes: a noise floor, a motion gate and slack, with what they stand on.
 #[pyclass(frozen, module = "slipgrip")]
 pub(crate) struct Calibration {
     inner: calibration::Calibration,
@@ -67,10 +67,10 @@ impl Calibration {
         self.inner.stylus().map(|stylus| stylus.floor.to_pyarray(py))
     }
 
-    /// Threshold of the energy of each band over its floor, (6,); None of a taxel array alone.
+    /// Times that shear, vibration, the octaves and these together may rise over the floor, robot still, (7,); None of a taxel array alone.
     #[getter]
-    fn thresholds<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f32>>> {
-        self.inner.stylus().map(|stylus| stylus.thresholds.to_pyarray(py))
+    fn slack<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f32>>> {
+        self.inner.stylus().map(|stylus| stylus.slack_still.to_pyarray(py))
     }
 
     /// The smallest vibration (signal unit, rms, 100 to 400 Hz) that is a slip at rest.
@@ -80,7 +80,7 @@ impl Calibration {
     }
 }
 
-/// Floor, gate and thresholds from rows without any slip: at least 5 s at rest, and with a reference also in motion.
+/// Floor, gate and slack from rows without any slip: at least 5 s at rest, and with a reference also in motion.
 ///
 /// Arguments as for `detect`; interval_s: wanted mean time between two false alarms (s).
 #[pyfunction]

@@ -22,7 +22,7 @@ def test_it_is_the_calibration_of_gripctl_and_survives_a_file(tmp_path: Path, gr
     made.save(tmp_path / "ours.toml")
     assert (tmp_path / "ours.toml").read_text() == (tmp_path / "theirs.toml").read_text()
     assert calibrate(recording).to_dict() == made.to_dict() == Calibration.load(tmp_path / "ours.toml").to_dict()
-    assert made.rate_hz == RATE and made.floor is not None and made.thresholds is not None and made.smallest is not None
+    assert made.rate_hz == RATE and made.floor is not None and made.slack is not None and made.smallest is not None
 
 
 def test_a_calibrated_detector_uses_it(tmp_path: Path) -> None:

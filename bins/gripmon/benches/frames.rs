@@ -165,8 +165,7 @@ fn beside(from_s: f64, i: usize) -> Vec<Feed> {
     let band = |k| BandPoint {
         t_s: at(k, 0.004),
         energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-        threshold: [25.0; 6],
-        statistic: 0.2,
+        evidence_s: 0.002,
     };
     let turn = |k: u32| Turn { t_s: at(k, 0.0005), height: 1e-5, is_peak: k.is_multiple_of(2) };
     feeds.push(Feed::Derived(Box::new(DerivedBlock {

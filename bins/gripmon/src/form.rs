@@ -3,6 +3,7 @@
 use grip_scope::trigger::{Trigger, TriggerMode, TriggerSource};
 use grip_scope::{Channel, EventKind};
 use serde::{Deserialize, Serialize};
+use slip_core::detector::DetectorConfig;
 
 /// What the trigger waits for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ impl Default for TriggerForm {
             condition: Condition::Event,
             event: EventKind::Gross,
             channel: Channel::Statistic,
-            level: 1.0,
+            level: DetectorConfig::default().interval_s.into(),
             mode: TriggerMode::Normal,
             before_s: 0.1,
             window_s: 0.5,
@@ -165,6 +166,6 @@ mod tests {
         assert!(channel.contains("force_n"), "{channel}");
         let odd = "[trigger]\nlevel = nan\nbefore_s = 5.0\nwindow_s = -1.0\n";
         let form = Layout::parse(odd).unwrap().trigger;
-        assert_eq!((form.level, form.before_s, form.window_s), (1.0, 5.0, 5.0));
+        assert_eq!((form.level, form.before_s, form.window_s), (600.0, 5.0, 5.0));
     }
 }

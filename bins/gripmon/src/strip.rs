@@ -16,9 +16,9 @@ slip_msg::named! {
     Stylus: "The stylus, with peaks and valleys where single samples are seen.", "Stylus", "No stylus samples yet.";
     Spectrogram: "How strong each frequency of the stylus is.",
         "Spectrogram", "A spectrum needs some hundred stylus samples without a gap.";
-    Bands: "Energies of the detector's bands against their thresholds.",
+    Bands: "Energies of the detector's bands.",
         "Band energy / floor", "Band energies begin once the noise floor is learned (0.2 s at rest).";
-    Statistic: "The slip statistic.", "Slip statistic", "No slip statistic yet.";
+    Statistic: "Evidence of a slip.", "Slip evidence", "No evidence of a slip yet: neither for nor against.";
     Force: "Forces.", "Force", "This source has no forces.";
     Esc: "E_sc.", "E_sc", "E_sc is known while an object slips.";
     Speed: "Slip speed.", "Slip speed", "Slip speed is known while an object slips.";
@@ -73,16 +73,14 @@ pub struct Curve {
     pub tone: Tone,
     /// How.
     pub style: Style,
-    /// Whether it has a line of its own beside the plot.
-    pub reported: bool,
 }
 
 const fn curve(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Solid, reported: true }
+    Curve { channel, tone, style: Style::Solid }
 }
 
 const fn limit(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Dashed, reported: true }
+    Curve { channel, tone, style: Style::Dashed }
 }
 
 /// The curves of a plot that the model has data of, in the order in which they are drawn.
@@ -130,12 +128,9 @@ fn wanted(strip: StripId) -> Vec<Curve> {
 
 fn bands() -> Vec<Curve> {
     let count = u8::try_from(slip_core::detector::BANDS).unwrap_or(u8::MAX);
-    let tones = || (0..count).zip(SERIES.into_iter().cycle());
-    let energy = tones().map(|(band, tone)| curve(Channel::BandEnergy(band), tone));
-    let threshold = tones()
-        .map(|(band, tone)| Curve { reported: false, ..limit(Channel::BandThreshold(band), tone) });
+    let tones = (0..count).zip(SERIES);
     // The lowest band is drawn last, on top.
-    threshold.chain(energy.collect::<Vec<_>>().into_iter().rev()).collect()
+    tones.rev().map(|(band, tone)| curve(Channel::BandEnergy(band), tone)).collect()
 }
 
 /// The two curves between which the value of a plot's curve lies. Sources report no bounds: those that there are belong to the values of the

@@ -1,13 +1,15 @@
-//! A recording of work without any slip in; the noise floor, the motion gate and the slack for a wanted false-alarm interval out.
+//! A recording of work without any slip in; the noise floor, the motion gate and the slack for a wanted false-alarm
+//! interval out.
 //!
-//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference). Where
-//!    that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest of it.
+//! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
+//!    Where that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
-//! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of each
-//!    component and scene at which its own sum keeps the wanted interval, from every other stretch; then one factor on all of
-//!    them, by the stretches between ([`slack`]).
+//! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of
+//!    each component and scene at which its own sum keeps the wanted interval, from every other stretch; then one
+//!    factor on all of them, by the stretches between ([`slack`]).
 //! 4. Replay of the recording with that: while a slip remains, the factor rises. What remains at last is stated.
-//! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise ([`certify`](crate::certify)).
+//! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise
+//!    ([`certify`](crate::certify)).
 
 mod quiet;
 mod slack;
@@ -34,7 +36,8 @@ use slip_core::{
     sample::Vector,
 };
 
-/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top of it.
+/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top
+/// of it.
 const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).
 const REST_S: f64 = 5.0;
@@ -205,8 +208,8 @@ fn taxels_alone(
     Ok(taxels)
 }
 
-/// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does not listen to
-/// it otherwise.
+/// A sample as of a held object, whatever is between the fingers: an open hand has the same noise, and a detector does
+/// not listen to it otherwise.
 fn received(sample: &Sample) -> Sample {
     Sample { normal_force_n: None, ..*sample }
 }
@@ -224,8 +227,18 @@ struct Scenes {
 /// Finds motion, checks that the stylus is alive, where there is one, and measures the reference at rest.
 fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, CalibrationError> {
     let mut pipeline = Bare::new(config, None)?;
+    let mut reference_floor = None;
+    if recording.channels.has(Channel::Reference) {
+        // Known at the end, it shows motion from the first sample on.
+        for sample in &recording.samples {
+            pipeline.handle(&received(sample));
+        }
+        reference_floor = pipeline.detector().reference_floor();
+        let known_reference = reference_floor;
+        pipeline = Bare::new(PipelineConfig { known_reference, ..config }, None)?;
+    }
     let gap_s = slack::gap_s(1.0 / config.sample_rate.0);
-    let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor: None };
+    let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor };
     let (mut silent, mut health) = (0_u64, SensorHealth::Good);
     let mut last_s = f64::INFINITY;
     for sample in &recording.samples {
@@ -246,9 +259,6 @@ fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, Calib
     if stylus && silent as f64 > MOST_LOST * samples as f64 {
         return Err(CalibrationError::Unhealthy { lost: silent, samples, health: health.name() });
     }
-    if recording.channels.has(Channel::Reference) {
-        found.reference_floor = pipeline.detector().reference_floor();
-    }
     Ok(found)
 }
 
@@ -257,10 +267,12 @@ fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
     samples as f64 / f64::from(config.sample_rate.0)
 }
 
-/// Energy of the bands of `value` over the samples that `wanted` picks; restarted at every gap.
-fn measure<'a>(
+/// Energy of the bands over the samples that are wanted, the filters started afresh after each that is not; `each` sees it
+/// after every sample.
+fn measure(
     config: &PipelineConfig,
-    samples: impl Iterator<Item = (Vector, bool)> + 'a,
+    samples: impl Iterator<Item = (Vector, bool)>,
+    mut each: impl FnMut(&mut RestMeter),
 ) -> Result<RestMeter, ConfigError> {
     let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
     let mut within = false;
@@ -271,6 +283,7 @@ fn measure<'a>(
         within = wanted;
         if wanted {
             meter.push_vector(value);
+            each(&mut meter);
         }
     }
     Ok(meter)
@@ -305,7 +318,7 @@ fn rest_floor(
         .map(|(value, (moving, lost))| (value, !moving && !lost))
         .collect();
     let rest = quiet::without_edges(config, &rest);
-    let meter = measure(config, rest.iter().copied())?;
+    let meter = measure(config, rest.iter().copied(), |_| ())?;
     let seconds = seconds_of(meter.samples(), config);
     let Some(floor) = meter.floor(config.floor).filter(|_| seconds >= REST_S) else {
         return Err(CalibrationError::Short { rest_s: seconds });
@@ -323,7 +336,7 @@ fn rest_floor(
     let usual = parts.map(|sorted| sorted.get(sorted.len() / 4).map_or(least, |e| e.max(least)));
     unexplained = quiet::loud(config, &rest, &usual)?;
     let quiet = rest.iter().zip(&unexplained).map(|((v, rests), loud)| (*v, *rests && !loud));
-    let meter = measure(config, quiet)?;
+    let meter = measure(config, quiet, |_| ())?;
     let quiet_s = seconds_of(meter.samples(), config);
     let (floor, seconds) = match meter.floor(config.floor) {
         Some(quiet) if quiet_s >= QUIET_S => (quiet, quiet_s),
@@ -358,11 +371,13 @@ fn gate(
     floor: &[f32; BANDS],
 ) -> Result<Motion, CalibrationError> {
     let pairs = || recording.samples.iter().zip(moving.iter().copied());
-    let stylus = measure(&config, guarded(recording, &config).zip(moving.iter().copied()))?;
+    let values = guarded(recording, &config).zip(moving.iter().copied());
+    let stylus = measure(&config, values, |_| ())?;
     let reference = measure(
         &config,
         pairs()
             .map(|(s, m)| (s.reference_vector().unwrap_or_default(), m && s.reference.is_some())),
+        |_| (),
     )?;
     let motion_s = seconds_of(reference.samples(), &config);
     let (Some(stylus), Some(reference)) = (stylus.energy(), reference.energy()) else {
@@ -418,9 +433,8 @@ fn set_slack(
         heard.fit(calibration);
     }
     let mut best: Option<(u64, StylusCalibration)> = None;
-    for raise in 0..=raises {
-        let mut tried = *calibration;
-        slack::raise(&mut tried, raise);
+    let mut tried = *calibration;
+    for _ in 0..=raises {
         let (seen, held) = slips(recording, config, tried)?;
         tried.evidence.seen = seen;
         if best.is_none_or(|(least, _)| seen + held < least) {
@@ -429,13 +443,14 @@ fn set_slack(
         if seen + held == 0 {
             break;
         }
+        heard.raise(&mut tried);
     }
     *calibration = best.map_or(*calibration, |(_, tried)| tried);
     Ok(())
 }
 
-/// Slips that a replay of the recording with `calibration` shows, and where it has a grip force those of an object that is held all the
-/// time.
+/// Slips that a replay of the recording with `calibration` shows, and where it has a grip force those of an object
+/// that is held all the time.
 fn slips(
     recording: &Recording,
     config: &HostConfig,

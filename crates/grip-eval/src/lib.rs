@@ -11,7 +11,6 @@ pub mod poisson;
 pub mod profile;
 pub mod roughness;
 pub mod score;
-pub mod tail;
 mod taxels;
 
 pub use grasp::trial;

@@ -25,14 +25,12 @@ pub enum Channel {
     Pressure,
     /// Commanded motion: 0 stands still.
     Motion,
-    /// Slip statistic over its threshold, as the source reports it.
+    /// Evidence of a slip (s): the statistic that the source reports times the wanted interval.
     Statistic,
     /// The same as the scope's own observer has it.
     OwnStatistic,
     /// Energy of a band over its floor, highest of some milliseconds; bands in the order of `DetectorConfig::bands`.
     BandEnergy(u8),
-    /// Energy over floor at which that band is a slip, own motion included.
-    BandThreshold(u8),
     /// Commanded force (N).
     Command,
     /// Measured normal force, as the state shows it (N).
@@ -103,8 +101,7 @@ impl Channel {
 
     /// Every channel.
     pub fn all() -> impl Iterator<Item = Self> {
-        let bands = (0..).take(BANDS);
-        let bands = bands.flat_map(|band| [Self::BandEnergy(band), Self::BandThreshold(band)]);
+        let bands = (0..).take(BANDS).map(Self::BandEnergy);
         Self::ROWS.into_iter().chain(Self::OTHERS).chain(bands)
     }
 
@@ -143,8 +140,8 @@ impl Channel {
             Self::Reference => ("reference", "reference", "", Group::Reference),
             Self::Pressure => ("pressure", "pressure", "", Group::Pressure),
             Self::Motion => ("commanded motion", "motion", "", Group::Reference),
-            Self::Statistic => ("statistic", "statistic", "", Group::Statistic),
-            Self::OwnStatistic => ("own statistic", "own_statistic", "", Group::Statistic),
+            Self::Statistic => ("evidence", "evidence_s", "s", Group::Statistic),
+            Self::OwnStatistic => ("own evidence", "own_evidence_s", "s", Group::Statistic),
             Self::Command => ("commanded", "command_n", "N", Group::Force),
             Self::Applied => ("applied", "applied_n", "N", Group::Force),
             Self::Estimate => ("estimate", "estimate_n", "N", Group::Force),
@@ -162,7 +159,6 @@ impl Channel {
                 ("slip speed, deviation", "slip_speed_sigma_m_s", "m/s", Group::Motion)
             }
             Self::BandEnergy(_) => ("band", "band_{}_energy", "", Group::Bands),
-            Self::BandThreshold(_) => ("threshold", "band_{}_threshold", "", Group::Bands),
         }
     }
 
@@ -180,9 +176,7 @@ impl Channel {
     #[must_use]
     pub fn column(self) -> String {
         match self {
-            Self::BandEnergy(band) | Self::BandThreshold(band) => {
-                self.row().1.replace("{}", &band.to_string())
-            }
+            Self::BandEnergy(band) => self.row().1.replace("{}", &band.to_string()),
             _ => self.row().1.to_owned(),
         }
     }
@@ -215,7 +209,7 @@ mod tests {
     fn every_channel_has_a_column_of_its_own_by_which_it_is_found() {
         let all: Vec<Channel> = Channel::all().collect();
         let names: BTreeSet<String> = all.iter().map(|channel| channel.column()).collect();
-        assert_eq!((names.len(), all.len()), (all.len(), 9 + 16 + 2 * BANDS));
+        assert_eq!((names.len(), all.len()), (all.len(), 9 + 16 + BANDS));
         for channel in all {
             assert_eq!(Channel::of_column(&channel.column()), Some(channel));
         }

@@ -99,12 +99,18 @@ fn seen_by(model: &Model, span: Span, marks: &[&EventMark], method: Method) -> S
     let moved = reports.iter().filter_map(|(_, slip)| slip.moved_m).reduce(f32::max);
     let parts = [
         Some(format!("{name}: reported {} {after}", first.kind.name())),
-        highest.map(|times| format!("statistic up to {times:.1} times its threshold")),
+        highest.map(|times| evidence(times, model.info().interval_s())),
         slip.confidence.map(confidence_text),
         slip.speed_m_s.map(|speed| format!("speed {}", with_unit(f64::from(speed), "m/s"))),
         moved.map(|moved| format!("moved {}", with_unit(f64::from(moved), "m"))),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// Evidence that is so many times the wanted time between false alarms (s).
+fn evidence(times: f32, interval_s: f32) -> String {
+    let evidence = with_unit(f64::from(times) * f64::from(interval_s), "s");
+    format!("evidence of up to {evidence}, wanted one false alarm in {interval_s} s")
 }
 
 /// A method that reported nothing: what its sensor showed meanwhile.
@@ -297,7 +303,7 @@ mod tests {
         let found = explained(report);
         assert_eq!(found.title, "Slip at 1.0000 s, 200.0 ms long");
         let saw = [
-            "vibration: reported incipient slip first, statistic up to 8.0 times its threshold, confidence 76 %",
+            "vibration: reported incipient slip first, evidence of up to 4800 s, wanted one false alarm in 600 s, confidence 76 %",
             "travel: reported gross slip 40.00 ms after the first notice, moved 300.0 \u{b5}m",
             "pressure: no readings",
         ];

@@ -47,8 +47,9 @@ pub fn prefix_of(size: f64, unit: &str) -> (f64, &'static str) {
     if PLAIN.contains(&unit) || !(size.is_finite() && size > 0.0) {
         return (1.0, "");
     }
-    // Values that round to 1000 take the next prefix.
-    let found = PREFIXES.into_iter().find(|&(factor, _)| size >= factor * 0.999_95);
+    // Values that round to 1000 take the next prefix. Nobody counts in kiloseconds.
+    let usual = |factor: f64| unit != "s" || factor <= 1.0;
+    let found = PREFIXES.into_iter().find(|&(f, _)| usual(f) && size >= f * 0.999_95);
     match found {
         Some((factor, prefix)) if size < 1e15 => (factor, prefix),
         _ => (1.0, ""),
@@ -144,6 +145,7 @@ mod tests {
         assert_eq!(with_unit(999.96e-6, "m"), "1.000 mm");
         assert_eq!(with_unit(25.0, ""), "25.00");
         assert_eq!(with_unit(12_345.6, ""), "12346");
+        assert_eq!([4e-3, 4800.0].map(|t_s| with_unit(t_s, "s")), ["4.000 ms", "4800 s"]);
         assert_eq!(value(1e30, "m").number, "1.00e30");
     }
 

@@ -7,8 +7,8 @@ slip_msg::named! {
         fn name: "Title of the plot.";
     }
     Stylus: "The styli.", "stylus";
-    Bands: "Energies of the detector's bands, and their thresholds.", "bands";
-    Statistic: "The slip statistic over its threshold.", "slip statistic";
+    Bands: "Energies of the detector's bands.", "bands";
+    Statistic: "Evidence of a slip.", "slip evidence";
     Force: "Forces.", "force";
     Esc: "E_sc with its enclosure.", "E_sc";
     Motion: "Travel and slip speed.", "travel and speed";

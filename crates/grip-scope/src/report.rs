@@ -81,7 +81,7 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
         ("reports of gross slip", counted(EventKind::Gross)),
         ("time in slips", Some(with_unit(slipped_s, "s"))),
         ("longest slip", longest_s.map(|time_s| with_unit(time_s, "s"))),
-        ("highest statistic over its threshold", highest(Channel::Statistic)),
+        ("highest evidence of a slip", highest(Channel::Statistic)),
         ("highest command", highest(Channel::Command)),
         ("highest normal force, as the state has it", highest(Channel::Applied)),
         ("highest normal force of a sample", highest(Channel::NormalForce)),
@@ -118,7 +118,7 @@ const PLOTS: [Plot; 6] = [
     Plot { id: "speed", title: "Slip speed as measured", channels: &[Channel::Velocity] },
     Plot {
         id: "statistic",
-        title: "Slip statistic over its threshold",
+        title: "Evidence of a slip",
         channels: &[Channel::Statistic, Channel::OwnStatistic],
     },
     Plot {
@@ -137,11 +137,11 @@ impl Plot {
         }
     }
 
-    /// Statistics go over decades; what is below a thousandth of the threshold is not drawn.
-    fn scale(&self) -> (Scale, f64) {
+    /// Evidence goes over decades; what is beyond its axis stands at the edge.
+    fn scale(&self, model: &Model) -> (Scale, [f64; 2]) {
         match self.channels {
-            [Channel::Statistic, ..] => (Scale::Log, 1e-3),
-            _ => (Scale::Linear, f64::NEG_INFINITY),
+            [Channel::Statistic, ..] => (Scale::Log, model.info().evidence_axis()),
+            _ => (Scale::Linear, [f64::NEG_INFINITY, f64::INFINITY]),
         }
     }
 }
@@ -165,13 +165,13 @@ fn curves(model: &Model, span: Span, slips: &[Explanation]) -> Section {
 }
 
 fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Option<Chart> {
-    let (scale, least) = plot.scale();
+    let (scale, [least, most]) = plot.scale(model);
     let curves: Vec<(Channel, Vec<(f64, f64)>)> = plot
         .channels
         .iter()
         .map(|channel| {
             let mut points = points(model, *channel, span);
-            points.retain(|(_, value)| *value >= least);
+            points.iter_mut().for_each(|(_, value)| *value = value.clamp(least, most));
             (*channel, points)
         })
         .filter(|(_, points)| !points.is_empty())
@@ -186,6 +186,13 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
     for (channel, points) in &curves {
         let scaled = points.iter().map(|(t_s, value)| (*t_s, value / factor)).collect();
         chart = chart.with(Layer::line(model.info().name(*channel), scaled));
+    }
+    if scale == Scale::Log {
+        let interval_s = model.info().interval_s();
+        let line =
+            [span.from_s, span.to_s].map(|t_s| (t_s, f64::from(interval_s) / factor)).to_vec();
+        let name = format!("interval {interval_s} s");
+        chart = chart.with(Layer::line(name, line).drawn_as(Mark::DashedLine));
     }
     let edges = [low / factor, high / factor];
     if !slips.is_empty() {
@@ -338,9 +345,11 @@ mod tests {
         let stylus = &report.figures()[3].chart;
         assert_eq!(stylus.y.label, "\u{b5}m");
         assert!(stylus.layers[0].points.iter().all(|(_, value)| (value - 10.0).abs() < 1e-3));
-        // A statistic of nothing has no place among decades.
+        // Evidence of nothing stands at the lower edge, and the interval is a line.
         let statistic = &report.figures()[2].chart;
-        assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 199));
+        assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 200));
+        assert_eq!(statistic.layers[0].points[0].1, 1e-4);
+        assert_eq!(statistic.layers[1].points, [(0.0, 600.0), (1.999, 600.0)]);
         // The slip rises where it was.
         let slip = &report.figures()[0].chart.layers[1];
         assert_eq!(slip.points[1..5], [(1.0, 5.0), (1.0, 12.0), (1.2, 12.0), (1.2, 5.0)]);
@@ -348,7 +357,7 @@ mod tests {
         for text in [
             "<h1>Grasp: run.mcap</h1>",
             "Slip at 1.0000 s, 200.0 ms long",
-            "reported gross slip first, statistic up to 8.0 times its threshold",
+            "reported gross slip first, evidence of up to 4800 s, wanted one false alarm in 600 s",
             "from 5.00 N to 12.00 N at most, 12.00 N at the end",
             "a &#60;gross&#62; slip",
         ] {

@@ -77,7 +77,7 @@ pub(crate) enum Command {
     Recover(RecoverArgs),
     /// Write the samples of a recording as CSV, bit by bit the same, or as .npz.
     Csv(CsvExportArgs),
-    /// Measure noise floor, motion gate and thresholds on a recording without slip, or at a gripper.
+    /// Measure noise floor, motion gate and slack on a recording without slip, or at a gripper.
     Calibrate(CalibrateArgs),
     /// Score a folder of labelled recordings: latency, misses, false alarms.
     Score(ScoreArgs),
@@ -267,7 +267,7 @@ pub(crate) struct ReplayArgs {
     pub(crate) check: bool,
     #[command(flatten)]
     pub(crate) csv: CsvArgs,
-    /// Calibration file: floor, gate and thresholds.
+    /// Calibration file: floor, gate and slack.
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
     /// Configuration file, as for gripd.
@@ -383,7 +383,7 @@ pub(crate) struct ScoreArgs {
     /// An alarm may come this much before the labelled onset; earlier is a false alarm (ms).
     #[arg(long, default_value_t = 60.0, allow_negative_numbers = true)]
     pub(crate) guard_ms: f64,
-    /// Calibration file, instead of the floor of the folder's labelled rest and the shipped thresholds.
+    /// Calibration file, instead of the floor of the folder's labelled rest and the shipped slack.
     #[arg(long, value_name = "FILE")]
     pub(crate) calibration: Option<PathBuf>,
     /// Where the noise floors of a recording come from: the labelled rest of the other materials, or its own earlier samples as in
@@ -393,11 +393,10 @@ pub(crate) struct ScoreArgs {
     /// Configuration file, as for gripd.
     #[arg(long)]
     pub(crate) config: Option<PathBuf>,
-    /// Detectors to put side by side: default, stylus (alone, with its tests fused), energy, cusum, glrt (one test alone),
-    /// esc, esc_literal (the scattered energy of the last 10 ms, by the slopes and as printed), nn (a network that learns the
-    /// labelled slips of the other materials), travel, pressure, fused, which also read what lies beside a recording:
-    /// NAME_pose.csv as its travel, NAME_taxels.csv or NAME_electrodes.csv as its taxel array; own, a detector of your own, whose
-    /// alarms stand in alarms.csv of the folder (recording,begin_s,end_s).
+    /// Detectors to put side by side: default, stylus (alone), esc, esc_literal (the scattered energy of the last 10 ms, by the
+    /// slopes and as printed), nn (a network that learns the labelled slips of the other materials), travel, pressure, fused, which
+    /// also read what lies beside a recording: NAME_pose.csv as its travel, NAME_taxels.csv or NAME_electrodes.csv as its taxel
+    /// array; own, a detector of your own, whose alarms stand in alarms.csv of the folder (recording,begin_s,end_s).
     #[arg(long, value_delimiter = ',', default_value = "default")]
     pub(crate) detectors: Vec<String>,
     /// A row for each material too.

@@ -64,8 +64,8 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     assert!(number(&summary, "slips") <= 6.0, "two minutes at one a minute: {summary}");
     let text = gripctl(folder.path(), &["calibrate", "a.csv", "-o", "cal.toml"]).done().out;
     assert!(
-        text.contains("fast trigger, wanted: one false alarm in 600 s")
-            && text.contains("extrapolated"),
+        text.contains("fast trigger, wanted: one false alarm in 600 s; seen: 0 slips in a replay")
+            && text.contains("to promise what is wanted, record 3600 s"),
         "{text}"
     );
 }
@@ -105,12 +105,11 @@ fn the_smallest_slip_is_found() {
 fn floors_that_cannot_be_trusted_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     put(folder.path(), "short.csv", &recording(2, |_| 0.1, 1));
-    put(folder.path(), "louder.csv", &recording(60, |t| if t > 30.0 { 0.3 } else { 0.1 }, 1));
     let dead: String = recording(20, |_| 0.1, 1)
         .lines()
         .enumerate()
         .map(|(i, row)| match row.split(',').collect::<Vec<_>>()[..] {
-            [t, _, r] if i > 20_000 => format!("{t},1e-6,{r}\n"),
+            [t, _, r] if i > 12_000 => format!("{t},1e-6,{r}\n"),
             _ => format!("{row}\n"),
         })
         .collect();
@@ -120,7 +119,6 @@ fn floors_that_cannot_be_trusted_are_refused() {
         assert!(!folder.path().join("cal.toml").exists());
     };
     refuse("short.csv", &["short.csv", "too short"]);
-    refuse("louder.csv", &["louder.csv", "not stationary"]);
     refuse("dead.csv", &["dead.csv", "not healthy", "frozen"]);
     let args = ["calibrate", "short.csv", "-o", "cal.toml", "--interval", "0"];
     gripctl(folder.path(), &args).refused(2, &["--interval 0"]);
@@ -129,40 +127,44 @@ fn floors_that_cannot_be_trusted_are_refused() {
     gripctl(folder.path(), &args).refused(2, &["bad.toml:1:9", "invalid type"]);
 }
 
-/// A slip in the work is left out and said, and makes the detector no deafer; more of it is refused.
+/// What is loud at rest is left out of the floor and said, and replay reports it no more.
 #[test]
-fn a_slip_in_the_work_is_reported_and_raises_nothing() {
+fn a_rest_that_changes_is_taken_and_stated() {
     let folder = tempfile::tempdir().unwrap();
-    let with = |slip_s: f64| {
-        let rms = move |t: f64| if (50.0..50.0 + slip_s).contains(&t) { 2.0 } else { 0.1 };
+    let with = |loud_s: f64| {
+        let rms = move |t: f64| if (50.0..50.0 + loud_s).contains(&t) { 2.0 } else { 0.1 };
         let text = work(120, rms, |t| !(48.0..70.0).contains(&t), 5);
         put(folder.path(), "work.csv", &text);
-        gripctl(
-            folder.path(),
-            &["calibrate", "work.csv", "--interval", "60", "-o", "cal.toml", "--json"],
-        )
+        let args = ["calibrate", "work.csv", "--interval", "60", "-o", "cal.toml", "--json"];
+        let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+        let args = ["replay", "work.csv", "--calibration", "cal.toml", "--json"];
+        let summary = gripctl(folder.path(), &args).done().json().pop().unwrap();
+        assert_eq!(number(&line["evidence"], "seen"), number(&summary, "slips"), "{line}");
+        line
     };
-    let line = |slip_s: f64| with(slip_s).done().json().pop().unwrap();
-    let (clean, slipped) = (line(0.0), line(5.0));
+    // Steady, a slip of 5 s at rest, and one that goes on in motion.
+    let (clean, slipped, long) = (with(0.0), with(5.0), with(24.0));
     assert_eq!(clean["evidence"]["unexplained_s"], 0.0);
     let evidence = &slipped["evidence"];
     let [at_s, long_s] = [0, 1].map(|i| evidence["unexplained_longest"][i].as_f64().unwrap());
     assert!((4.8..5.5).contains(&number(evidence, "unexplained_s")), "{slipped}");
     assert!((49.8..55.0).contains(&at_s) && long_s < 5.3, "{slipped}");
-    for (i, threshold) in clean["thresholds"].as_array().unwrap().iter().enumerate() {
-        let (was, is) = (threshold.as_f64().unwrap(), slipped["thresholds"][i].as_f64().unwrap());
-        assert!(is < 1.25 * was, "{i}: {was} {is}");
-    }
+    assert!(number(evidence, "unsteady") > 100.0, "{slipped}");
     let smallest = |line: &serde_json::Value| number(&line["evidence"], "smallest_rest");
-    assert!(smallest(&slipped) < 1.1 * smallest(&clean), "{slipped}");
+    assert!(smallest(&slipped) > 5.0 * smallest(&clean), "{slipped}");
+    let floor = |line: &serde_json::Value| line["floor"][1].as_f64().unwrap();
+    for line in [&slipped, &long] {
+        assert!((floor(line) / floor(&clean) - 1.0).abs() < 0.1, "{line}");
+        assert!(number(&line["evidence"], "seen") <= 1.0, "{line}");
+    }
     let text = gripctl(folder.path(), &["calibrate", "work.csv", "-o", "cal.toml"]).done().out;
-    assert!(text.contains("left out as unexplained") && text.contains("the longest"), "{text}");
-    // More than a tenth of the rest, and one that goes on while the robot moves.
-    with(15.0).refused(1, &["not stationary", "loud without motion"]);
-    let rms = |t: f64| if (68.0..75.0).contains(&t) { 2.0 } else { 0.1 };
-    put(folder.path(), "work.csv", &work(120, rms, |t| !(48.0..70.0).contains(&t), 5));
-    let args = ["calibrate", "work.csv", "-o", "cal.toml"];
-    gripctl(folder.path(), &args).refused(1, &["not stationary"]);
+    for words in [
+        "left out of the floor as unexplained",
+        "the rest changes by",
+        "is no slip while this calibration is in force; where something slipped, record again",
+    ] {
+        assert!(text.contains(words), "no {words}: {text}");
+    }
 }
 
 /// An open hand has the noise of a closed one, though a gripper that holds nothing listens to no slip.
@@ -185,9 +187,7 @@ fn a_force_of_zero_does_not_change_the_calibration() {
     };
     let bare = made("bare.csv");
     assert_eq!(made("open.csv"), bare);
-    assert!(bare["thresholds"].as_array().unwrap().iter().any(|h| h.as_f64().unwrap() > 4.0));
-    let tail = number(&bare, "tail");
-    assert!((1.0..50.0).contains(&tail), "{tail}");
+    assert!(bare["slack_still"][0].as_f64().unwrap() < 3.0, "{bare}");
 }
 
 /// Noise at rest of two minutes, and then a slip of four times its energy that lasts.
@@ -218,9 +218,10 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
     let text = gripctl(folder.path(), &args).done().out;
     for words in [
         "certified alarm: one false alarm in 600 s or more",
-        "at rest: 17",
+        "at rest: 1",
         "in motion: too little",
-        "claims one in 60 s",
+        "of motion are missing: add a motion reference",
+        "0 alarms in 90 s that the slack was not taken from, so one in 30 s or more",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }
@@ -237,15 +238,7 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
     );
     // A file without a certificate, as older versions wrote it.
     let new = fs::read_to_string(folder.path().join("cal.toml")).unwrap();
-    let old: String = new
-        .split("[certificate]")
-        .next()
-        .unwrap()
-        .lines()
-        .filter(|line| !line.starts_with("claimed_s"))
-        .flat_map(|line| [line, "\n"])
-        .collect();
-    put(folder.path(), "old.toml", &old);
+    put(folder.path(), "old.toml", new.split("[certificate]").next().unwrap());
     let ran = replay("old.toml", true);
     assert!(ran.err.contains("no certified false-alarm interval"), "{}", ran.err);
     assert!(ran.json().iter().filter(|e| e["type"] == "slip").all(|e| e["certified"] == false));

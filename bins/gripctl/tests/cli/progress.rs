@@ -51,7 +51,7 @@ fn is_shown_on_a_terminal_only(folder: &Path, args: &[&str], of: &str) {
 #[test]
 fn score_counts_recordings_and_detectors() {
     let folder = score::folder();
-    let args = ["score", ".", "--detectors", "default,energy", "--json"];
+    let args = ["score", ".", "--detectors", "default,stylus", "--json"];
     is_shown_on_a_terminal_only(folder.path(), &args, "/10 scores");
 }
 

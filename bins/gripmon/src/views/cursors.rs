@@ -54,7 +54,7 @@ fn shown(seen: &Seen<'_>) -> Vec<Channel> {
     let plots = seen.state.layout.plots.iter().filter(|plot| plot.shown);
     // The curve drawn last lies on top; it is also reported first, as beside the plot.
     let curves = plots.flat_map(|plot| strip::curves(plot.plot, seen.model).into_iter().rev());
-    curves.filter(|curve| curve.reported).map(|curve| curve.channel).collect()
+    curves.map(|curve| curve.channel).collect()
 }
 
 fn between(ui: &mut Ui, channel: Channel, a_s: f64, b_s: f64, seen: &Seen<'_>) {

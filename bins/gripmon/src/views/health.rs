@@ -260,10 +260,10 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
     counted(ui, "gaps", seen.model.events().gapped(), seen);
     if let Some(settings) = seen.model.info().observer {
         let settings = match settings {
-            ObserverSettings::Source => "those of the source",
+            ObserverSettings::Source { .. } => "those of the source",
             ObserverSettings::Shipped => "shipped settings",
         };
-        row(ui, "thresholds", settings);
+        row(ui, "settings", settings);
     }
     for (name, count) in [
         ("late rows", health.late_rows()),

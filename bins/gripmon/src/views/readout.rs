@@ -17,11 +17,10 @@ const STAYS_S: f64 = 0.5;
 pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen<'_>) {
     ui.spacing_mut().item_spacing = vec2(5.0, 1.0);
     ui.spacing_mut().interact_size.y = 15.0;
-    let reported: Vec<&Curve> = curves.iter().filter(|curve| curve.reported).collect();
     let room = ((ui.available_height() + 1.0) / 16.0).floor();
     let most = crate::num::whole(f64::from(room)).max(1);
     // The curve drawn last lies on top; it is also reported first.
-    for curve in reported.iter().rev().take(most) {
+    for curve in curves.iter().rev().take(most) {
         line(ui, curve, seen);
     }
     if strip == StripId::Esc {

@@ -139,9 +139,9 @@ fn nothing(strip: StripId, seen: &Seen<'_>) -> &'static str {
 /// What a plot is called where it cannot be seen.
 fn name(strip: StripId, seen: &Seen<'_>) -> String {
     let about = match strip {
-        _ if !strip::has_data(strip, seen.model) => nothing(strip, seen),
-        StripId::Bands => strips::foreign_thresholds(seen).unwrap_or_default(),
-        _ => "",
+        _ if !strip::has_data(strip, seen.model) => nothing(strip, seen).to_owned(),
+        StripId::Statistic => strips::interval_text(seen),
+        _ => String::new(),
     };
     format!("{} plot {about}", strip.title()).trim_end().to_owned()
 }
@@ -189,9 +189,8 @@ fn plot_curves(
     strips::curves(painter, frame, wanted, seen, scratch);
     match strip {
         StripId::Stylus => strips::turns(painter, frame, seen),
-        StripId::Statistic => strips::threshold(painter, frame, 1.0, seen),
+        StripId::Statistic => strips::interval(painter, frame, seen),
         StripId::Force => strips::limit_above(painter, frame, seen),
-        StripId::Bands => strips::foreign_note(painter, frame, seen),
         _ => {}
     }
 }

@@ -15,7 +15,7 @@ use grip_scope::{Bucket, Channel, Columns, EventKind, Series, Span};
 const FEW: usize = 700;
 /// Up to so many peaks and valleys are drawn.
 const TURNS: usize = 400;
-/// Least height and width of a step that is drawn as curve and not as a level (log axes).
+/// Least band energy over its floor that an axis goes down to.
 const LEAST_LOG: f64 = 1e-3;
 /// Extremes up to so many times the rms need no second look: a lone reading among thousands stands further out.
 const USUAL: f64 = 30.0;
@@ -31,16 +31,18 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
     let mut join = |low: f64, high: f64| {
         range = Some(range.map_or((low, high), |(l, h): (f64, f64)| (l.min(low), h.max(high))));
     };
-    for curve in
-        curves.iter().filter(|curve| curve.style == Style::Solid || strip != StripId::Force)
-    {
+    for curve in curves.iter().filter(|curve| curve.style == Style::Solid) {
         let found = seen.model.series(curve.channel).and_then(|series| extremes(series, seen.span));
         if let Some((low, high)) = found {
             join(f64::from(low), f64::from(high));
         }
     }
     match strip {
-        StripId::Statistic | StripId::Bands => {
+        StripId::Statistic => {
+            let [low, high] = seen.model.info().evidence_axis();
+            Scale::around(Kind::Log, low, high)
+        }
+        StripId::Bands => {
             join(1.0, 2.0);
             let (low, high) = range.unwrap_or((0.1, 10.0));
             Scale::around(Kind::Log, low.max(high * 1e-7).max(LEAST_LOG), high)
@@ -89,7 +91,6 @@ pub(super) fn curves(
     for curve in wanted {
         let Some(series) = seen.model.series(curve.channel) else { continue };
         let colour = seen.palette.tone(curve.tone);
-        let colour = if curve.reported { colour } else { colour.gamma_multiply(0.75) };
         if series.points(frame.span, FEW, &mut scratch.points) {
             polyline(&inside, frame, &scratch.points, colour, curve.style);
         } else {
@@ -148,17 +149,17 @@ fn triangle(tip: Pos2, down: f32, colour: Color32) -> Shape {
     Shape::convex_polygon(corners, colour, Stroke::NONE)
 }
 
-/// A line across a logarithmic plot where a statistic becomes a slip.
-pub(super) fn threshold(painter: &Painter, frame: &Frame, value: f64, seen: &Seen<'_>) {
-    let y = frame.y(value);
+/// A line across the plot where evidence is a slip.
+pub(super) fn interval(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+    let y = frame.y(seen.model.info().interval_s().into());
     if y < frame.rect.top() || y > frame.rect.bottom() {
         return;
     }
     let colour = seen.palette.tone(Tone::Limit);
     let ends = [pos2(frame.rect.left(), y), pos2(frame.rect.right(), y)];
     painter.extend(Shape::dashed_line(&ends, Stroke::new(1.2, colour), 5.0, 4.0));
-    let at = pos2(frame.rect.right() - 4.0, y - 1.0);
-    painter.text(at, Align2::RIGHT_BOTTOM, "threshold", FontId::proportional(10.0), colour);
+    let (at, font) = (pos2(frame.rect.right() - 4.0, y + 1.0), FontId::proportional(10.0));
+    painter.text(at, Align2::RIGHT_TOP, interval_text(seen), font, colour);
 }
 
 /// Cursors, the pointer's line, the stretch that is being dragged over, gaps and slips, through the whole height of a plot.
@@ -216,17 +217,14 @@ pub(super) fn limit_above(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
     painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
 }
 
-/// A sentence about the thresholds of the bands, where the source does not show its own.
-pub(super) fn foreign_thresholds(seen: &Seen<'_>) -> Option<&'static str> {
-    let shipped = seen.model.info().observer == Some(ObserverSettings::Shipped);
-    shipped.then_some("thresholds of the shipped settings")
-}
-
-/// The same in the plot.
-pub(super) fn foreign_note(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
-    let Some(text) = foreign_thresholds(seen) else { return };
-    let at = frame.rect.right_top() + vec2(-4.0, 2.0);
-    painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), seen.palette.weak);
+/// What that line is called: also whether the source does not show its settings.
+pub(super) fn interval_text(seen: &Seen<'_>) -> String {
+    let info = seen.model.info();
+    let whose = match info.observer {
+        Some(ObserverSettings::Source { .. }) => "",
+        Some(ObserverSettings::Shipped) | None => " of the shipped settings",
+    };
+    format!("interval {} s{whose}", info.interval_s())
 }
 
 /// A stretch of time over the height of a plot, at least one point wide.

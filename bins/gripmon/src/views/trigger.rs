@@ -102,11 +102,8 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
 fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
     let before = form.channel;
     labelled(ui, "Channel", |ui| {
-        let channels: Vec<Channel> = seen
-            .model
-            .channels()
-            .filter(|c| !matches!(c, Channel::BandThreshold(_) | Channel::EscFlags))
-            .collect();
+        let channels: Vec<Channel> =
+            seen.model.channels().filter(|channel| *channel != Channel::EscFlags).collect();
         let info = seen.model.info();
         let chosen = info.name(form.channel);
         let choose = |ui: &mut Ui| {

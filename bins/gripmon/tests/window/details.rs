@@ -77,7 +77,7 @@ fn a_level_that_is_typed_means_the_same_whatever_it_was_before() {
         (Channel::Stylus, "\u{b5}m", 1e-6),
         (Channel::NormalForce, "N", 1.0),
         (Channel::SlipSpeed, "mm/s", 1e-3),
-        (Channel::Statistic, "", 1.0),
+        (Channel::Statistic, "s", 1.0),
     ] {
         harness.state_mut().state.trigger.channel = channel;
         for level in [0.0, 2e-9, 0.5, 40.0, 1e6] {
@@ -110,21 +110,20 @@ fn a_level_may_be_typed_with_its_unit() {
 }
 
 #[test]
-fn thresholds_that_the_source_does_not_report_are_called_the_shipped_ones() {
+fn an_interval_that_the_source_does_not_report_is_called_the_shipped_one() {
     let mut harness = window(fixture::grasp(), Panel::Health);
-    let note = "thresholds of the shipped settings";
-    for (settings, noted) in [
-        (None, false),
-        (Some(ObserverSettings::Source), false),
-        (Some(ObserverSettings::Shipped), true),
+    let shipped = "interval 600 s of the shipped settings";
+    for (settings, note, observed) in [
+        (None, shipped, 0),
+        (Some(ObserverSettings::Source { interval_s: 3600.0 }), "interval 3600 s", 0),
+        (Some(ObserverSettings::Shipped), shipped, 1),
     ] {
         let reported = settings.map(Feed::Observes);
         reported.into_iter().for_each(|feed| harness.state().shared.engine().model.take(feed));
         harness.run();
-        assert_eq!(painted(&harness).iter().any(|text| text == note), noted, "{settings:?}");
-        let name = format!("Band energy / floor plot {note}");
-        assert_eq!(harness.query_all_by_label(&name).count(), usize::from(noted));
-        assert_eq!(harness.query_all_by_label("shipped settings").count(), usize::from(noted));
+        assert!(painted(&harness).iter().any(|text| text == note), "{settings:?}");
+        harness.get_by_label(&format!("Slip evidence plot {note}"));
+        assert_eq!(harness.query_all_by_label("shipped settings").count(), observed);
     }
 }
 

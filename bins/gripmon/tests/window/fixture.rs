@@ -119,12 +119,8 @@ pub(crate) fn state(t_s: f64) -> PipelineState {
 
 fn derived(from_s: f64) -> DerivedBlock {
     let at = |i: u32| from_s + 0.005 * f64::from(i);
-    let band = |i| BandPoint {
-        t_s: at(i),
-        energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-        threshold: [25.0; 6],
-        statistic: 0.2,
-    };
+    let band =
+        |i| BandPoint { t_s: at(i), energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], evidence_s: 0.002 };
     let turn = |i: u32| Turn { t_s: at(i), height: 1e-5, is_peak: i.is_multiple_of(2) };
     let evidence = |i| EvidencePoint {
         t_s: at(i),

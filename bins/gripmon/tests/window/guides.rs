@@ -25,7 +25,7 @@ fn a_slip_is_explained_by_keyboard() {
     press(&mut harness, Key::W);
     for text in [
         "Slip at 0.9000 s, 200.0 ms long",
-        "reported incipient slip first, statistic up to 8.0 times its threshold",
+        "reported incipient slip first, evidence of up to 4800 s, wanted one false alarm in 600 s",
         "no readings",
         "reported nothing; its frames came",
         "Other causes",

@@ -25,7 +25,7 @@ fn every_plot_is_there_with_its_curves_values_and_units() {
         "estimate",
         "limit",
         "E_sc",
-        "statistic",
+        "evidence",
         "shear",
         "slip speed",
     ] {

@@ -1,14 +1,14 @@
 //! Rest in which something happened in, the part of it that is as quiet as its quietest quarter out.
 
-use super::{PART_S, PARTS, RestMeter, Vector};
+use super::{PART_S, PARTS, RestMeter, Vector, measure};
 use slip_core::{ConfigError, PipelineConfig, detector::BANDS};
 
 /// A motion is there before the reference shows it, and rings on after: rest this near to it (s) is none.
 const EDGE_S: f64 = 0.05;
 /// Length of the blocks whose energy is compared (s).
 const BLOCK_S: f64 = 0.1;
-/// A block with more than this times the energy of quiet parts of a band is loud. Blocks of the narrowest band have some 5
-/// degrees of freedom, of which one in a thousand is louder by chance.
+/// A block with more than this times the energy of quiet parts of a band is loud. Blocks of the narrowest band have
+/// some 5 degrees of freedom, of which one in a thousand is louder by chance.
 const LOUD: f32 = 4.0;
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 5000")]
@@ -43,28 +43,17 @@ pub(super) fn parts(
     samples: u64,
 ) -> Result<[Vec<f32>; BANDS], ConfigError> {
     let length = (samples / PARTS as u64).min(samples_in(config, PART_S) as u64).max(1);
-    let mut meter = RestMeter::new(&config.detector, config.sample_rate.0)?;
     let mut parts: [Vec<f32>; BANDS] = Default::default();
-    let mut within = false;
-    for &(value, rests) in rest {
-        if rests && !within {
-            meter.start();
-        }
-        within = rests;
-        if rests {
-            meter.push_vector(value);
-        }
-        if meter.samples() >= length
-            && let Some(energy) = meter.take()
-        {
-            parts.iter_mut().zip(energy).for_each(|(part, energy)| part.push(energy));
-        }
-    }
+    measure(config, rest.iter().copied(), |meter| {
+        let full = if meter.samples() >= length { meter.take() } else { None };
+        parts.iter_mut().zip(full.into_iter().flatten()).for_each(|(part, e)| part.push(e));
+    })?;
     parts.iter_mut().for_each(|part| part.sort_by(f32::total_cmp));
     Ok(parts)
 }
 
-/// Which samples of `rest` lie in a block that is loud in any band, of which `usual` are the energies (signal unit squared).
+/// Which samples of `rest` lie in a block that is loud in any band, of which `usual` are the energies (signal unit
+/// squared).
 pub(super) fn loud(
     config: &PipelineConfig,
     rest: &[(Vector, bool)],

@@ -7,30 +7,26 @@ use slip_core::{
     detector::{AlarmSum, BANDS, Block, COMPONENTS, DetectorConfig, SlipDetector},
 };
 
-/// Slack is taken from 1.25 times the powers of 1.25, as many of them; the factor on all from the powers.
+/// Slack is taken from the powers of this, itself the least, up to [`MOST`]; a factor on all slack from the same.
 const STEP: f32 = 1.25;
-const STEPS: usize = 31;
+const MOST: f32 = 1e3;
 /// Stretches of the recording that serve one purpose by turns: their length at most (s), and their number at least.
 const STRETCH_S: f64 = 10.0;
 const STRETCHES: f64 = 8.0;
 /// A scene has slack of its own from so much of it (s) on.
 const LEAST_S: f32 = 2.0;
-/// Time after which the filters start afresh (s), and the same in samples.
+/// Gap (s, and in samples) after which the filters start afresh.
 const GAP_S: f64 = 0.01;
-const GAP_SAMPLES: f64 = 5.0;
+const GAP_SAMPLES: f64 = 6.0;
 /// Two-sided confidence whose upper bound is one-sided 95 %: 3.0 where nothing was seen.
 const ONE_SIDED: f64 = 0.9;
 
-/// Time between samples (s), `period_s` apart, from which there is a gap between them.
-pub(super) fn gap_s(period_s: f32) -> f64 {
-    (GAP_SAMPLES * f64::from(period_s)).max(GAP_S) + f64::from(period_s)
-}
+/// One value for each component, still and moving.
+type Scenes<T> = [[T; COMPONENTS]; 2];
 
-/// Consecutive blocks that serve one purpose.
-struct Run {
-    /// Whether they judge the slack that the others have given.
-    judges: bool,
-    blocks: Vec<Block>,
+/// Time between samples that are `period_s` apart (s), from which there is a gap.
+pub(super) fn gap_s(period_s: f32) -> f64 {
+    (GAP_SAMPLES * f64::from(period_s)).max(GAP_S)
 }
 
 /// All that decides.
@@ -39,10 +35,11 @@ pub(super) struct Heard {
     readings: [f32; BANDS],
     block_s: f32,
     stretch_blocks: usize,
-    runs: Vec<Run>,
+    /// Runs of blocks without a gap that give the slack, and those that judge it.
+    halves: [Vec<Vec<Block>>; 2],
     blocks: usize,
-    /// Number and time (s) of the last block.
-    last: Option<(u32, f64)>,
+    /// Number and time (s) of the last block, and its half.
+    last: Option<(u32, f64, usize)>,
 }
 
 impl Heard {
@@ -52,30 +49,25 @@ impl Heard {
         let stretch_s = STRETCH_S.min(seconds / STRETCHES);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let stretch_blocks = ((stretch_s / f64::from(block_s)) as usize).max(1);
-        Ok(Self {
-            config,
-            readings,
-            block_s,
-            stretch_blocks,
-            runs: Vec::new(),
-            blocks: 0,
-            last: None,
-        })
+        let (halves, blocks, last) = Default::default();
+        Ok(Self { config, readings, block_s, stretch_blocks, halves, blocks, last })
     }
 
     /// Takes the block that `detector` has decided on since the last call, if there is one, at `at_s` (s).
     pub(super) fn push(&mut self, detector: &SlipDetector, at_s: f64) {
-        let number = detector.decisions();
-        let is_new = self.last.is_none_or(|(last, _)| last != number);
+        let (number, half) = (detector.decisions(), self.blocks / self.stretch_blocks % 2);
+        let is_new = self.last.is_none_or(|(last, ..)| last != number);
         let Some(block) = detector.block().filter(|_| is_new) else { return };
-        let goes_on = self.last.is_some_and(|(_, last_s)| at_s - last_s <= gap_s(self.block_s));
-        self.last = Some((number, at_s));
-        let judges = self.blocks / self.stretch_blocks % 2 == 1;
-        self.blocks += 1;
-        match self.runs.last_mut().filter(|run| goes_on && run.judges == judges) {
-            Some(run) => run.blocks.push(*block),
-            None => self.runs.push(Run { judges, blocks: vec![*block] }),
+        let goes_on = |(_, last_s, last): (u32, f64, usize)| {
+            last == half && at_s - last_s <= gap_s(self.block_s)
+        };
+        let runs = &mut self.halves[half];
+        match runs.last_mut().filter(|_| self.last.is_some_and(goes_on)) {
+            Some(run) => run.push(*block),
+            None => runs.push(vec![*block]),
         }
+        self.blocks += 1;
+        self.last = Some((number, at_s, half));
     }
 
     /// Whether the sum decides at this rate.
@@ -86,60 +78,63 @@ impl Heard {
     /// The sum with the slack of `calibration`.
     pub(super) fn sum(&self, calibration: &StylusCalibration) -> AlarmSum {
         let StylusCalibration { slack_still, slack_moving, .. } = *calibration;
-        #[expect(clippy::cast_possible_truncation, reason = "1 to 1e9")]
-        let interval_s = calibration.evidence.wanted_interval_s as f32;
+        let interval_s = interval_s(calibration);
         let config =
             DetectorConfig { interval_s, slack_still, slack_moving, ..self.config.detector };
         AlarmSum::new(&config, &self.readings, self.block_s)
     }
 
-    /// Sets the slack: for each component and scene the least with which its sum alone keeps the interval in one half of the
-    /// stretches, times one factor for the other half.
+    /// Sets the slack: for each component and scene the least with which its sum alone keeps the interval in one half
+    /// of the stretches, times one factor for the other half.
     pub(super) fn fit(&self, calibration: &mut StylusCalibration) {
         let shipped = [calibration.slack_still, calibration.slack_moving];
-        // All at once, each by bisection: more slack is never more evidence.
-        let (mut low, mut high) = ([[0; COMPONENTS]; 2], [[STEPS - 1; COMPONENTS]; 2]);
-        while low != high {
-            let middle = zip(&low, &high, |low, high| usize::midpoint(low, high));
-            let slack = middle.map(|scene| scene.map(|step| STEP * power(step)));
+        let mut slack = [[STEP; COMPONENTS]; 2];
+        let mut raised = true;
+        while raised {
             [calibration.slack_still, calibration.slack_moving] = slack;
-            let quiet = self.keep_the_interval(calibration);
-            for scene in 0..2 {
-                for i in 0..COMPONENTS {
-                    if quiet[scene][i] {
-                        high[scene][i] = middle[scene][i];
-                    } else {
-                        low[scene][i] = (middle[scene][i] + 1).min(high[scene][i]);
-                    }
+            let passes = self.passes(calibration);
+            raised = false;
+            for (slack, passes) in slack.as_flattened_mut().iter_mut().zip(passes.as_flattened()) {
+                if *passes && *slack < MOST {
+                    *slack *= STEP;
+                    raised = true;
                 }
             }
         }
-        let fitted = high.map(|scene| scene.map(|step| STEP * power(step)));
         let sum = self.sum(calibration);
         let known = [false, true].map(|moving| {
-            let enough = self.seconds(|run, block| !run.judges && block.moving == moving)
-                >= LEAST_S
+            let enough = self.seconds(0, |block| block.moving == moving) >= LEAST_S
                 && (!moving || calibration.gain.is_some());
             sum.decides(moving).map(|decides| decides && enough)
         });
-        let slack: [[f32; COMPONENTS]; 2] = core::array::from_fn(|scene| {
+        let known_slack: Scenes<f32> = core::array::from_fn(|scene| {
             core::array::from_fn(|i| match (known[scene][i], known[1 - scene][i]) {
-                (true, _) => fitted[scene][i],
+                (true, _) => slack[scene][i],
                 // What was not heard is as in the other scene at best.
-                (false, true) => shipped[scene][i].max(fitted[1 - scene][i]),
+                (false, true) => shipped[scene][i].max(slack[1 - scene][i]),
                 (false, false) => shipped[scene][i],
             })
         });
-        [calibration.slack_still, calibration.slack_moving] = slack;
-        let mut factor = 0..STEPS;
-        while !factor.is_empty() {
-            let middle = usize::midpoint(factor.start, factor.end);
-            let mut tried = *calibration;
-            raise(&mut tried, middle);
-            let alarms = self.alarms(&tried);
-            factor = if alarms > 0 { middle + 1..factor.end } else { factor.start..middle };
+        [calibration.slack_still, calibration.slack_moving] = known_slack;
+        let mut factor = 1.0;
+        while factor < MOST && self.alarms(calibration) > 0 {
+            self.raise(calibration);
+            factor *= STEP;
         }
-        raise(calibration, factor.start);
+    }
+
+    /// Raises all slack that decides by one step.
+    pub(super) fn raise(&self, calibration: &mut StylusCalibration) {
+        let sum = self.sum(calibration);
+        let StylusCalibration { slack_still, slack_moving, .. } = calibration;
+        for (scene, decides) in [slack_still, slack_moving]
+            .into_iter()
+            .zip([false, true].map(|moving| sum.decides(moving)))
+        {
+            for (slack, decides) in scene.iter_mut().zip(decides) {
+                *slack *= if decides { STEP } else { 1.0 };
+            }
+        }
     }
 
     /// Counts the alarms of the slack in the half that it was not taken from, and states what they promise.
@@ -147,41 +142,35 @@ impl Heard {
         if !self.decides() {
             return;
         }
-        let judged_s = f64::from(self.seconds(|run, _| run.judges));
-        let alarms = self.alarms(calibration);
-        let most = poisson::interval(alarms, ONE_SIDED).1;
+        let (judged_s, alarms) = (f64::from(self.seconds(1, |_| true)), self.alarms(calibration));
         let evidence = &mut calibration.evidence;
         (evidence.judged_s, evidence.alarms) = (judged_s, alarms);
-        evidence.interval_low_s = judged_s / most;
+        evidence.interval_low_s = judged_s / poisson::interval(alarms, ONE_SIDED).1;
     }
 
+    /// Time in a half that the blocks which count fill (s).
     #[expect(clippy::cast_precision_loss, reason = "a count of blocks")]
-    fn seconds(&self, counts: impl Fn(&Run, &Block) -> bool) -> f32 {
-        let count = |run: &Run| run.blocks.iter().filter(|block| counts(run, block)).count();
-        self.block_s * self.runs.iter().map(count).sum::<usize>() as f32
+    fn seconds(&self, half: usize, counts: impl Fn(&&Block) -> bool) -> f32 {
+        self.block_s * self.halves[half].iter().flatten().filter(counts).count() as f32
     }
 
-    /// Whether the sum of each component alone stays below the interval in the half that slack is taken from, still and moving.
-    fn keep_the_interval(&self, calibration: &StylusCalibration) -> [[bool; COMPONENTS]; 2] {
-        let mut sum = self.sum(calibration);
-        let mut quiet = [[true; COMPONENTS]; 2];
-        #[expect(clippy::cast_possible_truncation, reason = "1 to 1e9")]
-        let interval_s = calibration.evidence.wanted_interval_s as f32;
-        for run in self.runs.iter().filter(|run| !run.judges) {
-            // Evidence of one scene shows nothing of the slack of the other.
-            for scene in run.blocks.chunk_by(|a, b| a.moving == b.moving) {
-                sum.reset();
-                for block in scene {
-                    sum.step(block);
-                    let evidence_s = sum.evidence_s();
-                    let quiet = &mut quiet[usize::from(block.moving)];
-                    for (quiet, evidence_s) in quiet.iter_mut().zip(evidence_s) {
-                        *quiet &= evidence_s < interval_s;
-                    }
+    /// Whether the sum of each component alone passes the interval in the half that gives the slack.
+    fn passes(&self, calibration: &StylusCalibration) -> Scenes<bool> {
+        let (mut sum, interval_s) = (self.sum(calibration), interval_s(calibration));
+        let mut passes = [[false; COMPONENTS]; 2];
+        // Evidence of one scene shows nothing of the slack of the other.
+        for scene in self.halves[0].iter().flat_map(|run| run.chunk_by(|a, b| a.moving == b.moving))
+        {
+            sum.reset();
+            for block in scene {
+                sum.step(block);
+                let passes = &mut passes[usize::from(block.moving)];
+                for (passes, evidence_s) in passes.iter_mut().zip(sum.evidence_s()) {
+                    *passes |= evidence_s >= interval_s;
                 }
             }
         }
-        quiet
+        passes
     }
 
     /// Seconds with evidence beyond the interval in the half that judges.
@@ -190,9 +179,9 @@ impl Heard {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let second = ((1.0 / self.block_s) as usize).max(1);
         let mut alarms = 0;
-        for run in self.runs.iter().filter(|run| run.judges) {
+        for run in &self.halves[1] {
             sum.reset();
-            for second in run.blocks.chunks(second) {
+            for second in run.chunks(second) {
                 let highest = second.iter().map(|block| sum.step(block)).fold(0.0, f32::max);
                 alarms += u64::from(highest >= 1.0);
             }
@@ -201,21 +190,7 @@ impl Heard {
     }
 }
 
-fn zip(
-    a: &[[usize; COMPONENTS]; 2],
-    b: &[[usize; COMPONENTS]; 2],
-    f: impl Fn(usize, usize) -> usize,
-) -> [[usize; COMPONENTS]; 2] {
-    core::array::from_fn(|scene| core::array::from_fn(|i| f(a[scene][i], b[scene][i])))
-}
-
-fn power(step: usize) -> f32 {
-    (0..step).map(|_| STEP).product()
-}
-
-/// Raises all slack by so many steps of the grid.
-pub(super) fn raise(calibration: &mut StylusCalibration, steps: usize) {
-    for slack in [&mut calibration.slack_still, &mut calibration.slack_moving] {
-        *slack = slack.map(|slack| slack * power(steps));
-    }
+#[expect(clippy::cast_possible_truncation, reason = "1 to 1e9")]
+fn interval_s(calibration: &StylusCalibration) -> f32 {
+    calibration.evidence.wanted_interval_s as f32
 }

@@ -10,7 +10,7 @@ use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
 
 use grip_session::HostEstimator;
 
-use slip_core::detector::{BANDS, STILL_BANDS};
+use slip_core::detector::BANDS;
 use slip_core::esc::Esc;
 use slip_core::estimate::Features;
 use slip_core::irregularity::{TurnFinder, TurnKind};
@@ -51,8 +51,7 @@ struct Looks {
     per_look: u32,
     per_point: u32,
     energy: [f32; BANDS],
-    statistic: f32,
-    moving: bool,
+    evidence_s: f32,
 }
 
 impl Observer {
@@ -135,7 +134,7 @@ impl Detail {
     fn look(&mut self, t_s: f64, step: &Step) -> Option<BandPoint> {
         let point = &mut self.point;
         point.samples += 1;
-        point.statistic = point.statistic.max(step.statistic);
+        point.evidence_s = point.evidence_s.max(step.statistic * self.config.detector.interval_s);
         if point.samples.is_multiple_of(point.per_look) {
             let detector = self.pipeline.detector();
             let energy = detector.levels().energy;
@@ -143,15 +142,13 @@ impl Detail {
             for (highest, energy) in point.energy.iter_mut().zip(energy) {
                 *highest = if known { highest.max(energy) } else { *highest };
             }
-            point.moving |= detector.is_moving();
         }
         if point.samples < point.per_point {
             return None;
         }
-        let threshold = thresholds(&self.config, point.moving);
-        let Looks { energy, statistic, .. } = *point;
+        let Looks { energy, evidence_s, .. } = *point;
         *point = point.next();
-        Some(BandPoint { t_s, energy, threshold, statistic })
+        Some(BandPoint { t_s, energy, evidence_s })
     }
 
     /// The peak or valley that a reading confirms.
@@ -209,22 +206,13 @@ impl Looks {
         let samples = |time_s: f32| ((time_s * rate_hz) as u32).max(1);
         let (per_look, per_point) = (samples(LOOK_S), samples(POINT_S));
         let energy = [f32::NAN; BANDS];
-        Self { samples: 0, per_look, per_point, energy, statistic: 0.0, moving: false }
+        Self { samples: 0, per_look, per_point, energy, evidence_s: 0.0 }
     }
 
     const fn next(self) -> Self {
         let energy = [f32::NAN; BANDS];
-        Self { samples: 0, energy, statistic: 0.0, moving: false, ..self }
+        Self { samples: 0, energy, evidence_s: 0.0, ..self }
     }
-}
-
-/// Energy over floor at which each band is a slip; infinity for one that does not decide in this scene.
-fn thresholds(config: &PipelineConfig, moving: bool) -> [f32; BANDS] {
-    let bands = config.detector.bands();
-    core::array::from_fn(|band| match (bands.get(band), STILL_BANDS.get(band)) {
-        (Some(band_of), Some(still)) if moving || *still => band_of.threshold,
-        _ => f32::INFINITY,
-    })
 }
 
 /// E_sc as the scope shows it.

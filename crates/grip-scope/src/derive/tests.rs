@@ -45,17 +45,14 @@ fn derive(samples: &[Sample]) -> DerivedBlock {
 }
 
 #[test]
-fn a_slide_passes_its_thresholds_and_rest_does_not() {
+fn a_slide_passes_the_interval_and_rest_is_milliseconds() {
     let block = derive(&slide());
-    let over = |point: &crate::feed::BandPoint| {
-        let pairs = point.energy.iter().zip(&point.threshold);
-        pairs.filter(|(energy, threshold)| energy > threshold).count()
-    };
     let rest: Vec<_> = block.bands.iter().filter(|point| point.t_s < 1.0).collect();
     let slides: Vec<_> = block.bands.iter().filter(|point| point.t_s > 1.02).collect();
     assert!(rest.len() > 200 && slides.len() > 15, "{} {}", rest.len(), slides.len());
-    assert!(rest.iter().all(|point| over(point) == 0));
-    assert!(slides.iter().all(|point| over(point) >= 1 && point.statistic > 1.0));
+    let interval_s = config().detector.interval_s;
+    assert!(rest.iter().all(|point| (0.0..0.1).contains(&point.evidence_s)));
+    assert!(slides.iter().all(|point| point.evidence_s >= interval_s && point.energy[1] > 10.0));
     assert!(rest[0].energy[0].is_nan(), "the floor is not known at the start");
 }
 

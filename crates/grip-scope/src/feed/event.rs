@@ -1,5 +1,6 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
+use crate::format::number;
 use slip_core::{Cause, CauseSet, Phase, SlipReport, alarm::Method};
 
 slip_msg::named! {
@@ -87,7 +88,7 @@ fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
         .filter(|method| *method != Method::None)
         .map(|method| format!(" by {}", method.felt())));
     add(slip.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
-    add(slip.statistic.map(|statistic| format!(", statistic {statistic:.1}")));
+    add(slip.statistic.map(|statistic| format!(", statistic {}", number(statistic.into()))));
     add(slip.confidence.map(|sure| format!(", {}", confidence_text(sure))));
     add(slip.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
     add(slip.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));

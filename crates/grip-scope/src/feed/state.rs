@@ -1,7 +1,7 @@
 //! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
 
 use grip_link::message::daemon::Reading;
-use slip_core::detector::BANDS;
+use slip_core::detector::{BANDS, DetectorConfig};
 
 /// A value of E_sc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,13 +28,28 @@ impl EscPoint {
     }
 }
 
-/// Whose settings the scope's own observer has: thresholds of its bands, and E_sc, follow them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Whose settings the scope goes by: evidence of a slip, and E_sc, follow them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ObserverSettings {
     /// Those with which the source itself runs or ran.
-    Source,
+    Source {
+        /// Wanted time between false alarms (s).
+        interval_s: f32,
+    },
     /// The shipped ones: the source does not show its own.
+    #[default]
     Shipped,
+}
+
+impl ObserverSettings {
+    /// Wanted time between false alarms (s): evidence of so much is a slip.
+    #[must_use]
+    pub fn interval_s(self) -> f32 {
+        match self {
+            Self::Source { interval_s } => interval_s,
+            Self::Shipped => DetectorConfig::default().interval_s,
+        }
+    }
 }
 
 /// What the observer makes of some milliseconds of samples.
@@ -59,10 +74,8 @@ pub struct BandPoint {
     pub t_s: f64,
     /// Energy of each band over its floor; NaN while the floor is learned.
     pub energy: [f32; BANDS],
-    /// Energy over floor at which it is a slip; infinity where the band is not asked.
-    pub threshold: [f32; BANDS],
-    /// The statistic over its threshold.
-    pub statistic: f32,
+    /// Evidence of a slip (s).
+    pub evidence_s: f32,
 }
 
 /// A peak or a valley of the stylus.

@@ -1,10 +1,8 @@
 //! A column of the table: its title, what it reports of a gripper, and what it is ordered by.
 
 use super::row::{Presence, Row, Trouble};
+use crate::format::{self, NOTHING};
 use core::cmp::Ordering;
-
-/// What stands where nothing is known.
-const NOTHING: &str = "-";
 
 slip_msg::named! {
     /// A column, from left to right.
@@ -26,7 +24,7 @@ slip_msg::named! {
     Force: "Force over the last minutes.",
         "Force, 3 min", "Lowest to highest measured force (commanded, where none is measured) of each 2 s; all rows have one scale.";
     Statistic: "Slip statistic over the last minutes.",
-        "Slip statistic, 3 min", "Highest slip statistic reported in each 2 s, by its logarithm; the line is the threshold. It is reported five times a second: a short slip may lie between, the count of slips has it.";
+        "Slip statistic, 3 min", "Highest slip statistic reported in each 2 s, by its logarithm; a slip from the line on. It is reported five times a second: a short slip may lie between, the count of slips has it.";
     Slips: "Slips since the daemon's start.", "Slips", "Slips since the start of its gripd.";
     Minute: "Slips in the last minute.", "1 min", "Slips that were reported in the last minute.";
     Lost: "Samples lost.", "Lost", "Samples lost between the gripper and its gripd.";
@@ -75,7 +73,9 @@ impl Column {
             Self::Command => force(state.and_then(|state| state.command_n)),
             Self::Applied => force(state.and_then(|state| state.applied_n)),
             Self::Force => force(row.force.highest(now_s)),
-            Self::Statistic => force(row.statistic.highest(now_s)),
+            Self::Statistic => {
+                row.statistic.highest(now_s).map(|times| format::number(times.into()))
+            }
             Self::Slips => row.figures.map(|figures| figures.slips.to_string()),
             Self::Minute => Some(row.slips_last_minute(now_s).to_string()),
             Self::Lost => row.lost().map(|lost| lost.to_string()),

@@ -75,7 +75,7 @@ pub struct Row {
     pub missing: u64,
     /// Measured force, or the commanded one where none is measured (N).
     pub force: Spark,
-    /// Slip statistic over its threshold.
+    /// Slip statistic: 1 and above is a slip.
     pub statistic: Spark,
     alive: bool,
     /// When it came or went (s).

@@ -44,7 +44,7 @@ fn curves_of_states_open_behind_the_gap_though_older_states_come_behind_its_rows
         assert_eq!(breaks(&model, channel), [1.255], "{channel:?}");
     }
     assert_eq!(model.series(Channel::Statistic).unwrap().at(1.1), None);
-    assert_eq!(model.series(Channel::Statistic).unwrap().at(0.985), Some(0.5));
+    assert_eq!(model.series(Channel::Statistic).unwrap().at(0.985), Some(300.0));
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn nothing_is_missing_before_the_first_rows() {
 }
 
 fn band(t_s: f64) -> BandPoint {
-    BandPoint { t_s, energy: [1.0; 6], threshold: [5.0; 6], statistic: 0.2 }
+    BandPoint { t_s, energy: [1.0; 6], evidence_s: 0.2 }
 }
 
 fn evidence(t_s: f64) -> EvidencePoint {
@@ -87,9 +87,8 @@ fn derived(broken: bool, bands: &[f64], evidences: &[f64]) -> Feed {
     }))
 }
 
-const OWN: [Channel; 10] = [
+const OWN: [Channel; 9] = [
     Channel::BandEnergy(0),
-    Channel::BandThreshold(5),
     Channel::OwnStatistic,
     Channel::OwnEsc,
     Channel::EscLow,

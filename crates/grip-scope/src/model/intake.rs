@@ -178,7 +178,7 @@ impl Model {
         self.events.state(t_s, state.scene, !restarted);
         let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
-            (Channel::Statistic, state.statistic),
+            (Channel::Statistic, state.statistic.map(|times| times * self.info.interval_s())),
             (Channel::Command, state.command_n),
             (Channel::Applied, state.applied_n),
             (Channel::Estimate, state.estimate_n),
@@ -228,11 +228,10 @@ impl Model {
 
     fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
         let from_s = self.gaps.derived_before(t_s);
-        for (band, (energy, threshold)) in (0..).zip(point.energy.iter().zip(&point.threshold)) {
+        for (band, energy) in (0..).zip(&point.energy) {
             self.put(Channel::BandEnergy(band), t_s, Some(*energy), from_s);
-            self.put(Channel::BandThreshold(band), t_s, Some(*threshold), from_s);
         }
-        self.put(Channel::OwnStatistic, t_s, Some(point.statistic), from_s);
+        self.put(Channel::OwnStatistic, t_s, Some(point.evidence_s), from_s);
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {

@@ -68,6 +68,18 @@ pub struct Info {
 }
 
 impl Info {
+    /// Wanted time between false alarms (s): evidence of so much is a slip.
+    #[must_use]
+    pub fn interval_s(&self) -> f32 {
+        self.observer.unwrap_or_default().interval_s()
+    }
+
+    /// Ends of an axis of evidence (s): from a fifth of a block of samples, which is less than rest, to ten intervals.
+    #[must_use]
+    pub fn evidence_axis(&self) -> [f64; 2] {
+        [1e-4, 10.0 * f64::from(self.interval_s())]
+    }
+
     /// Unit of a channel of this source: E_sc has that of the reading that is shown, a stylus metres, a vibration none.
     #[must_use]
     pub fn unit(&self, channel: Channel) -> &'static str {

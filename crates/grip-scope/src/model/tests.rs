@@ -2,7 +2,7 @@
 
 use super::series::Series;
 use super::{Bucket, Model};
-use crate::feed::{EventKind, EventMark, Feed, RowBlock, SourceStatus};
+use crate::feed::{EventKind, EventMark, Feed, ObserverSettings, RowBlock, SourceStatus};
 use crate::{Channel, Span};
 use grip_link::message::daemon::{GripState, Scene, SensorHealth};
 use proptest::prelude::{
@@ -231,6 +231,17 @@ fn time_that_goes_back_begins_another_run_and_single_late_rows_are_left_out() {
     model.take(Feed::State(state(0.11)));
     assert_eq!(model.health().stray_states(), 1);
     assert!((model.series(Channel::Statistic).unwrap().latest().unwrap().0 - 6.199).abs() < 1e-9);
+}
+
+#[test]
+fn a_statistic_is_evidence_in_seconds_of_the_interval_in_force() {
+    let mut model = Model::new(1 << 24);
+    let evidence_s = |model: &Model| model.series(Channel::Statistic).unwrap().latest().unwrap().1;
+    model.take(Feed::State(state(1.0)));
+    assert_eq!((evidence_s(&model), model.info().interval_s()), (300.0, 600.0));
+    model.take(Feed::Observes(ObserverSettings::Source { interval_s: 60.0 }));
+    model.take(Feed::State(state(1.1)));
+    assert_eq!((evidence_s(&model), model.info().evidence_axis()), (30.0, [1e-4, 600.0]));
 }
 
 #[test]

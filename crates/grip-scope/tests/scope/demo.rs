@@ -31,7 +31,6 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
         Channel::Applied,
         Channel::ForceLimit,
         Channel::BandEnergy(1),
-        Channel::BandThreshold(1),
         Channel::SlipSpeed,
     ] {
         assert!(watch.model.series(channel).is_some(), "{channel:?}");

@@ -228,7 +228,7 @@ fn a_search_goes_on_behind_an_edge_that_was_found() {
 fn states_that_come_behind_the_rows_of_their_time_are_not_missed() {
     use grip_scope::feed::{BandPoint, DerivedBlock};
     let mut model = Model::new(1 << 24);
-    let source = TriggerSource::Edge { channel: Channel::OwnStatistic, level: 1.0, rising: true };
+    let source = TriggerSource::Edge { channel: Channel::OwnStatistic, level: 600.0, rising: true };
     let mut trigger = Trigger::new(source, TriggerMode::Normal, 0.05, 0.1);
     let mut hits = Vec::new();
     for number in 0..10_u64 {
@@ -238,8 +238,7 @@ fn states_that_come_behind_the_rows_of_their_time_are_not_missed() {
         let point = |k: u64| BandPoint {
             t_s: 0.1 * number as f64 + 0.01 * k as f64,
             energy: [1.0; 6],
-            threshold: [25.0; 6],
-            statistic: if (number, k) == (4, 3) { 2.0 } else { 0.1 },
+            evidence_s: if (number, k) == (4, 3) { 900.0 } else { 0.1 },
         };
         let bands = (0..10).map(point).collect();
         model.take(Feed::Derived(Box::new(DerivedBlock { bands, ..DerivedBlock::default() })));

@@ -113,7 +113,8 @@ impl DetectorConfig {
         }))
     }
 
-    /// Independent readings of each band in a block of samples at `rate_hz`, 0 where the rate does not carry it; and the length of a block (s).
+    /// Independent readings of each band in a block of samples at `rate_hz`, 0 where the rate does not carry it; and the
+    /// length of a block (s).
     ///
     /// # Errors
     /// Where a corner is no frequency.

@@ -19,7 +19,7 @@ pub(super) struct Scales {
 pub(super) fn scale(top_n: f32) -> Scales {
     let top_n = f64::from(top_n).max(1.0);
     let force = Scale::new(Kind::Linear, 0.0, 1.05 * top_n);
-    Scales { force, statistic: Scale::new(Kind::Log, 1e-2, 1e2) }
+    Scales { force, statistic: Scale::new(Kind::Log, 1e-6, 1e1) }
 }
 
 /// Lowest to highest force of each column.
@@ -34,7 +34,7 @@ pub(super) fn force(
     curve(painter, &frame, &buckets(&row.force, seen, |low, high| (low, high)), seen, Tone::Sky);
 }
 
-/// The highest statistic of each column, from the bottom, and its threshold.
+/// The highest statistic of each column, from the bottom, and where it is a slip.
 pub(super) fn statistic(
     painter: &Painter,
     cell: Rect,

@@ -69,7 +69,8 @@ fn grasps(
     let mut lag_us = 0;
     let mut made = grippers(name, seed, 1)?;
     greet(name, outlet);
-    outlet.offer(Feed::Observes(ObserverSettings::Source));
+    let interval_s = world.config.detector.interval_s;
+    outlet.offer(Feed::Observes(ObserverSettings::Source { interval_s }));
     for number in 1.. {
         let (gripper, object) = made;
         let mut grasp = Grasp::new(gripper, number, &world.config)?;

@@ -95,6 +95,8 @@ impl Entries {
             Signal::Vibration => Unit::None,
         };
         self.updates.push(Feed::Stylus(StylusInfo::one(unit)));
+        let interval_s = begun.config.detector.interval_s;
+        self.updates.push(Feed::Observes(ObserverSettings::Source { interval_s }));
         let observer = self
             .model
             .clone()
@@ -104,7 +106,6 @@ impl Entries {
         match observer {
             Ok(observer) => {
                 self.stream.observe(Some(observer));
-                self.updates.push(Feed::Observes(ObserverSettings::Source));
             }
             Err(error) => {
                 self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
@@ -172,10 +173,23 @@ impl Entries {
 #[cfg(test)]
 mod tests {
     use super::Entries;
-    use crate::feed::Feed;
+    use crate::feed::{Feed, ObserverSettings};
     use grip_record::mcap::{Record, SampleRecord};
+    use grip_session::{recording::pipeline_record, session::Beginning};
+    use slip_core::units::{Hertz, Micros};
+    use slip_core::{ClientCommand, PipelineConfig, Sample};
 
-    use slip_core::{ClientCommand, Sample, units::Micros};
+    #[test]
+    fn the_interval_is_the_one_of_the_recording() {
+        let mut config = PipelineConfig::gripping(Hertz(10_000.0));
+        config.detector.interval_s = 60.0;
+        let (carried_n, released, mut json) = (None, true, Vec::new());
+        let begun = Beginning { config, carried_n, least_n: 0.1, released, taxels: 0 };
+        let mut entries = Entries::default();
+        entries.record(&Record::Pipeline(pipeline_record(&begun, &mut json).unwrap()));
+        let settings = Feed::Observes(ObserverSettings::Source { interval_s: 60.0 });
+        assert!(entries.take().contains(&settings));
+    }
 
     #[test]
     fn what_happened_before_a_long_gap_or_another_start_is_reported_before_the_rows_behind_it() {

@@ -1,11 +1,11 @@
-//! The highest levels of seconds in; their Pareto tail, and the level that is passed once in a wanted interval, out.
+//! The Pareto tail of the highest levels of seconds, and the level that is passed once in a wanted interval.
 //!
 //! The largest levels are taken for a Pareto tail, P(X > x) ~ x^-a, with Hill's estimate of a (B. M. Hill, Ann. Statist. 3
 //! (1975)): heavier than the exponential tail of Gaussian noise, and continued beyond the largest level seen.
 
 /// The tail of a test's peaks: P(peak > h) in a second is `share` (start/h)^index for h above `start`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tail {
+pub(super) struct Tail {
     /// Where the tail begins.
     start: f64,
     /// Seconds in the tail over all seconds.
@@ -19,7 +19,7 @@ impl Tail {
     /// peaks than that, or `most` is 0.
     #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
-    pub fn of(peaks: &[f32], most: usize, seconds: usize) -> Option<Self> {
+    pub(super) fn of(peaks: &[f32], most: usize, seconds: usize) -> Option<Self> {
         let from = peaks.len().checked_sub(most + 1)?;
         let (&start, tail) = peaks.get(from..)?.split_first()?;
         let count = tail.len() as f64;
@@ -33,7 +33,7 @@ impl Tail {
 
     /// The level that is exceeded once in `seconds` seconds, never below the tail.
     #[must_use]
-    pub fn level(&self, seconds: f64) -> f32 {
+    pub(super) fn level(&self, seconds: f64) -> f32 {
         // P(peak > h) in a second = 1 / seconds
         let factor = (self.share * seconds).max(1.0).powf(self.mean_log);
         #[expect(clippy::cast_possible_truncation, reason = "a threshold")]
