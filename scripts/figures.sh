@@ -20,7 +20,7 @@ cp "$work/study/figures/fig-3-varied-v.png" "$images/study.png"
 
 recordings=${GRIP_DATA:-../shared/data}/biotac_slide
 if [ -f "$recordings/labels.csv" ]; then
-    "$bin/gripctl" score "$recordings" --guard-ms 60 --detectors stylus,cusum,glrt --curve "$images/score.svg" > /dev/null
+    "$bin/gripctl" score "$recordings" --guard-ms 60 --detectors stylus,esc,fused --curve "$images/score.svg" > /dev/null
 else
     missing data "$recordings: $images/score.svg stays as it is"
 fi
