@@ -120,6 +120,8 @@ mod column {
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Channel, D::Error> {
         let name = String::deserialize(from)?;
+        // What every layout of an older version names. Its level, where one was chosen, was in intervals.
+        let name = if name == "statistic" { "evidence_s".to_owned() } else { name };
         Channel::of_column(&name).ok_or_else(|| {
             let names: Vec<String> = Channel::all().map(Channel::column).collect();
             let names = names.join(", ");
@@ -164,6 +166,8 @@ mod tests {
         assert!(event.contains("line 2") && event.contains("gross slip"), "{event}");
         let channel = reported("[trigger]\nchannel = \"height\"\n");
         assert!(channel.contains("force_n"), "{channel}");
+        let older = Layout::parse("[trigger]\nchannel = \"statistic\"\n").unwrap().trigger;
+        assert_eq!(older.channel, Channel::Statistic);
         let odd = "[trigger]\nlevel = nan\nbefore_s = 5.0\nwindow_s = -1.0\n";
         let form = Layout::parse(odd).unwrap().trigger;
         assert_eq!((form.level, form.before_s, form.window_s), (600.0, 5.0, 5.0));

@@ -1,16 +1,16 @@
 //! The methods joined: one evidence from stylus, travel and taxels, and the slip state it makes.
 //!
-//! Evidence of each method, over the wanted interval, is an e-value; their mean is one too, however they depend on each other (V. Vovk, R. Wang,
-//! Ann. Statist. 49 (2021)), so the interval holds for all of them together. A slip begins when the mean over the methods that have a channel
-//! reaches 1, with the state of the highest, and ends when none shows it. What is added costs ln 3 of the log-evidence at most: 0.5 ms of
-//! the stylus, 2 um of a travel, 6 % of the limit of 8 taxels. Travel and taxels have limits of their own, at which their evidence is 1:
+//! Evidence of each method over the wanted interval is an e-value; their weighted mean is one too, however they depend on each other (V. Vovk,
+//! R. Wang, Ann. Statist. 49 (2021)), so the interval holds for all of them together. A slip begins when the mean over the methods
+//! that have a channel reaches 1, with the state of the highest, and ends when none shows it.
+//!
+//! Travel and taxels have limits of their own (elastic shear, creep), which lie far above their noise: at its limit a travel has a
+//! log-likelihood ratio of 72 (12 deviations) and more where 14 would do. So their weights may be small, w = 1/1000, and their evidence
+//! still large enough at the limit to be a slip alone. The stylus keeps 1 - w for each: no method delays another.
 //!
 //! ```text
-//! x = exp(k (y - 1))      y: moved distance or change of the pattern over its limit
+//! x = exp(k (y - 1)) / w      y: moved distance or change of the pattern over its limit      k = 72; n taxels: n h/2 (1 - 1/6), at most 72
 //! ```
-//!
-//! k is the log-likelihood ratio of what is at the limit against nothing: a travel whose limit is 12 deviations has 12^2/2 = 72, n taxels of
-//! energy h have n h/2 (1 - 1/6), at most as much.
 
 use crate::{
     alarm::{Method, Methods},
@@ -27,7 +27,7 @@ use crate::{
 /// What the methods detect together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// Mean evidence of the methods over the wanted interval: 1 and above is a slip.
+    /// Weighted mean of the evidence of the methods, over the wanted interval: 1 and above is a slip.
     pub statistic: f32,
     /// The highest slip state, once that was reached.
     pub state: SlipState,
@@ -57,6 +57,8 @@ pub struct Fusion {
 
 /// Log-likelihood ratio of a travel at its limit.
 const AT_LIMIT: f32 = 72.0;
+/// Weight of a method beside the stylus.
+const WEIGHT: f32 = 1e-3;
 
 /// Most readings of the travel that are put by: those of a block of the stylus at 50 kHz.
 const MOST: usize = 25;
@@ -286,22 +288,20 @@ impl Fusion {
     fn join(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Detection> {
         let mut joined = Joined::default();
         if let Some((evidence, state)) = stylus.filter(|_| self.uses(Method::Stylus)) {
-            joined.add(Some(evidence), state, Method::Stylus);
+            let others = f32::from(self.travel.has_begun()) + f32::from(self.pressure.has_begun());
+            joined.add(evidence * (1.0 - WEIGHT * others), state, Method::Stylus);
         }
         if self.uses(Method::Travel) && self.trusts_travel() {
             let evidence = at_limit(self.travel.statistic(), AT_LIMIT);
-            let evidence = self.travel.has_begun().then_some(evidence);
             joined.add(evidence, self.travel.state(), Method::Travel);
         }
         if self.uses(Method::Pressure) {
             let log = self.pressure.log_at_limit().min(AT_LIMIT);
             let evidence = at_limit(self.pressure.statistic(), log);
-            let evidence = self.pressure.has_begun().then_some(evidence);
             joined.add(evidence, self.pressure.state(), Method::Pressure);
         }
-        let Joined { sum, count, state, method } = joined;
+        let Joined { statistic, state, method } = joined;
         let method = method?;
-        let statistic = sum / f32::max(count, 1.0);
         self.slips = statistic >= 1.0 || (self.slips && state != SlipState::Quiet);
         Some(Detection {
             statistic,
@@ -311,7 +311,7 @@ impl Fusion {
     }
 }
 
-/// Evidence of a method that shows `over_limit` times its limit, with the log-likelihood ratio that it has there.
+/// Weighted evidence of a method that shows `over_limit` times its limit, with the log-likelihood ratio that it has there.
 #[inline]
 fn at_limit(over_limit: f32, log: f32) -> f32 {
     if over_limit <= 0.5 { 0.0 } else { libm::expf((log * (over_limit - 1.0)).min(AT_LIMIT)) }
@@ -320,21 +320,17 @@ fn at_limit(over_limit: f32, log: f32) -> f32 {
 /// What the methods show together.
 #[derive(Clone, Copy, Debug, Default)]
 struct Joined {
-    sum: f32,
-    count: f32,
+    statistic: f32,
     state: SlipState,
     /// Whose state that is.
     method: Option<Method>,
 }
 
 impl Joined {
-    /// A method with its evidence, where it has a channel, and its state.
+    /// A method with its weighted evidence and its state.
     #[inline]
-    fn add(&mut self, evidence: Option<f32>, state: SlipState, method: Method) {
-        if let Some(evidence) = evidence {
-            self.sum += evidence;
-            self.count += 1.0;
-        }
+    fn add(&mut self, evidence: f32, state: SlipState, method: Method) {
+        self.statistic += evidence;
         if self.method.is_none() || state > self.state {
             (self.state, self.method) = (state, Some(method));
         }

@@ -280,7 +280,7 @@ fn a_gripper_without_samples_is_reported_so_where_they_would_be() {
     assert!(harness.query_by_label_contains("sends no samples (samples_every = 0").is_some());
     assert!(harness.query_by_label("Force plot").is_some(), "forces come with its state");
     let harness = view(10, fixture::grasp());
-    assert!(harness.query_by_label("tells every 10th sample").is_some());
+    assert!(harness.query_by_label("sends every 10th sample").is_some());
     assert!(harness.query_by_label("Stylus plot").is_some());
 }
 

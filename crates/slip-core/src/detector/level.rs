@@ -25,7 +25,7 @@ const PAST: usize = 64;
 ///
 /// ```text
 /// g <- g + a (ln energy - g), a = 1 - exp(-block / 0.4 s)       b = highest g up to 0.8 s ago, falling by e in 120 s
-/// statistic = (exp(g - b) / 3)^2
+/// statistic = (exp(g - b) / 3)^2, the lower one of two blocks
 /// ```
 ///
 /// Hands and robots move at up to some 20 Hz. A sensor of 40 Hz sees nothing else, so that no band separates a slip
@@ -51,6 +51,8 @@ pub(super) struct Level {
     settled: u32,
     alarmed: u32,
     place: usize,
+    /// Ratio of the block before.
+    before: f32,
 }
 
 impl Level {
@@ -70,6 +72,7 @@ impl Level {
             settled: 0,
             alarmed: 0,
             place: 0,
+            before: 0.0,
         }
     }
 
@@ -119,7 +122,8 @@ impl Level {
         if self.is_learning() {
             return 0.0;
         }
-        let ratio = libm::expf((self.mean - self.highest).min(40.0)) / RATIO;
+        let now = libm::expf((self.mean - self.highest).min(40.0)) / RATIO;
+        let ratio = now.min(core::mem::replace(&mut self.before, now));
         self.alarmed = if ratio > 1.0 { self.alarmed + 1 } else { 0 };
         if self.alarmed > self.learn_len {
             (self.highest, self.alarmed) = (self.mean, 0);

@@ -48,7 +48,7 @@ pub(super) const GONE: f32 = 0.018_315_64;
 /// Log-likelihood with which a component forgets all (nats).
 const FORGETS: f32 = 80.0;
 /// Share of the log-evidence for a slip that motion may reach.
-const NEAR: f32 = 0.75;
+const NEAR: f32 = 0.6;
 
 /// What one block of samples (half a millisecond) showed, in units of the sensor noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,10 +87,10 @@ impl Law {
             joint_slope: core::array::from_fn(|b| slope(TEMPER * of_octave(b), slack[JOINT])),
             joint_offset: core::array::from_fn(|b| 0.5 * TEMPER * of_octave(b) * LOG_RATIO),
         };
-        for b in 0..BANDS {
-            law.slope[b] = slope(readings[b], slack[b]);
-            law.offset[b] = 0.5 * readings[b] * LOG_RATIO;
-            law.share[b] = f32::from(decides[b] && readings[b] > 0.0);
+        for (b, readings) in readings.iter().enumerate() {
+            law.slope[b] = slope(*readings, slack[b]);
+            law.offset[b] = 0.5 * readings * LOG_RATIO;
+            law.share[b] = f32::from(decides[b] && *readings > 0.0);
         }
         law.offset[JOINT] = law.joint_offset.iter().sum();
         law.share[JOINT] = f32::from(decides[JOINT] && law.offset[JOINT] > 0.0);
@@ -165,40 +165,41 @@ impl AlarmSum {
     #[inline]
     fn step_still(&mut self, block: &Block) -> f32 {
         let law = &self.still;
-        let mut z = [0.0; LANES];
-        for (z, energy) in z.iter_mut().zip(&block.energy) {
-            *z = *energy;
+        let mut gains = law.offset.map(|offset| -offset);
+        for ((gain, slope), energy) in gains.iter_mut().zip(&law.slope).zip(&block.energy) {
+            *gain = (slope * energy + *gain).min(CLIP);
         }
-        let most_s = MOST * self.interval_s;
-        let mut sum_s = 0.0;
-        for i in 0..LANES {
-            let gain = (law.slope[i] * z[i] - law.offset[i]).min(CLIP);
-            let evidence_s = exp(gain) * (self.evidence_s[i] + self.block_s);
-            sum_s += law.share[i] * evidence_s;
-            self.evidence_s[i] = evidence_s.min(most_s);
-        }
-        sum_s / self.interval_s
+        let share = law.share;
+        self.grow(&gains, &share)
     }
 
     #[inline(never)]
     fn step_moving(&mut self, block: &Block) -> f32 {
         let law = &self.moving;
-        let mut gains = [0.0; LANES];
-        let mut joint = 0.0;
-        for b in 0..BANDS {
-            let z = block.energy[b] / block.floor[b];
+        let (mut gains, mut joint) = ([0.0; LANES], 0.0);
+        for (b, (energy, floor)) in block.energy.iter().zip(&block.floor).enumerate() {
+            let z = energy / floor;
             gains[b] = (law.slope[b] * z - law.offset[b]).min(CLIP);
             joint += (law.joint_slope[b] * z - law.joint_offset[b]).min(OCTAVE_CLIP);
         }
         gains[JOINT] = joint.min(JOINT_CLIP);
+        for ((gained, blocks), gain) in self.gained.iter_mut().zip(&mut self.blocks).zip(&gains) {
+            *gained = (*gained + gain).max(0.0);
+            *blocks = if *gained > 0.0 { *blocks + 1.0 } else { 0.0 };
+        }
+        let share = law.share;
+        self.grow(&gains, &share)
+    }
+
+    /// Takes the log-likelihood ratios of a block; gives the mean evidence over the interval.
+    #[inline]
+    fn grow(&mut self, gains: &[f32; LANES], share: &[f32; LANES]) -> f32 {
         let most_s = MOST * self.interval_s;
         let mut sum_s = 0.0;
-        for i in 0..LANES {
-            let evidence_s = exp(gains[i]) * (self.evidence_s[i] + self.block_s);
-            sum_s += law.share[i] * evidence_s;
-            self.evidence_s[i] = evidence_s.min(most_s);
-            self.gained[i] = (self.gained[i] + gains[i]).max(0.0);
-            self.blocks[i] = if self.gained[i] > 0.0 { self.blocks[i] + 1.0 } else { 0.0 };
+        for ((evidence_s, gain), share) in self.evidence_s.iter_mut().zip(gains).zip(share) {
+            let now_s = exp(*gain) * (*evidence_s + self.block_s);
+            sum_s += share * now_s;
+            *evidence_s = now_s.min(most_s);
         }
         sum_s / self.interval_s
     }

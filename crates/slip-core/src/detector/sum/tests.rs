@@ -1,3 +1,4 @@
+#![expect(clippy::cast_possible_truncation, reason = "test signals")]
 extern crate std;
 use super::{AlarmSum, BANDS, Block, COMPONENTS, DetectorConfig, JOINT, exp};
 
@@ -125,28 +126,28 @@ fn one_block_is_no_slip_and_three_are() {
     }
 }
 
-/// With the floor as much higher as is stated, the same motion stays below the share.
+/// Motion of 3 times the energy that is evidence for nothing, 100 ms: with the floor as much higher as is stated it is no slip.
 #[test]
 fn what_is_unexplained_is_the_factor_that_explains_it() {
     let run = |floor: f32| {
         let mut sum = sum(600.0);
-        let block =
-            |energy: f32| Block { energy: [energy; BANDS], floor: [floor; BANDS], moving: true };
+        let neutral: [f32; BANDS] =
+            core::array::from_fn(|b| sum.moving.offset[b] / sum.moving.slope[b]);
+        let mut step = |energy| sum.step(&Block { energy, floor: [floor; BANDS], moving: true });
         (0..100).for_each(|_| {
-            sum.step(&block(1.0));
+            step([1.0; BANDS]);
         });
-        (0..20).for_each(|_| {
-            sum.step(&block(40.0));
+        (0..200).for_each(|_| {
+            step(neutral.map(|energy| 3.0 * energy));
         });
         (sum.unexplained(), sum.evidence_s())
     };
     let (factors, _) = run(1.0);
-    assert!(factors[BANDS - 1] > 1.2, "{factors:?}");
-    // A sum of many pasts lies above the last of them.
+    assert!(factors[BANDS - 1] > 2.0, "{factors:?}");
     for (i, factor) in factors.into_iter().enumerate().filter(|(i, _)| *i < BANDS) {
         let log = libm::logf(run(factor).1[i] / BLOCK_S);
-        let near = 0.75 * libm::logf(600.0 / BLOCK_S);
-        assert!(log < near + 2.0, "component {i}: {factor} {log} {near}");
+        let slip = libm::logf(600.0 / BLOCK_S);
+        assert!(log < slip, "component {i}: {factor} {log} {slip}");
     }
 }
 
