@@ -16,10 +16,9 @@
 #define GROSS 25.0f
 #define RELEASE_MS 50.0f
 
-/* The sum: wanted time between false alarms (s), slack of the floor, rise that is looked for, most log-likelihood of a block, most evidence that
+/* The sum: wanted time between false alarms (s), rise that is looked for, most log-likelihood of a block, most evidence that
  * is remembered and least that a slip has, both over that time. */
 #define INTERVAL_S 600.0f
-#define SLACK 3.0f
 #define RATIO 6.0f
 #define LOG_RATIO 1.7917595f
 #define CLIP 5.0f
@@ -52,8 +51,8 @@
 
 /* The bands that decide at rest: shear and vibration, which every rate carries in some place, and the two highest octaves. */
 static const struct {
-    float low_hz, high_hz;
-} BANDS[SD_BANDS] = {{20, 400}, {100, 800}, {250, 700}, {700, 3000}};
+    float low_hz, high_hz, slack;
+} BANDS[SD_BANDS] = {{20, 400, 4}, {100, 800, 3}, {250, 700, 3}, {700, 3000, 3}};
 #define MOVABLE 2u
 
 static uint32_t samples(float ms, float rate_hz) {
@@ -118,7 +117,7 @@ bool sd_init(sd_detector *d, float rate_hz, float min_rms) {
         }
         /* An AVR has no expm1f. */
         d->bands[b].weight = (float)(1.0 - exp(-(double)(block_s / tau_s)));
-        d->bands[b].slope = 0.5f * readings * (1.0f - 1.0f / RATIO) / SLACK;
+        d->bands[b].slope = 0.5f * readings * (1.0f - 1.0f / RATIO) / BANDS[b].slack;
         d->bands[b].offset = 0.5f * readings * LOG_RATIO;
         used += 1.0f;
         d->bands[b].scale = d->bands[b].energy = 1.0f;
