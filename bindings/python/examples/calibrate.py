@@ -1,4 +1,4 @@
-"""Calibrate: thresholds for my sensor from a minute without slip: python calibrate.py [PICTURE]
+"""Calibrate: slack for my sensor from a minute without slip: python calibrate.py [PICTURE]
 
 The sensor of this example has a noise with heavy tails, as cables and gears make it. The defaults, which know
 nothing of that, alarm where nothing slips; the calibration asks for one false alarm in ten minutes.
@@ -27,8 +27,8 @@ def rest(seconds: float, seed: int) -> npt.NDArray[np.float32]:
 
 def main() -> None:
     made = slipgrip.calibrate(rest(120.0, 5000), RATE, interval_s=600.0)
-    assert made.thresholds is not None
-    print("thresholds:", np.round(made.thresholds, 1))
+    assert made.slack is not None
+    print("slack:", np.round(made.slack, 1))
     print("not certified:", made.not_certified)
 
     # Ten minutes that were not used, and then slips of growing strength.

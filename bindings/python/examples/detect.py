@@ -42,12 +42,12 @@ def main() -> None:
     signal.plot(*envelope(recording.times, 1e6 * recording[name] if name == "stylus" else recording[name]), linewidth=0.5)
     signal.set_ylabel("stylus (um)" if name == "stylus" else name)
     statistic.semilogy(*envelope(found.t_s, np.maximum(found.statistic, 1e-2)), linewidth=0.8)
-    statistic.axhline(1.0, color="tab:red", linewidth=0.8, label="threshold")
+    statistic.axhline(1.0, color="tab:red", linewidth=0.8, label="interval")
     slipping = found.scene == slipgrip.SCENES.index("slipping")
     statistic.fill_between(
         found.t_s[::50], 0, 1, where=slipping[::50], transform=statistic.get_xaxis_transform(), alpha=0.2, label="slip"
     )
-    statistic.set(xlabel="time (s)", ylabel="statistic / threshold")
+    statistic.set(xlabel="time (s)", ylabel="evidence / interval")
     statistic.legend(loc="upper left")
     save(figure)
 

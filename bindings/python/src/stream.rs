@@ -170,7 +170,7 @@ pub(crate) struct Detection {
     events: Vec<Py<PyDict>>,
     /// Times of the rows (s), (rows,).
     t_s: Py<PyArray1<f64>>,
-    /// Slip statistic over its threshold, (rows,): 1 and above is a slip; 0 where nothing is held.
+    /// Evidence of a slip over the wanted interval, (rows,): 1 and above is a slip; 0 where nothing is held.
     statistic: Py<PyArray1<f32>>,
     /// What the pipeline sees, (rows,): the number of one of `SCENES`.
     scene: Py<PyArray1<u8>>,

@@ -157,11 +157,9 @@ def test_files_of_other_programs(tmp_path: Path) -> None:
 
 def test_settings_come_from_a_dictionary_or_a_file(tmp_path: Path) -> None:
     x = noise_with_slips()
-    deaf = {"detector": {"cusum_threshold": 1e8, "vibration": {"low_hz": 100.0, "high_hz": 800.0, "threshold": 1e8}}}
+    deaf = {"detector": {"slack_still": [1e8] * 7}}
     file = tmp_path / "gripd.toml"
-    file.write_text(
-        "[detector]\ncusum_threshold = 1e8\nvibration = { low_hz = 100.0, high_hz = 800.0, threshold = 1e8 }\n"
-    )
+    file.write_text(f"[detector]\nslack_still = {[1e8] * 7}\n")
     by_table, by_file = detect(x, RATE, config=deaf), detect(x, RATE, config=file)
     assert by_table.events == by_file.events != detect(x, RATE).events
     with pytest.raises(ValueError, match="unknown field `dtector`"):

@@ -136,7 +136,7 @@ fn pipeline(board: &Board, state: &PipelineState, page: &mut Exposition) {
         let grips = GripState::ALL.map(|grip| (grip.name(), u8::from(grip == state.grip)));
         page.gauge("gripd_grip_state", "1 for the state of the grip.").each("state", grips);
     }
-    page.gauge("gripd_slip_statistic", "Slip statistic over its threshold.")
+    page.gauge("gripd_slip_statistic", "Evidence of a slip over the wanted interval.")
         .known(state.statistic.map(Number));
     page.gauge("gripd_force_command_newtons", "Commanded force of one finger.")
         .known(state.command_n.map(Number));

@@ -141,7 +141,7 @@ json_object! {
         scene: &'static str = state.scene.name();
         /// What the force controller does; absent where the pipeline only observes.
         grip: Option<&'static str> = (state.grip != GripState::Observing).then(|| state.grip.name());
-        /// Slip statistic over its threshold.
+        /// Evidence of a slip over the wanted interval.
         statistic: Option<f32> = state.statistic;
         /// Commanded force (N).
         command_n: Option<f32> = state.command_n;

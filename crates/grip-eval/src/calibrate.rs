@@ -36,7 +36,7 @@ use slip_core::{
     sample::Vector,
 };
 
-/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the thresholds stand on top
+/// Times the mean ratio of motion at stylus and reference that the gate takes for granted; the slack stands on top
 /// of it.
 const MARGIN: f32 = 0.5;
 /// Rest that is needed (s).

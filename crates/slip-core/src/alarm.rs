@@ -122,7 +122,7 @@ impl CauseSet {
 /// | cause | ruled out | possible | needs |
 /// |---|---|---|---|
 /// | knock | no band of the reference above 250 Hz reached 5 times its mean (10 ms) in the last 40 ms, and motion did not begin then | otherwise | sound reference |
-/// | motion | the robot has stood for H; or the stylus alarms at 2.5 times its thresholds over the gated floor, or is certified by the law of motion | it moves, weaker alarm | sound reference, or commanded motion |
+/// | motion | the robot has stood for H; or the stylus alarms and shows four times what motion may at most, or is certified by the law of motion | it moves, weaker alarm | sound reference, or commanded motion |
 /// | grip change | the grip force has stayed within a tenth for W | otherwise | force sensor, or a controller |
 /// | closing | the object has been held for W | otherwise | force sensor, or a controller |
 /// | arm stop | the robot has stood for H, or is commanded to move, or the command ended more than H ago | the command ended less than H ago, or the last motion that the reference showed is 20 ms to H ago | sound reference, or commanded motion |

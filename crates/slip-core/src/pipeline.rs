@@ -207,7 +207,7 @@ pub struct Step {
     pub t: Micros,
     /// The scene the sample was handled in.
     pub scene: Scene,
-    /// Slip statistic over its threshold: 1 and above is a slip. 0 where the bands were not needed.
+    /// Evidence of a slip over the wanted interval: 1 and above is a slip. 0 where the bands were not needed.
     pub statistic: f32,
     /// A change in the slip state: what is known of it at once. Features, velocity and estimate come with the steps of the slip.
     pub event: Option<SlipReport>,

@@ -19,8 +19,8 @@ pub enum Signal {
     /// Vibration in units of the sensor, signed or rectified: slips are found, heights are not known.
     ///
     /// The bands act on a rectified signal as it is: rectification moves its vibration towards lower and doubled
-    /// frequencies, but the noise floor is measured on the same rectified signal, so the thresholds keep
-    /// their meaning.
+    /// frequencies, but the noise floor is measured on the same rectified signal, so the evidence keeps
+    /// its meaning.
     Vibration,
 }
 

@@ -316,7 +316,7 @@ typedef struct slip_event {
   uint8_t possible;
   // 1 for the first notice of the slip.
   uint8_t first;
-  // Slip statistic over its threshold.
+  // Evidence of a slip over the wanted interval.
   float statistic;
   // Probability that noise alone would not reach it.
   float confidence;
@@ -340,7 +340,7 @@ typedef struct slip_event {
 typedef struct slip_state {
   // Time of the last sample (us).
   uint64_t t_us;
-  // Slip statistic over its threshold: 1 and above is a slip. 0 where the bands were not needed.
+  // Evidence of a slip over the wanted interval: 1 and above is a slip. 0 where the bands were not needed.
   float statistic;
   // Commanded force (N); NaN without a controller.
   float command_n;

@@ -158,7 +158,7 @@ pub struct SlipEvent {
     pub possible: u8,
     /// 1 for the first notice of the slip.
     pub first: u8,
-    /// Slip statistic over its threshold.
+    /// Evidence of a slip over the wanted interval.
     pub statistic: f32,
     /// Probability that noise alone would not reach it.
     pub confidence: f32,
@@ -265,7 +265,7 @@ pub(crate) fn known(value: Option<f32>) -> f32 {
 pub struct SlipState {
     /// Time of the last sample (us).
     pub t_us: u64,
-    /// Slip statistic over its threshold: 1 and above is a slip. 0 where the bands were not needed.
+    /// Evidence of a slip over the wanted interval: 1 and above is a slip. 0 where the bands were not needed.
     pub statistic: f32,
     /// Commanded force (N); NaN without a controller.
     pub command_n: f32,

@@ -328,7 +328,7 @@ message! {
         21 method: Method, "slip method", "Which method noticed it.";
         22 speed_source: SpeedSource, "speed source", "Where the speed comes from.";
         23 esc_kind: Reading, "which E_sc `esc_chosen` is", "Which reading `esc` is.";
-        24 statistic: Option<f32>, "over its threshold", "Slip statistic over its threshold.";
+        24 statistic: Option<f32>, "over the interval", "Evidence of a slip over the wanted interval.";
         28 confidence: Option<f32>, "0..1", "Probability that noise alone would not reach the statistic within the stated false-alarm interval.";
         32 speed_m_s as "speed": Option<f32>, "m/s", "Slip speed.";
         36 speed_sigma_m_s as "sigma": Option<f32>, "m/s, standard deviation of it", "Its standard deviation.";

@@ -22,7 +22,7 @@ message! {
         24 fault: FaultCode, "latched fault", "Latched fault of the gripper.";
         26 esc_flags: u8, "as in SLIP", "What is wrong with E_sc: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
         27 esc_kind: Reading, "which E_sc `esc` is", "Which reading `esc` is.";
-        28 statistic: Option<f32>, "over its threshold", "Slip statistic over its threshold.";
+        28 statistic: Option<f32>, "over the interval", "Evidence of a slip over the wanted interval.";
         32 command_n as "command": Option<f32>, "N, commanded force", "Commanded force.";
         36 applied_n as "applied": Option<f32>, "N, measured normal force", "Measured normal force.";
         40 esc: Option<f32>, "W or J, the last E_sc", "The last E_sc.";

@@ -12,7 +12,7 @@ from ._core import Detection, Recording
 
 FEATURES: Dict[str, str] = {
     "active": "1 where an object slipped at any time since the frame before, else 0",
-    "statistic": "slip statistic over its threshold: 1 and above is a slip",
+    "statistic": "evidence of a slip over the wanted interval: 1 and above is a slip",
     "confidence": "of the present slip, 0 to 1; 0 while nothing slips",
     "speed_m_s": "speed of the present slip as last reported (m/s); 0 while nothing slips",
     "esc_w": "E_sc of the last slip as last reported (W); 0 before the first",

@@ -282,7 +282,7 @@ pub(crate) struct ReplayArgs {
     /// Do not run the force controller, even where the recording has a normal force.
     #[arg(long)]
     pub(crate) observe: bool,
-    /// Write the statistic over its threshold, and where slips were found, as .svg or .png.
+    /// Write the evidence over the wanted interval, and where slips were found, as .svg or .png.
     #[arg(long, value_name = "FILE", conflicts_with = "check")]
     pub(crate) plot: Option<PathBuf>,
     #[command(flatten)]

@@ -63,7 +63,7 @@ impl Picture {
         let threshold = ends.map(|(t_s, _)| (*t_s, 1.0)).collect();
         let slips = self.slips.len();
         let title = format!("{name}: {slips} slip{}", if slips == 1 { "" } else { "s" });
-        let (x, y) = (Axis::linear("time (s)"), Axis::log("statistic over its threshold"));
+        let (x, y) = (Axis::linear("time (s)"), Axis::log("evidence over the wanted interval"));
         let mut chart = Chart::new(title, x, y)
             .with(Layer::line("statistic", self.points))
             .with(Layer::line("threshold", threshold).drawn_as(Mark::DashedLine));

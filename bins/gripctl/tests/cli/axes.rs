@@ -86,7 +86,7 @@ fn a_turned_sensor_gives_the_same_figures() {
             assert!((a / b - 1.0).abs() < 0.02, "{name}: {one} {other}");
         }
     };
-    for name in ["floor", "reference_floor", "gain", "thresholds"] {
+    for name in ["floor", "reference_floor", "gain", "slack_still"] {
         close(name);
     }
 }

@@ -1,7 +1,6 @@
 //! The statistic of each recording in; false alarms, misses and latency at every threshold out.
 //!
-//! All thresholds of a detector are moved together: at `threshold` h an alarm is a statistic above h times the configured
-//! thresholds. 1 is the working point. What a recording does after its first alarm counts only in rest, where the alarms of
+//! At `threshold` h an alarm is a statistic above h times the configured threshold. 1 is the working point. What a recording does after its first alarm counts only in rest, where the alarms of
 //! one stretch are those that lie more than [`APART_S`] apart.
 
 use super::{LATE_S, Quantiles};

@@ -1,4 +1,4 @@
-//! The scattered energy of the last milliseconds in, a statistic over its threshold out: slip detection as the source study has it.
+//! The scattered energy of the last milliseconds in, a evidence over the wanted interval out: slip detection as the source study has it.
 //!
 //! ```text
 //! stylus -> vibration band -> over its noise -> irregularities (delta, s) of the last 10 ms -> |E_sc| / threshold

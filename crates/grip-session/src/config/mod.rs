@@ -77,7 +77,7 @@ pub struct HostConfig {
     pub log_level: LogLevel,
     /// Model file, or the built-in `default` or `paper`; `default`, where absent.
     pub model: Option<PathBuf>,
-    /// Calibration file of `gripctl calibrate`: floor, gate and thresholds of this gripper.
+    /// Calibration file of `gripctl calibrate`: floor, gate and slack of this gripper.
     pub calibration: Option<PathBuf>,
     /// What that file states; see [`HostConfig::with_calibration`].
     #[serde(skip)]
@@ -98,7 +98,7 @@ pub struct HostConfig {
     pub fleet: FleetConfig,
     /// How the noise floor is found.
     pub floor: FloorConfig,
-    /// Bands and thresholds of the slip detector.
+    /// Bands, slack and interval of the slip detector.
     pub detector: DetectorConfig,
     /// What is believed of the sensors.
     pub health: HealthConfig,

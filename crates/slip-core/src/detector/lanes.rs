@@ -323,8 +323,8 @@ impl Block {
 /// A filter is linear, so the band signals of an axis that is turned are the turned band signals, and the sum of their squares is the
 /// same however the sensor is mounted. No single signal does that: the norm of the vector shows only what lies along its mean (for an
 /// accelerometer, gravity), at twice the frequency where that is zero, and a projection is blind across its direction.
-/// Floor, thresholds and tests take the sums as they take the energies of one axis. The noise of several axes varies less than that of one,
-/// which the tests do not know: it makes false alarms rarer.
+/// Floor and alarm take the sums as they take the energies of one axis. The noise of several axes varies less than that of one,
+/// which the alarm does not know: it makes false alarms rarer.
 ///
 /// An axis that never shows anything but 0 is none, and costs a comparison.
 #[derive(Clone, Copy, Debug)]

@@ -246,7 +246,7 @@ pub(super) enum Rested {
     Not,
     /// Nothing happens; the statistic of the methods.
     Quiet {
-        /// Slip statistic over its threshold.
+        /// Evidence of a slip over the wanted interval.
         statistic: f32,
     },
     /// The rest ends: the stages up to the detection have looked at the sample.
