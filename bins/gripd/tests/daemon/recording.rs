@@ -41,9 +41,9 @@ pub(crate) fn replays(folder: &Path, ran: &Ran) -> TapeSummary {
 fn a_reload_in_between_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
-    fs::write(folder.path().join("gripd.toml"), "[detector.shear]\nthreshold = 30.0\n").unwrap();
+    fs::write(folder.path().join("gripd.toml"), "[detector.shear]\nlow_hz = 30.0\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("the new settings are in force: detector.shear.threshold: 25.0 -> 30.0");
+    running.wait_for("the new settings are in force: detector.shear.low_hz: 20.0 -> 30.0");
     fs::write(folder.path().join("gripd.toml"), "[grip]\ntrial_force_n = 2.5\n").unwrap();
     running.signal(Signal::HUP);
     running.wait_for("grip.trial_force_n: 1.2 -> 2.5");

@@ -50,7 +50,7 @@ fn configurations() {
         ("[health]\nmax_bad_run = 0\n", &[":2:1: health.max_bad_run = 0 is outside 1 to"]),
         ("baud = 0\n", &[":1:1: baud = 0 is outside 1 to"]),
         (
-            "[detector]\nshear = { low_hz = 20.0, high_hz = 10.0, threshold = 25.0 }\n",
+            "[detector]\nshear = { low_hz = 20.0, high_hz = 10.0 }\n",
             &[":2:11: detector.shear.low_hz = 20 is outside 0.001 to 10"],
         ),
     ];

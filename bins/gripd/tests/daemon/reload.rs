@@ -35,9 +35,9 @@ fn a_broken_file_changes_nothing_and_a_good_one_lets_nothing_fall() {
         running.wait_for(words);
     }
     assert!(!running.reported().contains("are in force:"), "{}", running.reported());
-    fs::write(&file, "listen = \"off\"\n[detector.shear]\nthreshold = 30.0\n").unwrap();
+    fs::write(&file, "listen = \"off\"\n[detector.shear]\nlow_hz = 30.0\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("are in force: detector.shear.threshold: 25.0 -> 30.0");
+    running.wait_for("are in force: detector.shear.low_hz: 20.0 -> 30.0");
     let after = holding(&running, 2);
     assert_eq!(after.0, before.0);
     // The force that the object needs, and what it has been settling down to since the slip.

@@ -13,7 +13,7 @@ use toml::{Table, Value};
 
 const CONFIGURATION: &[&str] = &sources! {
     "grip-session/src/config/mod.rs" "grip-session/src/config/keys.rs" "slip-core/src/floor.rs" "slip-core/src/health.rs"
-    "slip-core/src/detector/config.rs" "slip-core/src/detector/reference.rs" "slip-core/src/drift.rs"
+    "slip-core/src/detector/config.rs" "slip-core/src/filter.rs" "slip-core/src/detector/reference.rs" "slip-core/src/drift.rs"
     "slip-core/src/distance.rs" "slip-core/src/pressure/mod.rs" "slip-core/src/velocity/mod.rs"
     "slip-core/src/observation.rs" "slip-core/src/grip/config.rs"
 };
