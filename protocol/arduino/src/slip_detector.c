@@ -23,7 +23,7 @@
 #define LOG_RATIO 1.7917595f
 #define CLIP 5.0f
 #define MOST 7.389056f
-#define GONE 0.01831564f
+#define GONE 0.002478752f
 
 #define TINY 1e-18f
 #define HUGE_READING 1e15f /* squares of what is larger are no numbers any more */

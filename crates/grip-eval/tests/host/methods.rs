@@ -283,7 +283,7 @@ fn a_stylus_that_always_slides_is_reported_to_slide_or_never_to_have_rested() {
         let (options, config) = (CsvOptions::default(), HostConfig::default());
         let score = score(plain.path(), &options, &config, rules).unwrap();
         let total = score.total(60.0);
-        assert!(total.steady_share.unwrap() >= 0.78, "{:?}", score.recordings);
+        assert!(total.steady_share.unwrap() >= 0.76, "{:?}", score.recordings);
     }
 }
 

@@ -36,7 +36,7 @@ settings! {
             "gross.";
         envelope_ms: f32 = 5.0, 0.5..=1000.0 => "Time constant of this energy (ms).";
         release_ms: f32 = 50.0, 1.0..=10_000.0 =>
-            "How long the evidence must stay below a fiftieth of the interval for the slip to end (ms).";
+            "How long the evidence must stay below a 400th of the interval for the slip to end (ms).";
         slack_still: [f32; COMPONENTS] = [4.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0], 1.0..=1e9 =>
             "Times the noise floor may rise, robot still, without being evidence: of shear, vibration, the octaves, and"
             "the octaves together. Two of the octaves and the last decide in motion only.";

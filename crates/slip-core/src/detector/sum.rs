@@ -7,7 +7,7 @@
 //! ```text
 //! l_b = min(5, n_b/2 (z_b / kappa_b (1 - 1/rho) - ln rho))                                  rho = 6
 //! l_J = min(12, sum over the octaves of min(6, n_b/4 (z_b / kappa_J (1 - 1/rho) - ln rho)))  while the robot moves
-//! M_i <- min(e^2 A, exp(l_i) (M_i + T))      M = mean of the M_i      a slip while M >= A, over when M < A / 55 for the release time
+//! M_i <- min(e^2 A, exp(l_i) (M_i + T))      M = mean of the M_i      a slip while M >= A, over when M < A / 400 for the release time
 //! ```
 //!
 //! For Gaussian noise of energy at most kappa times the floor, E[exp(l) | past] <= 1, so E[M] grows by at most T with
@@ -43,8 +43,8 @@ const JOINT_CLIP: f32 = 12.0;
 const TEMPER: f32 = 0.5;
 /// What is remembered of a component is at most this times the interval, so that a long slip is soon forgotten: e^2.
 const MOST: f32 = 7.389_056;
-/// Share of the interval below which the evidence of a slip is gone: e^-4.
-pub(super) const GONE: f32 = 0.018_315_64;
+/// Share of the interval below which the evidence of a slip is gone: e^-6.
+pub(super) const GONE: f32 = 0.002_478_752;
 /// Log-likelihood with which a component forgets all (nats).
 const FORGETS: f32 = 80.0;
 /// Share of the log-evidence for a slip that motion may reach.
