@@ -48,7 +48,7 @@ PATH_FILES = {
     "slip-core": """
         pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm fusion distance course
         crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
-        detector/rest detector/test pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
+        detector/rest detector/sum detector/envelope isolated pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
         need/mod need/candidate need/readings grip/mod grip/object grip/response grip/lag grip/input grip/feeling
     """,
     "mlp-core": """

@@ -2,11 +2,11 @@
 //! interval out.
 //!
 //! 1. Floor: mean energy of each band while the reference shows no motion (all of it, where there is no reference).
-//!    Where that changes, only what is as quiet as its quietest quarter counts ([`quiet`]); the slack covers the rest.
+//!    Where that changes, only what is as quiet as its quietest quarter counts (`quiet`); the slack covers the rest.
 //! 2. Gate: mean energy of each band in motion, floor taken off, over that of the reference, times one half.
 //! 3. Slack: with the two in force, the blocks that the detector decides on, cut into stretches. The least slack of
 //!    each component and scene at which its own sum keeps the wanted interval, from every other stretch; then one
-//!    factor on all of them, by the stretches between ([`slack`]).
+//!    factor on all of them, by the stretches between (`slack`).
 //! 4. Replay of the recording with that: while a slip remains, the factor rises. What remains at last is stated.
 //! 5. Certificate: limits and chances of the alarm whose interval holds for every law of the noise
 //!    ([`certify`](crate::certify)).

@@ -22,7 +22,7 @@ pub enum Test {
 /// Statistic below which an alarm is about to end.
 const RELEASE: f32 = 0.25;
 
-/// A test with its alarm, which ends when the statistic has stayed below [`RELEASE`] for `release_ms`.
+/// A test with its alarm, which ends when the statistic has stayed below `RELEASE` for `release_ms`.
 #[derive(Clone, Debug)]
 pub struct Beside {
     test: Test,
