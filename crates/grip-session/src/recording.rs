@@ -1,6 +1,6 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{report::Event, session::Beginning, tape::TapeError};
+use crate::{config::THRESHOLDS, report::Event, session::Beginning, tape::TapeError};
 use grip_record::{
     Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
     mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
@@ -74,10 +74,6 @@ pub fn pipeline_record<'a>(
         config: text,
     })
 }
-
-/// Keys of the detectors of older versions, which had thresholds.
-pub(crate) const THRESHOLDS: [&str; 7] =
-    ["test", "threshold", "cusum_threshold", "cusum_ratio", "glrt_threshold", "tail", "release"];
 
 /// What a recorded pipeline began with. Thresholds of an older version are left out: its samples are what counts.
 ///

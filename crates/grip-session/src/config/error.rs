@@ -1,7 +1,6 @@
 //! What is wrong with a configuration, and where it stands.
 
 use super::{HostConfig, address::Listen};
-use crate::recording::THRESHOLDS;
 use crate::signature::KeyError;
 use core::{fmt, net::SocketAddr, ops::Range};
 use slip_core::ConfigError;
@@ -128,6 +127,10 @@ impl HostConfigError {
         }
     }
 }
+
+/// Keys of the detectors of older versions, which had thresholds.
+pub(crate) const THRESHOLDS: [&str; 7] =
+    ["test", "threshold", "cusum_threshold", "cusum_ratio", "glrt_threshold", "tail", "release"];
 
 /// What an unknown field was meant to be: a key of another table, or one that is spelt alike.
 fn unknown(message: &str) -> Option<String> {
