@@ -619,8 +619,11 @@ impl SlipDetector {
         }
         if block.moving && self.reference.is_live() && !self.gate.rings() {
             let energy = self.envelope.over_floor();
-            let strength = self.sum.strength(&energy);
-            let seen = Highest { energy, strength, factors: self.sum.unexplained() };
+            // What is asked of in an alarm, and near one.
+            let strength = if alarmed { self.sum.strength(&energy) } else { 0.0 };
+            let factors =
+                if self.sum.is_near() { self.sum.unexplained() } else { [1.0; COMPONENTS] };
+            let seen = Highest { energy, strength, factors };
             self.coupling.step(&seen, self.decision.state);
         }
     }

@@ -31,6 +31,7 @@ const LANES: usize = 8;
 /// Components that decide while the robot stands: shear, vibration, and the two highest octaves, which a hum of the mains
 /// leaves free. In motion all decide.
 const STILL: [bool; COMPONENTS] = [true, true, false, false, true, true, false];
+const AT_REST: [usize; 4] = [0, 1, 4, 5];
 
 /// Rise over the slack that the sum looks for.
 const RATIO: f32 = 6.0;
@@ -165,12 +166,18 @@ impl AlarmSum {
     #[inline]
     fn step_still(&mut self, block: &Block) -> f32 {
         let law = &self.still;
-        let mut gains = law.offset.map(|offset| -offset);
-        for ((gain, slope), energy) in gains.iter_mut().zip(&law.slope).zip(&block.energy) {
-            *gain = (slope * energy + *gain).min(CLIP);
+        let grown = AT_REST.map(|i| {
+            let gain = (law.slope[i] * block.energy[i] - law.offset[i]).min(CLIP);
+            exp(gain) * (self.evidence_s[i] + self.block_s)
+        });
+        let most_s = MOST * self.interval_s;
+        self.evidence_s = [0.0; LANES];
+        let mut sum_s = 0.0;
+        for (i, evidence_s) in AT_REST.into_iter().zip(grown) {
+            sum_s += law.share[i] * evidence_s;
+            self.evidence_s[i] = evidence_s.min(most_s);
         }
-        let share = law.share;
-        self.grow(&gains, &share)
+        sum_s / self.interval_s
     }
 
     #[inline(never)]
@@ -202,6 +209,12 @@ impl AlarmSum {
             *evidence_s = now_s.min(most_s);
         }
         sum_s / self.interval_s
+    }
+
+    /// Whether a component has passed that share of the log-evidence: else all of [`Self::unexplained`] is 1.
+    #[inline]
+    pub(super) fn is_near(&self) -> bool {
+        self.gained.iter().any(|gained| *gained > self.log_near)
     }
 
     /// Times the floor of motion would have to be higher for each component to stay below [`NEAR`] of the log-evidence for a slip; 1 where
