@@ -27,11 +27,11 @@ use grip_session::{
     model::default_estimator,
     replay::{self, Replay},
 };
-use slack::Heard;
+use slack::DecidedBlocks;
 use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Step,
     detector::{BANDS, Certificate, RestMeter, SlipDetector},
-    health::SensorHealth,
+    health::{self, SensorHealth},
     isolated::Guard,
     sample::Vector,
 };
@@ -179,11 +179,11 @@ pub fn calibrate(
         certified: None,
         taxels: taxels::at_rest(recording, &pipeline.pressure, &scenes.moving),
     };
-    let (heard, certified) = listen(recording, &calibration, pipeline)?;
+    let (blocks, certified) = listen(recording, &calibration, pipeline)?;
     (calibration.certificate, calibration.certified) = certified.as_ref().ok().copied().unzip();
-    set_slack(&mut calibration, &heard, recording, &config)?;
-    heard.judge(&mut calibration);
-    let sum = heard.sum(&calibration);
+    set_slack(&mut calibration, &blocks, recording, &config)?;
+    blocks.judge(&mut calibration);
+    let sum = blocks.sum(&calibration);
     let [still, moving] = [false, true].map(|moving| sum.smallest(moving, Evidence::WITHIN_S));
     calibration.set_smallest(&still, &moving, &reference);
     let calibration = Calibration::Stylus(calibration);
@@ -237,7 +237,7 @@ fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, Calib
         let known_reference = reference_floor;
         pipeline = Bare::new(PipelineConfig { known_reference, ..config }, None)?;
     }
-    let gap_s = slack::gap_s(1.0 / config.sample_rate.0);
+    let gap_s = health::gap(config.sample_rate).as_seconds();
     let mut found = Scenes { moving: Vec::new(), lost: Vec::new(), reference_floor };
     let (mut silent, mut health) = (0_u64, SensorHealth::Good);
     let mut last_s = f64::INFINITY;
@@ -401,37 +401,40 @@ fn listen(
     recording: &Recording,
     calibration: &StylusCalibration,
     config: PipelineConfig,
-) -> Result<(Heard, Result<(Certificate, Certified), NotCertified>), CalibrationError> {
+) -> Result<(DecidedBlocks, Result<(Certificate, Certified), NotCertified>), CalibrationError> {
     // Scores are measured, and nothing is certified.
     let nothing = Certificate { interval_s: 1e9, rest: None, motion: None };
     let known = Calibration::Stylus(*calibration).apply(config);
     let mut pipeline = Bare::new(PipelineConfig { certificate: Some(nothing), ..known }, None)?;
-    let mut heard = Heard::new(config, seconds_of(recording.samples.len() as u64, &config))?;
+    let mut blocks =
+        DecidedBlocks::new(config, seconds_of(recording.samples.len() as u64, &config))?;
     let mut scores = ScoreLog::default();
     for sample in &recording.samples {
         pipeline.handle(&received(sample));
         let at_s = sample.t.as_seconds();
-        heard.push(pipeline.detector(), at_s);
+        blocks.push(pipeline.detector(), at_s);
         scores.push(pipeline.detector(), at_s);
     }
     let detector = pipeline.detector();
     let base_s = detector.base_block_s().map_or(0.0, f64::from);
     let interval_s = calibration.evidence.wanted_interval_s;
     let certified = certify(&scores.stretches, base_s, detector.has_bands(), interval_s);
-    Ok((heard, certified))
+    Ok((blocks, certified))
 }
 
 /// Sets the slack, and raises it as long as that leaves fewer slips in a replay of the recording.
 fn set_slack(
     calibration: &mut StylusCalibration,
-    heard: &Heard,
+    blocks: &DecidedBlocks,
     recording: &Recording,
     config: &HostConfig,
 ) -> Result<(), CalibrationError> {
-    let raises = if heard.decides() { RAISES } else { 0 };
-    if heard.decides() {
-        heard.fit(calibration);
-    }
+    let raises = if blocks.decides() {
+        blocks.fit(calibration);
+        RAISES
+    } else {
+        0
+    };
     let mut best: Option<(u64, StylusCalibration)> = None;
     let mut tried = *calibration;
     for _ in 0..=raises {
@@ -443,7 +446,7 @@ fn set_slack(
         if seen + held == 0 {
             break;
         }
-        heard.raise(&mut tried);
+        blocks.raise(&mut tried);
     }
     *calibration = best.map_or(*calibration, |(_, tried)| tried);
     Ok(())

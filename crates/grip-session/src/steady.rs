@@ -12,7 +12,7 @@ use slip_core::{
     velocity::{SpeedSource, Velocity},
 };
 
-/// What is said of such an alarm.
+/// The message about such an alarm.
 pub const STEADY: &str = "steady for 2 s: is this the machine? calibrate with it running";
 
 /// The alarm is looked at in stretches of this length: impacts from 8 Hz on have one level.
@@ -22,10 +22,10 @@ const STRETCHES: usize = 8;
 /// No stretch is louder than the quietest by more than this factor in energy.
 const RATIO: f32 = 2.0;
 
-/// Follows an alarm from its begin on. It speaks once an alarm, about that of the stylus alone, while nothing shows motion.
+/// Follows an alarm from its begin on. It reports once an alarm, about that of the stylus alone, while nothing shows motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SteadyAlarm {
-    /// Where the stretch began; `None` without an alarm, or where it was spoken of.
+    /// Where the stretch began; `None` without an alarm, or where it was reported.
     from: Option<Micros>,
     sum: f32,
     count: f32,

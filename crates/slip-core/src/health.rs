@@ -450,7 +450,8 @@ fn period(rate: Hertz) -> Micros {
 }
 
 /// A longer time between two samples at `rate` is a gap: what comes after it is not compared with what was before.
-pub(crate) fn gap(rate: Hertz) -> Micros {
+#[must_use]
+pub fn gap(rate: Hertz) -> Micros {
     Micros((period(rate).0 * 5).max(10_000))
 }
 

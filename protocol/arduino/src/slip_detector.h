@@ -33,7 +33,7 @@ typedef struct {
     float a1, a2, a3, ic1, ic2;
 } sd_section;
 
-/* The last readings, in turn, of which isolated wrong ones are told. */
+/* The last readings, in turn, from which isolated wrong ones are distinguished. */
 typedef struct {
     float outputs[4], first, usual; /* first: of those held back; usual: mean step */
     uint8_t at, quiet, held, most, seen;

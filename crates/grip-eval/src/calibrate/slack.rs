@@ -5,6 +5,8 @@ use grip_session::calibration::StylusCalibration;
 use slip_core::{
     ConfigError, PipelineConfig,
     detector::{AlarmSum, BANDS, Block, COMPONENTS, DetectorConfig, SlipDetector},
+    health,
+    units::Hertz,
 };
 
 /// Slack is taken from the powers of this, itself the least, up to [`MOST`]; a factor on all slack from the same.
@@ -15,22 +17,14 @@ const STRETCH_S: f64 = 10.0;
 const STRETCHES: f64 = 8.0;
 /// A scene has slack of its own from so much of it (s) on.
 const LEAST_S: f32 = 2.0;
-/// Gap (s, and in samples) after which the filters start afresh.
-const GAP_S: f64 = 0.01;
-const GAP_SAMPLES: f64 = 6.0;
 /// Two-sided confidence whose upper bound is one-sided 95 %: 3.0 where nothing was seen.
 const ONE_SIDED: f64 = 0.9;
 
 /// One value for each component, still and moving.
 type Scenes<T> = [[T; COMPONENTS]; 2];
 
-/// Time between samples that are `period_s` apart (s), from which there is a gap.
-pub(super) fn gap_s(period_s: f32) -> f64 {
-    (GAP_SAMPLES * f64::from(period_s)).max(GAP_S)
-}
-
 /// All that decides.
-pub(super) struct Heard {
+pub(super) struct DecidedBlocks {
     config: PipelineConfig,
     readings: [f32; BANDS],
     block_s: f32,
@@ -42,7 +36,7 @@ pub(super) struct Heard {
     last: Option<(u32, f64, usize)>,
 }
 
-impl Heard {
+impl DecidedBlocks {
     /// Nothing yet of a recording of `seconds` (s).
     pub(super) fn new(config: PipelineConfig, seconds: f64) -> Result<Self, ConfigError> {
         let (readings, block_s) = config.detector.readings_at(config.sample_rate.0)?;
@@ -59,7 +53,7 @@ impl Heard {
         let is_new = self.last.is_none_or(|(last, ..)| last != number);
         let Some(block) = detector.block().filter(|_| is_new) else { return };
         let goes_on = |(_, last_s, last): (u32, f64, usize)| {
-            last == half && at_s - last_s <= gap_s(self.block_s)
+            last == half && at_s - last_s <= health::gap(Hertz(1.0 / self.block_s)).as_seconds()
         };
         let runs = &mut self.halves[half];
         match runs.last_mut().filter(|_| self.last.is_some_and(goes_on)) {
@@ -110,7 +104,7 @@ impl Heard {
         let known_slack: Scenes<f32> = core::array::from_fn(|scene| {
             core::array::from_fn(|i| match (known[scene][i], known[1 - scene][i]) {
                 (true, _) => slack[scene][i],
-                // What was not heard is as in the other scene at best.
+                // A scene that was not recorded is as the other one at best.
                 (false, true) => shipped[scene][i].max(slack[1 - scene][i]),
                 (false, false) => shipped[scene][i],
             })

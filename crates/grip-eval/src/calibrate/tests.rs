@@ -162,7 +162,7 @@ fn white_noise_needs_the_least_slack_and_hum_is_stated() {
     };
     let (white, hum) = (of(Kind::White), of(Kind::Hum));
     assert!(white.slack_still[0] <= 1.6 && white.slack_still[1] <= 1.6, "{white:?}");
-    // What does not decide at rest, and motion that was not heard, keep what is shipped.
+    // What does not decide at rest, and motion that was not recorded, keep what is shipped.
     assert_eq!(white.slack_still[2..4], [8.0; 2]);
     assert_eq!(white.slack_moving, [8.0, 3.0, 8.0, 8.0, 3.0, 3.0, 1.0]);
     assert!(white.evidence.unsteady < STEADY && white.evidence.unexplained_s == 0.0, "{white:?}");

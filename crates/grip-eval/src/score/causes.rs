@@ -81,8 +81,8 @@ impl Causes {
         }
     }
 
-    /// Whether alarms tell slip from rest: there was rest, and most of it was without one.
-    pub(super) fn tell(&self) -> bool {
+    /// Whether alarms distinguish slip from rest: there was rest, and most of it was without one.
+    pub(super) fn distinguishes(&self) -> bool {
         let sum = |of: fn(&Count) -> f64| self.0.values().map(of).sum::<f64>();
         let (seconds, in_alarm_s) = (sum(|count| count.seconds), sum(|count| count.in_alarm_s));
         seconds > 0.0 && in_alarm_s <= 0.5 * seconds

@@ -201,8 +201,9 @@ impl Score {
         let of = || self.recordings.iter().filter(move |r| r.kind == kind);
         let outside = || of().filter(|r| !r.inside);
         let found = outside().filter(|r| !r.missed).count();
-        let says = found > 0 && self.causes.tell() && 2 * outside().count() >= of().count();
-        let windows_s = says.then(|| outside().map(|r| r.window_s))?;
+        let comparable =
+            found > 0 && self.causes.distinguishes() && 2 * outside().count() >= of().count();
+        let windows_s = comparable.then(|| outside().map(|r| r.window_s))?;
         chance(windows_s, alarms, total_s, found)
     }
 

@@ -369,12 +369,6 @@ impl SlipDetector {
         self.decisions
     }
 
-    /// Energy of each band over its floor that, if it lasts, is a slip within `within_s` (s), as [`AlarmSum::smallest`] has it.
-    #[must_use]
-    pub fn smallest(&self, moving: bool, within_s: f32) -> [f32; BANDS] {
-        self.sum.smallest(moving, within_s)
-    }
-
     /// Starts the filters afresh with the next samples; the floors stay.
     pub fn prime(&mut self) {
         self.bank.start();

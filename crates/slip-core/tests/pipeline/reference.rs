@@ -139,23 +139,23 @@ fn a_late_or_early_reference_is_reported_and_blinds_less_than_it_helps() {
 
 /// How soon that is differs by half from robot to robot, so the bound is one of their mean.
 #[test]
-fn a_wrong_reference_is_told_within_a_minute_or_so() {
+fn a_wrong_reference_is_reported_within_a_minute_or_so() {
     let mean_s = |play: &dyn Fn(u32, &[f32]) -> Seen| {
-        let told = (2..8).map(|seed| match play(seed, &robot(seed, LEN)).healths[..] {
+        let reported = (2..8).map(|seed| match play(seed, &robot(seed, LEN)).healths[..] {
             [(at_s, _)] => at_s,
             ref other => panic!("{seed}: {other:?}"),
         });
-        told.sum::<f32>() / 6.0
+        reported.sum::<f32>() / 6.0
     };
     for (ms, within_s) in [(20, 30.0), (90, 35.0), (-15, 25.0), (-50, 80.0)] {
         let at_s = mean_s(&|_, motion| play(motion, |i| shifted(motion, i, ms)));
-        assert!(at_s < within_s, "{ms} ms: told after {at_s} s");
+        assert!(at_s < within_s, "{ms} ms: reported after {at_s} s");
     }
     let at_s = mean_s(&|seed, motion| {
         let other = robot(seed + 50, LEN);
         play(motion, |i| shifted(&other, i, 0))
     });
-    assert!(at_s < 60.0, "told after {at_s} s");
+    assert!(at_s < 60.0, "reported after {at_s} s");
 }
 
 /// From 40 s on the alarms are those of a reference in time, later by as much as that is late and some milliseconds.

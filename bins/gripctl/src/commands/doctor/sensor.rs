@@ -18,7 +18,7 @@ const STRETCH: u64 = 400;
 const STEADY: f32 = 4.0;
 /// Share of readings equal to the one before from which the steps are coarser than the noise.
 const COARSE: f32 = 0.5;
-/// Share of readings from which isolated ones are told of: noise that is Gaussian has some in a million.
+/// Share of readings from which isolated ones are reported: noise that is Gaussian has some in a million.
 const OUTLIERS: f32 = 5e-5;
 /// Share of readings that may be missing.
 const MISSING: f32 = 0.01;

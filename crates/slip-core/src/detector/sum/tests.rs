@@ -166,7 +166,9 @@ fn the_smallest_energy_is_found_in_time() {
                 energy[b] = times * smallest[b];
                 let block = Block { energy, floor: [1.0; BANDS], moving };
                 let got = (0..40).any(|_| sum.step(&block) >= 1.0);
-                assert!(got == found || moving && b >= 2, "moving {moving} band {b}: {times}");
+                // In motion the octaves together may find sooner what one of them shows.
+                let sooner = got && moving && b >= 2;
+                assert!(got == found || !found && sooner, "moving {moving} band {b}: {times}");
             }
         }
     }
