@@ -21,6 +21,7 @@ use crate::{
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
     need::Need,
+    needed::NeededForce,
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Sample, Scene},
@@ -217,6 +218,8 @@ pub struct Step {
     pub velocity: Option<Velocity>,
     /// The network's answer to these features.
     pub estimate: Option<ForceEstimate>,
+    /// What the object in hand needs, and what the command allows; `None` where nothing is known of it.
+    pub need: Option<NeededForce>,
     /// The commanded force; `None` in a pipeline that only observes.
     pub command: Option<Newtons>,
     /// What the controller found out about the object in hand.
@@ -252,6 +255,10 @@ impl Step {
             command_n: self.command.map(|command| command.0),
             esc: esc.map(value),
             estimate_n: estimate.map(|estimate| estimate.force_n),
+            need_low_n: self.need.map(|need| need.low_n),
+            need_n: self.need.map(|need| need.median_n),
+            need_high_n: self.need.map(|need| need.high_n),
+            admissible_m_s2: self.need.map(|need| need.admissible_m_s2),
             ..PipelineState::UNKNOWN
         }
     }

@@ -50,7 +50,7 @@ pub fn joint_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
 /// `grip_msgs/msg/GripState`.
 #[must_use]
 pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
-    let mut out = Vec::with_capacity(88);
+    let mut out = Vec::with_capacity(104);
     let mut w = header(&mut out, stamp);
     w.u64(state.t.0).u8(state.scene.code()).u8(state.grip.code());
     let [stylus, travel, pressure, reference] = state.sensors.map(|health| health.code());
@@ -61,6 +61,7 @@ pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     maybe(&mut w, &[state.esc]);
     w.bool(state.is_informative()).u8(state.esc_flags);
     w.u32(state.rate_hz).u64(state.lost);
+    maybe(&mut w, &[state.need_low_n, state.need_n, state.need_high_n, state.admissible_m_s2]);
     out
 }
 

@@ -187,6 +187,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             features: None,
             velocity: None,
             estimate: None,
+            // The one place that states it: the posterior of the controller goes in here.
+            need: None,
             command: self.grip.map(|grip| Newtons(grip.command_n())),
             grip: None,
             sensors: [
