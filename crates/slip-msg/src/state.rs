@@ -97,6 +97,8 @@ mod tests {
     fn what_is_not_known_is_left_out_where_nothing_known_follows() {
         let mut bytes = [0xEE; 80];
         assert_eq!(PipelineState::UNKNOWN.write(&mut bytes), Ok(60));
+        let late = PipelineState { late_ms: Some(1.5), ..PipelineState::UNKNOWN };
+        assert_eq!(late.write(&mut bytes), Ok(64));
         let needed = PipelineState { late_ms: None, ..STATE };
         assert_eq!(needed.write(&mut bytes), Ok(80));
         assert_eq!(PipelineState::parse(&bytes), Ok(needed));

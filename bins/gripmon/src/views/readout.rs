@@ -21,7 +21,10 @@ pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen
     let most = crate::num::whole(f64::from(room)).max(1);
     // The curve drawn last lies on top; it is also reported first.
     for curve in curves.iter().rev().take(most) {
-        line(ui, curve, seen);
+        match curve.channel {
+            Channel::Need => fan(ui, curve, seen),
+            _ => line(ui, curve, seen),
+        }
     }
     if strip == StripId::Esc {
         flags(ui, seen);
@@ -53,6 +56,27 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
             ui.label(RichText::new(text).size(10.5).weak());
         }
     }
+}
+
+/// Two lines for a value that is known by its quantiles: which they are, and their numbers.
+fn fan(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
+    let info = seen.model.info();
+    let (name, unit) = (info.name(curve.channel), info.unit(curve.channel));
+    ui.horizontal(|ui| {
+        swatch(ui, seen.palette.tone(curve.tone), false);
+        let text = RichText::new(format!("{name} (10 / 50 / 90 %)")).size(11.5);
+        cell(ui, WIDTH - 30.0, Layout::left_to_right(Align::Center), text);
+    });
+    let Some((low, high)) = enclosure(curve.channel) else { return };
+    let quantiles = [low, curve.channel, high].map(|channel| value(channel, seen));
+    let text = match quantiles {
+        [Some(low), Some(median), Some(high)] => {
+            let [low, median] = [low, median].map(|n| format!("{n:.2}"));
+            format!("    {low} / {median} / {high:.2} {unit}")
+        }
+        _ => format!("    {}", format::NOTHING),
+    };
+    ui.label(RichText::new(text).font(palette::number_font()));
 }
 
 /// A text in so much room, at one side of it.

@@ -152,6 +152,10 @@ mod tests {
             rate_hz: 1000,
             lost: 3,
             late_ms: None,
+            need_low_n: Some(3.0),
+            need_n: Some(4.0),
+            need_high_n: None,
+            admissible_m_s2: Some(2.25),
         }
     }
 
@@ -171,6 +175,8 @@ mod tests {
         joint.extend_from_slice(b"\x01\0\0\0\0\0\0\0");
         joint.extend_from_slice(&1.5_f64.to_le_bytes());
         assert_eq!(reported[0].1, joint);
+        let need = [3.0, 4.0, f32::NAN, 2.25].map(f32::to_le_bytes);
+        assert!(reported[1].1.ends_with(&need.concat()), "{:?}", reported[1].1);
     }
 
     #[test]

@@ -69,6 +69,7 @@ fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
         with_unit(state.late_ms, 1.0, 1, "ms"),
         with_unit(state.applied_n, 1.0, 2, "N")
     ));
+    lines.extend(needed(state));
     if state.fault != 0 {
         lines.push(format!("FAULT      {:04x} is latched", state.fault));
     }
@@ -81,6 +82,17 @@ fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
     let sensors = sensors.map(|(name, health)| format!("{name} {health}"));
     lines.push(format!("sensors    {}", sensors.join(", ")));
     lines
+}
+
+/// What the object in hand needs, where that is known.
+fn needed(state: &StateReport) -> Option<String> {
+    let need_n = state.need_n?;
+    let range = [state.need_low_n, state.need_high_n].map(|value| with_unit(value, 1.0, 2, "N"));
+    let admissible = with_unit(state.admissible_m_s2, 1.0, 1, "m/s^2");
+    Some(format!(
+        "needed     {need_n:.2} N, with 80 % from {} to {}; the arm may accelerate by {admissible} at a risk of 10 %",
+        range[0], range[1]
+    ))
 }
 
 fn figures(health: &HealthReport) -> Vec<String> {
