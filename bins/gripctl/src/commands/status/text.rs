@@ -233,3 +233,33 @@ fn duration(seconds: f64) -> String {
         format!("{seconds:.1} s")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{StateReport, grip};
+    use slip_core::PipelineState;
+
+    #[test]
+    fn what_the_object_needs_has_a_line_and_names_where_it_is_known() {
+        let unknown = StateReport::of(&PipelineState::UNKNOWN);
+        assert!(!grip(&unknown, false).iter().any(|line| line.starts_with("needed")));
+        let known = StateReport::of(&PipelineState {
+            need_low_n: Some(3.25),
+            need_n: Some(4.0),
+            need_high_n: Some(6.75),
+            admissible_m_s2: Some(1.5),
+            ..PipelineState::UNKNOWN
+        });
+        let lines = grip(&known, false);
+        let needed = "needed     4.00 N, with 80 % from 3.25 N to 6.75 N; \
+            the arm may accelerate by 1.5 m/s^2 at a risk of 10 %";
+        assert!(lines.iter().any(|line| line == needed), "{lines:?}");
+        let (known, unknown) =
+            (serde_json::to_value(&known).unwrap(), serde_json::to_value(&unknown).unwrap());
+        for (name, value) in
+            [("need_low_n", 3.25), ("need_n", 4.0), ("need_high_n", 6.75), ("admissible_m_s2", 1.5)]
+        {
+            assert_eq!((known[name].as_f64(), unknown[name].is_null()), (Some(value), true));
+        }
+    }
+}
