@@ -103,10 +103,10 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             vec![curve(Channel::OwnStatistic, Tone::Quiet), curve(Channel::Statistic, Tone::Blue)]
         }
         StripId::Force => vec![
+            curve(Channel::OwnEstimate, Tone::Quiet),
             curve(Channel::NormalForce, Tone::Green),
             curve(Channel::Applied, Tone::Sky),
             curve(Channel::TangentialForce, Tone::Purple),
-            curve(Channel::OwnEstimate, Tone::Quiet),
             curve(Channel::Estimate, Tone::Orange),
             curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
