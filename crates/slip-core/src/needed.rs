@@ -23,11 +23,7 @@ impl NeededForce {
     #[must_use]
     pub fn admissible(command_n: f32, high_n: f32) -> f32 {
         let share = command_n / high_n;
-        if share.is_finite() && high_n > 0.0 {
-            GRAVITY_M_S2 * (share - 1.0).max(0.0)
-        } else {
-            0.0
-        }
+        if share.is_finite() && high_n > 0.0 { GRAVITY_M_S2 * (share - 1.0).max(0.0) } else { 0.0 }
     }
 }
 
@@ -71,8 +67,7 @@ mod tests {
         let mut pipeline = Pipeline::<&[f32]>::new(config, None).unwrap();
         let step = pipeline.handle(&Sample::stylus(Micros(5), 0.0));
         assert_eq!(step.need, None, "nothing is held");
-        let need =
-            NeededForce { low_n: 3.0, median_n: 4.0, high_n: 5.5, admissible_m_s2: 2.25 };
+        let need = NeededForce { low_n: 3.0, median_n: 4.0, high_n: 5.5, admissible_m_s2: 2.25 };
         let shown = |need| {
             let state: PipelineState = Step { need, ..step }.state(None, None, None);
             [state.need_low_n, state.need_n, state.need_high_n, state.admissible_m_s2]

@@ -3,7 +3,7 @@
 use core::ffi::c_char;
 use grip_session::report::{Condition, Event};
 use slip_core::{
-    SlipReport,
+    NeededForce, SlipReport,
     esc::{Esc, Noise, Trial},
     grip::GripEvent,
 };
