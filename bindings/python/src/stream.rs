@@ -120,7 +120,15 @@ impl Engine {
             ));
         }
         let log = EventLog::default();
-        Ok(Self { pipeline, config, log, count: 0, last: None, command_n: f32::NAN, need: [f32::NAN; NEED] })
+        Ok(Self {
+            pipeline,
+            config,
+            log,
+            count: 0,
+            last: None,
+            command_n: f32::NAN,
+            need: [f32::NAN; NEED],
+        })
     }
 
     #[inline]
