@@ -378,7 +378,7 @@ typedef struct slip_need {
   float median_n;
   // Its 90 % quantile (N).
   float high_n;
-  // Acceleration of the arm beside gravity, in any direction, at which the object slips from the commanded force with a probability of 10 % (m/s^2).
+  // Acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 % (m/s^2).
   float admissible_m_s2;
 } slip_need;
 

@@ -289,7 +289,7 @@ pub struct SlipNeed {
     pub median_n: f32,
     /// Its 90 % quantile (N).
     pub high_n: f32,
-    /// Acceleration of the arm beside gravity, in any direction, at which the object slips from the commanded force with a probability of 10 % (m/s^2).
+    /// Acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 % (m/s^2).
     pub admissible_m_s2: f32,
 }
 

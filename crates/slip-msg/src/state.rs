@@ -35,7 +35,7 @@ message! {
         64 need_low_n as "need_low": Option<f32>, "N, normal force of one finger that the object needs at full weight: its 10 % quantile", "Normal force of one finger that the object needs at full weight: its 10 % quantile.";
         68 need_n as "need": Option<f32>, "N, its median", "Its median.";
         72 need_high_n as "need_high": Option<f32>, "N, its 90 % quantile", "Its 90 % quantile.";
-        76 admissible_m_s2 as "admissible": Option<f32>, "m/s^2, acceleration of the arm beside gravity, in any direction, at which the object slips from the commanded force with a probability of 10 %", "Acceleration of the arm beside gravity, in any direction, at which the object slips from the commanded force with a probability of 10 %.";
+        76 admissible_m_s2 as "admissible": Option<f32>, "m/s^2, acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 %", "Acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 %.";
     }
 }
 
