@@ -19,6 +19,7 @@ use crate::{
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
     health::SensorHealth,
+    load::TravelSensor,
     pressure::{MAX_TAXELS, PATTERN_GONE, PressureConfig, PressurePattern},
     sample::Sample,
     units::Micros,
@@ -209,6 +210,30 @@ impl Fusion {
     #[must_use]
     pub fn travel_noise(&self) -> (f32, Option<Micros>) {
         self.travel.noise()
+    }
+
+    /// The travel as it was at rest, and how far it has moved since (m, with its sign); `None` without readings.
+    #[must_use]
+    pub fn travel_sensor(&self, t: Micros) -> Option<(TravelSensor, f32)> {
+        let usable = self.uses(Method::Travel)
+            && self.healths.0 != SensorHealth::Frozen
+            && self.travel.is_live(t, TRAVEL_GONE);
+        let [rest_m, last_m] = self.travel.stood_m().filter(|_| usable)?;
+        let (sigma_m, read) = self.travel.noise();
+        let step_m = Some(self.travel.smallest_step_m()).filter(|step_m| step_m.is_finite());
+        #[expect(clippy::cast_possible_truncation, reason = "a time between two readings")]
+        let read_s = read.map(|read| read.as_seconds() as f32);
+        let step_m = step_m.unwrap_or(0.0);
+        let equal = self.travel.longest_equal();
+        Some((TravelSensor { rest_m, sigma_m, step_m, read_s, equal }, last_m - rest_m))
+    }
+
+    /// The reading of the travel without the leaps of the sensor (m).
+    #[must_use]
+    #[inline]
+    pub fn travel_m(&self, travel_m: Option<f32>) -> Option<f32> {
+        let travel_m = travel_m.filter(|_| self.uses(Method::Travel))?;
+        Some(self.travel.without_leaps(travel_m))
     }
 
     /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.

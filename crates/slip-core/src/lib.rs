@@ -23,6 +23,7 @@ pub mod grip;
 pub mod health;
 pub mod irregularity;
 pub mod isolated;
+pub mod load;
 pub mod need;
 mod needed;
 pub mod observation;

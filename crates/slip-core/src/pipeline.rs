@@ -20,6 +20,7 @@ use crate::{
     fusion::{Detection, Fusion},
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
+    load::{CELLS, Load},
     need::Need,
     needed::NeededForce,
     observation::SlipObservation,
@@ -53,6 +54,7 @@ pub struct Pipeline<W> {
     turns: Turns,
     sink: Sink,
     need: Need,
+    load: Load<CELLS>,
     travel_quality: TravelQuality,
     /// When the last slip ended.
     ended: Option<Micros>,
@@ -149,8 +151,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.observe(believed);
             self.estimate(believed, &mut step);
             self.weigh_need(believed, begins);
+            self.weigh_load(believed, sample.travel_m, begins);
         }
         (step.command, step.grip) = self.control(believed, dt, slips.then_some(&step));
+        step.need = self.needed(step.command);
         self.rest = self.rest_after();
         step
     }

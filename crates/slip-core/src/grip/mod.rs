@@ -96,6 +96,8 @@ const REACHED_S: f32 = 0.3;
 /// A force that has changed by no more than this share of the trial force for so long (s) does not get closer to it: a drive with friction.
 const STANDS: f32 = 0.05;
 const STANDS_S: f32 = 0.08;
+/// Margin of a force that a memory states over the need.
+const MARGIN: f32 = 1.2;
 /// Above this share of what is expected a known object does not slip.
 const AS_KNOWN: f32 = 0.8;
 /// Trials of an object that has slipped once: the grasp is the first.
@@ -254,6 +256,24 @@ impl GripController {
     #[must_use]
     pub fn lag_s(&self) -> f32 {
         self.lag.seconds()
+    }
+
+    /// What the object in hand is known to need (N), where it is known.
+    #[must_use]
+    pub fn known_n(&self) -> Option<f32> {
+        Some(self.known_n / MARGIN).filter(|known_n| *known_n > 0.0)
+    }
+
+    /// The largest force that may be commanded (N).
+    #[must_use]
+    pub fn ceiling_n(&self) -> f32 {
+        self.config.ceiling_n()
+    }
+
+    /// Whether less and less force is tried.
+    #[must_use]
+    pub fn is_searching(&self) -> bool {
+        self.state == GripState::Holding && self.searches()
     }
 
     /// How the object in hand was tried so far.

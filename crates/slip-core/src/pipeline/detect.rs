@@ -10,6 +10,7 @@ use crate::{
     fusion::Detection,
     grip::{GripController, GripState},
     health::SensorHealth,
+    needed::NeededForce,
     sample::{Sample, Scene},
     units::{Micros, Newtons},
 };
@@ -47,6 +48,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.friction.prime();
             self.grip_force.prime();
             self.fusion.prime();
+            self.load.take(self.grip.and_then(|grip| grip.known_n()));
             self.standing.prime();
             self.grasp.begin(sample.t);
             self.sink.settle();
@@ -179,6 +181,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     // Always: a step is large, and made where the caller wants it (instructions on a Cortex-M4: idle 1950 -> 1570).
     #[inline(always)]
     pub(super) fn unchanged(&self, t: Micros, statistic: f32) -> Step {
+        let command = self.grip.map(|grip| Newtons(grip.command_n()));
         Step {
             t,
             scene: self.scene,
@@ -187,9 +190,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             features: None,
             velocity: None,
             estimate: None,
-            // The one place that states it: the posterior of the controller goes in here.
-            need: None,
-            command: self.grip.map(|grip| Newtons(grip.command_n())),
+            need: self.needed(command),
+            command,
             grip: None,
             sensors: [
                 self.stylus_health(),
@@ -202,6 +204,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// The health of the sensor, and where nothing is wrong with that, whether it has a part.
+    /// What the object needs by its slips so far, with what the command allows.
+    #[inline]
+    pub(super) fn needed(&self, command: Option<Newtons>) -> Option<NeededForce> {
+        self.load.needed(command?.0)
+    }
+
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {

@@ -8,6 +8,7 @@ use crate::{
     crosscheck::Seen,
     detector::SlipState,
     fusion::Detection,
+    load,
     need::Alarm,
     pressure::Standing,
     sample::{Sample, Scene},
@@ -156,6 +157,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn end_slip(&mut self, t: Micros) -> Option<SlipReport> {
         let slip = self.slip.take()?;
         self.ended = Some(t);
+        self.load.end();
         self.fusion.slip_ended();
         self.sink.end();
         self.untouched = None;
@@ -363,11 +365,56 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    fn begin_need(&mut self, sample: &Sample, force_n: f32) {
+    /// What the sample shows of the load, beside the controller: reported, and commands nothing. `travel_m` is the travel whether it is believed or not.
+    pub(super) fn weigh_load(&mut self, sample: &Sample, travel_m: Option<f32>, begins: bool) {
+        let Some(grip) = self.grip else { return };
+        let force_n = sample.normal_force_n.unwrap_or(grip.command_n());
+        if begins {
+            let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
+            let held_s = sample.t.since(self.grasp.since).as_seconds();
+            let travel = self.fusion.travel_sensor(sample.t);
+            let feels = self.slip.is_some_and(|slip| slip.feels);
+            #[expect(clippy::cast_possible_truncation, reason = "times of one grasp")]
+            let (held_s, rested_s) = (held_s as f32, rested_s as f32);
+            self.load.begin(&load::Alarm {
+                signal: self.config.signal,
+                sigma: feels.then(|| self.stylus_sigma()),
+                dt_s: 1.0 / self.config.sample_rate.0,
+                force_n,
+                most_n: grip.ceiling_n(),
+                travel: travel.map(|(sensor, _)| sensor),
+                moved_m: travel.map_or(0.0, |(_, moved_m)| moved_m),
+                by_stylus: self.detection.is_some_and(|now| now.method == Method::Stylus),
+                searched: grip.is_searching(),
+                held_s,
+                rested_s,
+            });
+        }
+        if self.slip.is_none() {
+            return;
+        }
+        let sound = self.health.feels() && !self.whiteness.is_noisy();
+        self.load.push(&load::Reading {
+            stylus: Some(sample.stylus).filter(|_| sound),
+            travel_m: self.fusion.travel_m(travel_m),
+            force_n,
+            sinks_per_n: self.sink.per_n().abs(),
+            dead_s: 0.0,
+            evident: self.is_fresh(sample.t),
+        });
+    }
+
+    /// White noise of the readings of the stylus (rms, their unit).
+    fn stylus_sigma(&self) -> f32 {
         let rate_hz = self.config.sample_rate.0;
         let band = self.config.detector.vibration;
         let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
-        let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
+        self.detector.noise_rms() / libm::sqrtf(share.max(1e-3))
+    }
+
+    fn begin_need(&mut self, sample: &Sample, force_n: f32) {
+        let rate_hz = self.config.sample_rate.0;
+        let sigma = self.stylus_sigma();
         let feels = self.grip.is_some()
             && sigma.is_normal()
             && rate_hz >= self.least_rate_hz()
