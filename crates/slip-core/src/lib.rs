@@ -18,6 +18,7 @@ pub mod esc;
 pub mod estimate;
 pub mod filter;
 pub mod floor;
+pub mod freshness;
 pub mod fusion;
 pub mod grip;
 pub mod health;

@@ -249,7 +249,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        let lag_s = grip.lag_s() + self.host_time.late_s();
+        let lag_s = grip.lag_s() + self.freshness.late_s();
         let motion = self.course.motion(sample.t);
         let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
         Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), dt_s, lag_s, speeds_up))
