@@ -13,6 +13,7 @@ pub mod crosscheck;
 pub mod detector;
 pub mod distance;
 pub mod drift;
+pub mod drive;
 mod error;
 pub mod esc;
 pub mod estimate;

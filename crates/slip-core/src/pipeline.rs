@@ -28,7 +28,6 @@ use crate::{
     units::{Micros, Newtons},
     velocity::{Velocity, VelocityMeter},
 };
-use control::GripForce;
 use detect::{Rest, Rested};
 use slip::{Grasp, Slip};
 use slip_msg::{EXTRAPOLATED, INFORMATIVE, PipelineState, Reading, SlipReport};
@@ -47,7 +46,6 @@ pub struct Pipeline<W> {
     course: Course,
     velocity: VelocityMeter,
     friction: FrictionMeter,
-    grip_force: GripForce,
     freshness: Freshness,
     whiteness: Whiteness,
     turns: Turns,

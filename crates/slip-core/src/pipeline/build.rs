@@ -1,6 +1,6 @@
 //! Settings in, a pipeline before its first sample out.
 
-use super::{Pipeline, StageCounters, control::GripForce, detect::Rest, slip::Grasp};
+use super::{Pipeline, StageCounters, detect::Rest, slip::Grasp};
 use crate::{
     Signal,
     config::PipelineConfig,
@@ -56,7 +56,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             course: Course::default(),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
-            grip_force: GripForce::new(rate_hz),
             freshness: Freshness::new(Micros::from_ms(1e3 / rate_hz)),
             whiteness: Whiteness::default(),
             turns: Turns::default(),
