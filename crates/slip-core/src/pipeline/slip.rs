@@ -125,9 +125,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.turns = Turns::default();
         self.velocity.begin();
         self.friction.begin();
+        let line_s = self.freshness.late_s();
         let modelled_n = self.grip.as_mut().map_or(0.0, |grip| {
             let command_n = grip.command_n();
-            grip.drive_mut().begin(command_n, sample.normal_force_n);
+            grip.drive_mut().begin(command_n, sample.normal_force_n, line_s);
             grip.drive().modelled_as_read_n()
         });
         self.sink.begin(
