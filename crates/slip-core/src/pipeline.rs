@@ -17,6 +17,7 @@ use crate::{
     drift::Sink,
     esc::Esc,
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter},
+    freshness::Freshness,
     fusion::{Detection, Fusion},
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
@@ -29,7 +30,6 @@ use crate::{
     units::{Micros, Newtons},
     velocity::{Velocity, VelocityMeter},
 };
-use control::{GripForce, HostTime};
 use detect::{Rest, Rested};
 use slip::{Grasp, Slip};
 use slip_msg::{EXTRAPOLATED, INFORMATIVE, PipelineState, Reading, SlipReport};
@@ -48,8 +48,7 @@ pub struct Pipeline<W> {
     course: Course,
     velocity: VelocityMeter,
     friction: FrictionMeter,
-    grip_force: GripForce,
-    host_time: HostTime,
+    freshness: Freshness,
     whiteness: Whiteness,
     turns: Turns,
     sink: Sink,
@@ -86,7 +85,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
-        self.host_time.arrive(sample.arrival, self.last_t);
+        self.freshness.arrive(sample.arrival, sample.t);
         let before = self.health.health();
         self.health.set_slips(self.slip.is_some());
         let replaced;

@@ -3,10 +3,10 @@
 use super::{
     GripConfig, GripInput, Sliding, SlipNow,
     feeling::{FELT_ON_S, Feeling, Forces, Giving, Yielding},
-    lag::{Reach, Response},
 };
 use crate::{
     course::Passing,
+    drive::Drive,
     estimate::{ForceEstimate, G_M_S2, KAPPA},
 };
 
@@ -112,8 +112,6 @@ pub(super) struct Known {
     pub(super) gives: bool,
     /// What its weight needs, with the margin of the estimate (N).
     pub(super) weight_n: Option<f32>,
-    /// How far the command may run ahead of what is known.
-    pub(super) reach: Reach,
     /// Why it is held as it is.
     pub(super) held_by: HeldBy,
     /// Whether its load is there.
@@ -128,8 +126,6 @@ pub(super) struct SlipResponse {
     base_n: f32,
     /// What it is raised to at once; less is not enough afterwards (N).
     step_n: f32,
-    /// How far the command may run ahead of what is known.
-    reach: Reach,
     /// Why it was held as it was.
     held_by: HeldBy,
     /// Whether it began on the way back from an alarm.
@@ -177,8 +173,6 @@ pub(super) struct SlipResponse {
     unconfirmed_s: f32,
     /// Since the slip began (s).
     slip_s: f32,
-    /// How the measured force answers.
-    response: Response,
     /// What the stylus alone has said, and whether it is what answers now.
     feeling: Feeling,
     alone: bool,
@@ -220,8 +214,6 @@ impl SlipResponse {
             hold_before_n: hold_n,
             weight_n: known.weight_n,
             step_n,
-            reach: known.reach,
-            response: Response::begin(known.reach.delay_s(0.0)),
             held_by: known.held_by,
             ebbing: known.ebbing,
             swing_m: known.swing_m,
@@ -305,12 +297,12 @@ impl SlipResponse {
         &mut self,
         config: &GripConfig,
         input: &GripInput,
-        command_n: f32,
+        drive: &Drive,
         dt_s: f32,
         rise_s: f32,
     ) {
         let before_n = self.target_n;
-        self.answer(config, input, command_n, dt_s, rise_s);
+        self.answer(config, input, drive, dt_s, rise_s);
         if self.held_by == HeldBy::Memory {
             let (turns, slides_s) = (self.feeling.turns(), self.slides.then_some(self.slip_s));
             self.giving.follow(input, self.furthest_m, turns, slides_s, dt_s);
@@ -324,7 +316,7 @@ impl SlipResponse {
         &mut self,
         config: &GripConfig,
         input: &GripInput,
-        command_n: f32,
+        drive: &Drive,
         dt_s: f32,
         rise_s: f32,
     ) {
@@ -333,7 +325,7 @@ impl SlipResponse {
         self.unconfirmed_s += dt_s;
         self.standing_s += dt_s;
         self.slip_s += dt_s;
-        self.response.follow(command_n, input.applied_n, dt_s);
+        let command_n = drive.commanded_n();
         self.drifted |= input.drifts;
         if input.stale || self.drifted {
             return;
@@ -359,11 +351,11 @@ impl SlipResponse {
             }
             return;
         }
-        if let Some(wanted_n) = self.wanted_n(config, input).filter(|_| self.goes_on) {
+        if let Some(wanted_n) = self.wanted_n(config, input, drive).filter(|_| self.goes_on) {
             self.aim(config, config.brake_gain * wanted_n);
         }
         self.watch_motion(input);
-        self.judge(input, dt_s);
+        self.judge(input, drive, dt_s);
         if self.sought && !self.confirmed && self.mean_n.is_none() && self.slip_s >= GENTLY_S {
             self.aim(config, self.step_n);
         }
@@ -385,7 +377,7 @@ impl SlipResponse {
     }
 
     /// What estimate and load ask for (N), with each new one.
-    fn wanted_n(&mut self, config: &GripConfig, input: &GripInput) -> Option<f32> {
+    fn wanted_n(&mut self, config: &GripConfig, input: &GripInput, drive: &Drive) -> Option<f32> {
         if input.estimate.is_none() && input.sliding.is_none() {
             return None;
         }
@@ -397,7 +389,7 @@ impl SlipResponse {
             let sliding = input.sliding.filter(|_| self.resumed);
             let share = 1.0 - sliding.map_or(0.0, |sliding| sliding.acceleration_g.clamp(0.0, 1.0));
             let noise_n = core::f32::consts::SQRT_2 * estimate.noise_n;
-            agreed_n + self.reach.beyond(agreed_n, config.ahead * (share * growth_n - noise_n))
+            agreed_n + drive.beyond(agreed_n, config.ahead * (share * growth_n - noise_n))
         });
         let most_n = input
             .moved_m
@@ -437,9 +429,9 @@ impl SlipResponse {
     }
 
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
-    fn judge(&mut self, input: &GripInput, dt_s: f32) {
+    fn judge(&mut self, input: &GripInput, drive: &Drive, dt_s: f32) {
         let Some(moved_m) = input.moved_m else { return };
-        if self.slides && self.has_arrived(input) {
+        if self.slides && self.has_arrived(input, drive) {
             self.disobeyed_s += dt_s;
         } else {
             (self.obeyed_m, self.disobeyed_s) = (moved_m, 0.0);
@@ -449,16 +441,15 @@ impl SlipResponse {
         }
         let under_force =
             self.disobeyed_s >= CONTRADICTED_S && moved_m - self.obeyed_m >= SLIDES_ON_M;
-        let late = (self.reach.delay_s(input.late_s) / FOLLOWS_S).max(1.0);
+        let late = (drive.delayed_s(input.late_s) / FOLLOWS_S).max(1.0);
         let followed = moved_m - self.slid_from_m >= late * FOLLOWS_M;
         self.refuted = under_force || followed;
     }
 
     /// Whether what the estimates asked for is there, measured or by the time that it takes.
-    fn has_arrived(&self, input: &GripInput) -> bool {
+    fn has_arrived(&self, input: &GripInput, drive: &Drive) -> bool {
         let measured = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n);
-        measured && self.standing_s >= STANDS_S
-            || self.standing_s >= self.reach.wait_s(input.late_s)
+        measured && self.standing_s >= STANDS_S || self.standing_s >= drive.wait_s(input.late_s)
     }
 
     /// By what share of itself the target grows in a second where no estimate shows how far.
@@ -575,11 +566,16 @@ impl SlipResponse {
     }
 
     /// What the command has to be for the measured force to become the target soon (N).
-    pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
+    pub(super) fn command_n(
+        &self,
+        config: &GripConfig,
+        applied_n: Option<f32>,
+        drive: &Drive,
+    ) -> f32 {
         let lead_n = applied_n.map_or(0.0, |applied_n| {
             let missing_n = self.target_n - applied_n;
-            let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
-            lead_n.max(self.response.lead_n(self.target_n, applied_n, self.alone))
+            let lead_n = drive.beyond(self.target_n, config.lead * missing_n);
+            lead_n.max(drive.lead_n(self.target_n, applied_n, self.alone))
         });
         (self.target_n + lead_n).min(config.ceiling_n())
     }

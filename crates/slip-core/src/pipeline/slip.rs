@@ -126,11 +126,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.turns = Turns::default();
         self.velocity.begin();
         self.friction.begin();
-        let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
-        self.grip_force.begin(command_n, sample.normal_force_n);
+        let line_s = self.freshness.late_s();
+        let modelled_n = self.grip.as_mut().map_or(0.0, |grip| {
+            let command_n = grip.command_n();
+            grip.drive_mut().begin(command_n, sample.normal_force_n, line_s);
+            grip.drive().modelled_as_read_n()
+        });
         self.sink.begin(
             sample.normal_force_n,
-            self.grip_force.commanded_n(),
+            modelled_n,
             self.detector.noise_rms(),
             1.0 / self.config.sample_rate.0,
         );
@@ -213,9 +217,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let dt_s = dt.as_seconds() as f32;
         let mut sample = *sample;
         sample.normal_force_n = self.force_of(&sample, dt_s);
-        if let (Some(_), Some(force_n)) = (self.slip, sample.normal_force_n) {
-            let read_n = self.grip_force.as_read(force_n);
-            self.sink.follow(read_n, self.grip_force.commanded_n(), dt_s);
+        if let (Some(_), Some(force_n), Some(grip)) = (self.slip, sample.normal_force_n, &self.grip)
+        {
+            let drive = grip.drive();
+            self.sink.follow(drive.as_read(force_n), drive.modelled_as_read_n(), dt_s);
         }
         if self.slip.is_some() {
             let noise = self.detector.noise_rms();
@@ -248,13 +253,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
     fn force_of(&mut self, sample: &Sample, dt_s: f32) -> Option<f32> {
-        let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
+        let Some(grip) = self.grip.as_mut().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        let lag_s = grip.lag_s() + self.host_time.late_s();
         let motion = self.course.motion(sample.t);
         let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
-        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), dt_s, lag_s, speeds_up))
+        let drive = grip.drive_mut();
+        Some(drive.measure(sample.normal_force_n, dt_s, self.freshness.late_s(), speeds_up))
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
