@@ -33,7 +33,7 @@ const SHY_S: f32 = 0.006;
 const PROMPT_S: f32 = 0.008;
 
 /// The force of the fingers, by sensor and command.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Drive {
     /// From a command to its force, as it was measured (s), the part of it that is dead time, and how late samples arrived then.
     delay_s: Option<f32>,
@@ -45,7 +45,7 @@ pub struct Drive {
     /// The last command (N), the prediction (N), and what it was before, the newest at `place`.
     command_n: f32,
     predicted_n: f32,
-    past_n: [f32; SLOTS],
+    past: Past,
     place: usize,
     slot_s: f32,
     answer: Answer,
@@ -55,7 +55,7 @@ pub struct Drive {
 }
 
 /// Fingers that have closed: their force since the command reached the trial force.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Closing {
     /// Then (N), and about now.
     risen_n: f32,
@@ -65,23 +65,13 @@ struct Closing {
     integral_n_s: f32,
 }
 
-impl Default for Drive {
+/// What was predicted (N).
+#[derive(Clone, Copy, Debug)]
+struct Past([f32; SLOTS]);
+
+impl Default for Past {
     fn default() -> Self {
-        Self {
-            delay_s: None,
-            dead_s: None,
-            late_s: 0.0,
-            unseen: false,
-            closing: None,
-            command_n: 0.0,
-            predicted_n: 0.0,
-            past_n: [0.0; SLOTS],
-            place: 0,
-            slot_s: 0.0,
-            answer: Answer::default(),
-            reading: Reading::default(),
-            line_s: 0.0,
-        }
+        Self([0.0; SLOTS])
     }
 }
 
@@ -149,7 +139,7 @@ impl Drive {
         let whole = (slots.max(0.0) as usize).min(SLOTS - 2);
         let past_n = |slots: usize| {
             let place = (self.place + SLOTS - slots) % SLOTS;
-            self.past_n.get(place).copied().unwrap_or(self.predicted_n)
+            self.past.0.get(place).copied().unwrap_or(self.predicted_n)
         };
         if slots < 0.0 {
             let share = 1.0 + slots * SLOT_S / self.slot_s;
@@ -170,7 +160,7 @@ impl Drive {
         while self.slot_s >= 0.999 * SLOT_S {
             self.slot_s = (self.slot_s - SLOT_S).max(0.0);
             self.place = (self.place + 1) % SLOTS;
-            if let Some(past_n) = self.past_n.get_mut(self.place) {
+            if let Some(past_n) = self.past.0.get_mut(self.place) {
                 *past_n = self.predicted_n;
             }
         }
@@ -180,7 +170,7 @@ impl Drive {
     fn restart(&mut self, command_n: f32, force_n: f32) {
         self.command_n = command_n;
         let modelled_n = self.modelled_n();
-        for past_n in self.past_n.iter_mut().chain([&mut self.predicted_n]) {
+        for past_n in self.past.0.iter_mut().chain([&mut self.predicted_n]) {
             *past_n = force_n + (*past_n - modelled_n);
         }
     }
@@ -194,7 +184,7 @@ impl Drive {
     /// The fingers have pressed with `command_n` (N) for long.
     pub(crate) fn hold_on(&mut self, command_n: f32) {
         (self.command_n, self.predicted_n) = (command_n, command_n);
-        self.past_n = [command_n; SLOTS];
+        self.past = Past([command_n; SLOTS]);
     }
 
     /// The command had reached the trial force before the fingers touched.
@@ -202,29 +192,18 @@ impl Drive {
         self.unseen = true;
     }
 
-    /// Whether the command has reached the trial force, and the force may not have settled yet.
-    pub(crate) fn has_risen(&self) -> bool {
-        self.closing.is_some()
+    /// The command has reached the trial force while `applied_n` (N) was measured.
+    pub(crate) fn risen(&mut self, applied_n: Option<f32>) {
+        let begin = |n| Closing { risen_n: n, end_n: n, ..Closing::default() };
+        self.closing = self.closing.or(applied_n.map(begin));
     }
 
-    /// The command has reached the trial force: what the fingers press with then, and from there on (N).
-    pub(crate) fn risen(&mut self, applied_n: Option<f32>, dt_s: f32) {
-        let Some(applied_n) = applied_n else { return };
-        match &mut self.closing {
-            None => {
-                self.closing = Some(Closing {
-                    risen_n: applied_n,
-                    end_n: applied_n,
-                    since_s: 0.0,
-                    integral_n_s: 0.0,
-                });
-            }
-            Some(closing) => {
-                approach(&mut closing.end_n, applied_n, dt_s, SETTLED_S);
-                closing.since_s += dt_s;
-                closing.integral_n_s += applied_n * dt_s;
-            }
-        }
+    /// What is measured from there on (N).
+    pub(crate) fn settle(&mut self, applied_n: Option<f32>, dt_s: f32) {
+        let Some((closing, applied_n)) = self.closing.as_mut().zip(applied_n) else { return };
+        approach(&mut closing.end_n, applied_n, dt_s, SETTLED_S);
+        closing.since_s += dt_s;
+        closing.integral_n_s += applied_n * dt_s;
     }
 
     /// The force has settled after a rise by `rate_n_s` (N/s), while samples arrived `late_s` (s) late.
@@ -234,7 +213,7 @@ impl Drive {
         let area_n_s = closing.end_n * closing.since_s - closing.integral_n_s;
         let lag_s = libm::sqrtf((2.0 * area_n_s / rate_n_s - delay_s * delay_s).max(0.0));
         (self.delay_s, self.late_s) = (Some(delay_s), late_s);
-        self.dead_s = (closing.since_s > 0.0).then_some((delay_s - lag_s).max(0.0));
+        self.dead_s = Some((delay_s - lag_s).max(0.0));
     }
 }
 
@@ -435,16 +414,13 @@ impl Reading {
         matches!(self.sensor, ForceSensor::Late | ForceSensor::Scaled)
     }
 
-    /// Judges a reading (N) over the gain.
-    fn judge(&mut self, read_n: f32, model_n: f32, dt_s: f32, seen: &Seen) {
+    /// Judges a reading (N) over the gain by the model (N), in a drive with this delay (s) with its line; the object may get faster meanwhile.
+    fn judge(&mut self, read_n: f32, model_n: f32, dt_s: f32, delay_s: f32, speeds_up: bool) {
         let low = read_n < LOW * self.late_n[1] - LEAST_N;
         let high = read_n > HIGH * self.most_n + LEAST_N;
-        let missing = seen.speeds_up && read_n < (1.0 - SOUND) * model_n;
-        let patience_s = if low || high {
-            CONTRADICTED_S
-        } else {
-            ARRIVES_AFTER * seen.delay_s.max(LEAST_DELAY_S)
-        };
+        let missing = speeds_up && read_n < (1.0 - SOUND) * model_n;
+        let patience_s =
+            if low || high { CONTRADICTED_S } else { ARRIVES_AFTER * delay_s.max(LEAST_DELAY_S) };
         let counted = (dt_s / patience_s).min(1.0 / CONTRADICTIONS);
         self.contradicted = if low || high || missing { self.contradicted + counted } else { 0.0 };
         if self.contradicted >= 1.0 && !self.is_wrong() {
@@ -459,7 +435,7 @@ impl Reading {
         }
         self.same_s += dt_s;
         let moved_n = (model_n + self.innovation_n - read_n).abs();
-        let stands = self.same_s >= FROZEN_S.max(FROZEN_DELAYS * seen.delay_s);
+        let stands = self.same_s >= FROZEN_S.max(FROZEN_DELAYS * delay_s);
         if self.sensor == ForceSensor::InTime
             && stands
             && moved_n > (FROZEN_SHARE * read_n).max(FROZEN_N)
@@ -467,15 +443,6 @@ impl Reading {
             self.sensor = ForceSensor::Frozen;
         }
     }
-}
-
-/// What a reading is weighed against.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    /// Delay of the drive with its line (s).
-    delay_s: f32,
-    /// Whether the object gets faster.
-    speeds_up: bool,
 }
 
 impl Drive {
@@ -562,18 +529,18 @@ impl Drive {
         line_s: f32,
         speeds_up: bool,
     ) -> f32 {
-        let seen = Seen { delay_s: self.delay_s() + line_s, speeds_up };
+        let delay_s = self.delay_s() + line_s;
         let (model_n, command_n) = (self.modelled_n(), self.command_n);
         let reading = &mut self.reading;
         let [first_n, late_n] = &mut reading.late_n;
-        let later_s = LATER * seen.delay_s + LATER_S;
+        let later_s = LATER * delay_s + LATER_S;
         approach(first_n, command_n, dt_s, later_s);
         approach(late_n, *first_n, dt_s, later_s);
         reading.most_n = reading.most_n.max(command_n);
-        approach(&mut reading.innovation_n, 0.0, dt_s, seen.delay_s);
+        approach(&mut reading.innovation_n, 0.0, dt_s, delay_s);
         let read_n = reading_n.map(|force_n| force_n / reading.gain);
         match read_n {
-            Some(read_n) => reading.judge(read_n, model_n, dt_s, &seen),
+            Some(read_n) => reading.judge(read_n, model_n, dt_s, delay_s, speeds_up),
             None => {
                 reading.last_n = None;
                 if !reading.is_wrong() {

@@ -247,7 +247,8 @@ fn closed(truth: &mut Truth, mut random: u32) -> Drive {
         settles += i32::from(command_n >= 1.2 && applied_n >= 0.96);
         command_n = (command_n + 0.02).min(1.2);
         if command_n >= 1.2 {
-            drive.risen(Some(applied_n), DT_S);
+            drive.settle(Some(applied_n), DT_S);
+            drive.risen(Some(applied_n));
         }
         drive.follow(command_n, DT_S);
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

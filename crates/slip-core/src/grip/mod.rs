@@ -340,7 +340,12 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.act(dt_s, input);
-        self.drive.follow(self.command_n, dt_s);
+        // What stays has arrived: at rest no sample need be looked at for it.
+        if self.is_steady() {
+            self.drive.hold_on(self.command_n);
+        } else {
+            self.drive.follow(self.command_n, dt_s);
+        }
         self.command_n
     }
 
@@ -493,10 +498,11 @@ impl GripController {
         if self.command_n < trial_n {
             return;
         }
-        if rises && !input.touching {
+        self.drive.settle(input.applied_n, dt_s);
+        if rises && input.touching {
+            self.drive.risen(input.applied_n);
+        } else if rises {
             self.drive.unseen();
-        } else if rises || self.drive.has_risen() {
-            self.drive.risen(input.applied_n, dt_s);
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
@@ -522,9 +528,7 @@ impl GripController {
 
     fn settle(&mut self, dt_s: f32, input: &GripInput) {
         self.settle_s += dt_s;
-        if self.drive.has_risen() {
-            self.drive.risen(input.applied_n, dt_s);
-        }
+        self.drive.settle(input.applied_n, dt_s);
         if self.settle_s >= 1e-3 * self.config.settle_ms {
             self.drive.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
             self.hold(self.command_n);
