@@ -9,7 +9,11 @@
 //! deviation s each give v to sqrt(2 / n) s / T. With 10 um at 10 kHz that is 0.6 mm/s, at 1 kHz 1.8 mm/s. Speed and acceleration lag by
 //! one block and by one and a half.
 
-use crate::{sample::rounding, units::Micros};
+use crate::{
+    ablation::{Rule, without},
+    sample::rounding,
+    units::Micros,
+};
 
 /// Length of a block.
 const BLOCK: Micros = Micros(4000);
@@ -353,7 +357,7 @@ impl TravelQuality {
     }
 
     pub(crate) fn is_coarse(&self) -> bool {
-        self.coarse
+        self.coarse && !without(Rule::Coarse)
     }
 }
 

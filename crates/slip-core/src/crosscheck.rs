@@ -23,6 +23,7 @@
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
 use crate::{
+    ablation::{Rule, without},
     course::{TurnCount, Turns},
     units::Micros,
 };
@@ -332,7 +333,7 @@ impl CrossCheck {
     #[must_use]
     #[inline]
     pub fn fades(&self) -> bool {
-        self.slip.fading.now && !self.travel_doubted
+        self.slip.fading.now && !self.travel_doubted && !without(Rule::Fades)
     }
 
     /// Whether what the travel shows in this slip was no movement.
@@ -351,7 +352,7 @@ impl CrossCheck {
         let stands = (never || self.slip.leapt_back)
             && self.slip.strong_s >= SUSPECTED_S
             && self.slip.turns.count() >= SUSPECTED;
-        (stands || self.slip.close) && !self.stylus_doubted
+        (stands || self.slip.close) && !self.stylus_doubted && !without(Rule::TravelAside)
     }
 
     /// Takes the next sample of the slip.
@@ -401,6 +402,16 @@ impl CrossCheck {
         self.missed.step(seen, travel_m, least_m);
         self.judge(seen, travel_m, least_m);
         self.weigh(seen, travel_m, least_m);
+        self.leave_out();
+    }
+
+    /// Verdicts that are never reached, where that is measured.
+    fn leave_out(&mut self) {
+        self.travel_doubted &= self.slip.drifts || !without(Rule::TravelAside);
+        self.stylus_doubted &= !without(Rule::StylusAside);
+        if without(Rule::Undecided) {
+            (self.undecided, self.undecided_at) = (false, None);
+        }
     }
 
     /// Whether a movement that only the travel shows answers to the force.
@@ -410,7 +421,7 @@ impl CrossCheck {
         self.slip.repeats_s = if repeats { self.slip.repeats_s + seen.dt_s } else { 0.0 };
         let live = self.slip.repeats_s < REPEATS_S;
         let silent = live && seen.stylus.is_some_and(|statistic| statistic < 1.0);
-        let quiet = silent && !self.travel_doubted;
+        let quiet = silent && !self.travel_doubted && !without(Rule::Drift);
         let Some(force_n) = seen.force_n.filter(|force_n| quiet && *force_n > 0.0) else {
             self.slip.alone = None;
             return;
@@ -461,12 +472,13 @@ impl CrossCheck {
         let alone = !self.slip.felt && seen.stylus.is_some();
         if alone && followed {
             let late = self.undecided_at.is_some_and(|at| seen.t.since(at) < LATE);
+            let late = late && !without(Rule::Late);
             self.travel_doubted |= late;
             self.stylus_doubted |= !late && self.slip.moved_m >= UNFELT_M;
         }
         let limit_s = if followed && !leapt { RINGING_S } else { CONTRADICTED_S };
         if self.slip.strong_s >= limit_s && passes && !self.stylus_doubted {
-            if self.missed.late && !leapt {
+            if self.missed.late && !leapt && !without(Rule::Late) {
                 self.stylus_doubted = true;
             } else if self.proven && !leapt {
                 self.undecided = true;
@@ -549,7 +561,7 @@ impl Whiteness {
     #[must_use]
     #[inline]
     pub fn is_noisy(&self) -> bool {
-        self.noisy
+        self.noisy && !without(Rule::White)
     }
 
     /// Whether enough of this slip was seen for a verdict.

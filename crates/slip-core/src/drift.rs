@@ -14,6 +14,7 @@
 //! a change of grip. A drift below limit / length of the hold is not seen; it ends as saturation.
 
 use crate::{
+    ablation::{Rule, without},
     sample::{ANY, Sample},
     settings::settings,
     units::Micros,
@@ -249,7 +250,7 @@ impl Sink {
 
     /// The object is held: the slope is what was learned of this grasp.
     pub(crate) fn settle(&mut self) {
-        if self.count < READINGS {
+        if self.count < READINGS || without(Rule::Sink) {
             return;
         }
         let [forces, readings] = self.squares;

@@ -6,6 +6,8 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 
+#[doc(hidden)]
+pub mod ablation;
 pub mod alarm;
 pub mod config;
 pub mod course;

@@ -6,6 +6,8 @@ use grip_eval::grasp::{
     faults::{FAULT_SENSORS, FaultKind, FaultPhase},
 };
 use grip_sim::mcu::Sensor;
+#[cfg(feature = "ablation")]
+use slip_core::ablation::Rule;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -64,6 +66,10 @@ pub(crate) struct GraspArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Rules of the force controller that are left out.
+    #[cfg(feature = "ablation")]
+    #[arg(long, value_name = "RULE", value_delimiter = ',', value_parser = rules, hide = true)]
+    pub(crate) without: Vec<Chosen<Rule>>,
 }
 
 /// Files of keys that take the place of those of the scene.
@@ -168,6 +174,13 @@ fn phases(name: &str) -> Result<Chosen<FaultPhase>, String> {
 fn frictions(name: &str) -> Result<Chosen<Friction>, String> {
     let names = Friction::ALL.map(|friction| friction.name).join(", ");
     chosen(name, &Friction::ALL, Friction::named, &format!("{names}, all"))
+}
+
+#[cfg(feature = "ablation")]
+fn rules(name: &str) -> Result<Chosen<Rule>, String> {
+    let names = Rule::ALL.map(Rule::name).join(", ");
+    let known = |name: &str| Rule::ALL.into_iter().find(|rule| rule.name() == name);
+    chosen(name, &Rule::ALL, known, &format!("{names}, all"))
 }
 
 fn chosen<T: Copy>(

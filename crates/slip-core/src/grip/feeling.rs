@@ -4,7 +4,11 @@ use super::{
     GripConfig, GripInput, Sliding,
     response::{LEAST_TAUS, SLIDES_ON_M},
 };
-use crate::{estimate::KAPPA, need::Felt};
+use crate::{
+    ablation::{Rule, without},
+    estimate::KAPPA,
+    need::Felt,
+};
 
 /// What is aimed at over the median and over the lower quantile of the needed force.
 const OVER_MEDIAN: f32 = 1.35;
@@ -151,7 +155,7 @@ pub(super) struct Giving {
 impl Giving {
     /// Whether it has moved further than pads give way.
     pub(super) fn has_slid(self) -> bool {
-        self.slid
+        self.slid || without(Rule::Giving)
     }
 
     /// Takes what is new after `dt_s`: how far it has moved (m) at most, the peaks and valleys that have passed, and for how long (s) it slides
@@ -212,6 +216,9 @@ pub(super) struct Yielding {
 impl Yielding {
     /// What an estimate may ask for at most (N) where the object has moved by `moved_m`.
     pub(super) fn most_n(&mut self, sliding: Option<&Sliding>, moved_m: f32) -> f32 {
+        if without(Rule::Yielding) {
+            return f32::INFINITY;
+        }
         let slows_g = sliding.map_or(0.0, |sliding| -sliding.acceleration_g);
         if let Some(sliding) = sliding {
             if slows_g >= 0.0 {

@@ -1,5 +1,7 @@
 //! How late the measured force follows the command: how far the command may lead the drive.
 
+use crate::ablation::{Rule, without};
+
 /// A gripper whose force follows within this time (s) answers at once ...
 const PROMPT_S: f32 = 0.008;
 /// ... and one that has not been seen to follow is taken for one that needs this long (s).
@@ -164,7 +166,7 @@ impl Response {
         let answer_n = start_n + (ANSWERS * start_n).max(ANSWERS_N);
         if !self.answered && self.model_n >= answer_n {
             self.answered = applied_n >= answer_n;
-            self.dead_s += dt_s;
+            self.dead_s += if without(Rule::DeadTime) { 0.0 } else { dt_s };
         }
         self.level_s += dt_s;
         if applied_n >= self.most_n * (1.0 + RISES) {
@@ -177,7 +179,8 @@ impl Response {
         let (late_s, known_s) =
             if alone { (RESPONSE_PROMPT_S, RESPONSE_PROMPT_S) } else { (LATE_S, KNOWN_S) };
         let slower = ((self.delay_s - late_s) / SLOWER_S).clamp(0.0, 1.0);
-        if !self.answered || self.level_s > LEVEL_S || slower <= 0.0 {
+        let led = self.answered && self.level_s <= LEVEL_S && slower > 0.0;
+        if !led || without(Rule::Response) {
             return 0.0;
         }
         let lag_s = (self.delay_s - self.dead_s).max(0.0);

@@ -30,6 +30,7 @@ pub use input::{GripInput, Sliding, SlipNow, Trials};
 pub use object::GripEvent;
 pub use slip_msg::GripState;
 
+use crate::ablation::{Rule, without};
 use lag::Lag;
 use object::{Search, Touch};
 use response::{HeldBy, Known, SlipResponse};
@@ -512,7 +513,8 @@ impl GripController {
 
     /// Whether less than `force_n` (N) may be tried. Where nothing shows how an object slides it costs too much to let it.
     fn may_search_below(&self, force_n: f32) -> bool {
-        self.unmeasured_s < UNMEASURED_S && self.search.goes_on(&self.config, force_n)
+        let measured = self.unmeasured_s < UNMEASURED_S && !without(Rule::Search);
+        measured && self.search.goes_on(&self.config, force_n)
     }
 
     /// Whether less force is to be tried.
@@ -534,7 +536,7 @@ impl GripController {
             weight_n: self.weight_n,
             reach: self.lag.reach(),
             held_by,
-            ebbing: self.ebbing,
+            ebbing: self.ebbing && !without(Rule::Ebbing),
             loaded: self.search.is_loaded(),
             swing_m: self.swing_m,
             gives: self.excused < EXCUSED,

@@ -6,6 +6,7 @@ use super::{
     lag::{Reach, Response},
 };
 use crate::{
+    ablation::{Rule, without},
     course::Passing,
     estimate::{ForceEstimate, G_M_S2, KAPPA},
 };
@@ -205,8 +206,8 @@ impl SlipResponse {
     pub(super) fn begin(config: &GripConfig, command_n: f32, hold_n: f32, known: &Known) -> Self {
         // A force that is on its way back moves the pads, and alarms by that must not add up.
         let from_n = if known.ebbing { hold_n.min(command_n) } else { command_n };
-        let sought = known.held_by == HeldBy::Search && !known.ebbing;
-        let reflex = 1.0 + config.reflex_step;
+        let sought = known.held_by == HeldBy::Search && !known.ebbing && !without(Rule::Sought);
+        let reflex = if without(Rule::Reflex) { 1.0 } else { 1.0 + config.reflex_step };
         let step = if sought { SOUGHT * reflex } else { reflex };
         let first = match known.held_by {
             HeldBy::Memory => 1.0,
@@ -368,7 +369,7 @@ impl SlipResponse {
             self.aim(config, self.step_n);
         }
         let evident = input.slip == SlipNow::Evident && self.goes_on;
-        if evident && self.slides {
+        if evident && self.slides && !without(Rule::Envelope) {
             // The least answer to an object that slides on, whatever was estimated.
             self.envelope_n +=
                 self.envelope_n.max(1.0) * rise_s / (LEAST_TAUS * 1e-3 * config.measured_tau_ms);
@@ -389,7 +390,8 @@ impl SlipResponse {
         if input.estimate.is_none() && input.sliding.is_none() {
             return None;
         }
-        let estimate_n = input.estimate.filter(is_usable).map(|estimate| {
+        let estimate = input.estimate.filter(|_| !without(Rule::Estimate));
+        let estimate_n = estimate.filter(is_usable).map(|estimate| {
             let (agreed_n, growth_n) = self.learn(with_margin(&estimate, config));
             self.unconfirmed_s = 0.0;
             // The estimate is some milliseconds old, and a load that has grown goes on growing. What has stood already rises again by a load that grows by
@@ -438,7 +440,7 @@ impl SlipResponse {
 
     /// Judges the estimate by what the object does under the force it asked for: one that goes on all the same contradicts it.
     fn judge(&mut self, input: &GripInput, dt_s: f32) {
-        let Some(moved_m) = input.moved_m else { return };
+        let Some(moved_m) = input.moved_m.filter(|_| !without(Rule::Judge)) else { return };
         if self.slides && self.has_arrived(input) {
             self.disobeyed_s += dt_s;
         } else {
@@ -463,6 +465,9 @@ impl SlipResponse {
 
     /// By what share of itself the target grows in a second where no estimate shows how far.
     fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
+        if without(Rule::Growth) {
+            return 0.0;
+        }
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
             return match self.mean_n {
@@ -491,7 +496,8 @@ impl SlipResponse {
 
     /// Whether the object goes on. One that swings on its pads goes forth and back: how far it comes back is no slip.
     fn confirm(&mut self, config: &GripConfig, input: &GripInput) {
-        if input.undecided {
+        if input.undecided || without(Rule::Confirm) {
+            self.confirmed |= without(Rule::Confirm);
             self.goes_on = true;
             return;
         }
@@ -505,7 +511,7 @@ impl SlipResponse {
         let back_m = self.furthest_m - moved_m;
         if back_m > MOST_SWING_M.max(noise_m) {
             (self.furthest_m, self.from_m) = (moved_m, moved_m);
-        } else if back_m >= BACK_M.max(noise_m) {
+        } else if back_m >= BACK_M.max(noise_m) && !without(Rule::Swings) {
             self.swing_m = self.swing_m.max(back_m);
             self.from_m = moved_m;
             self.swings = true;
@@ -532,7 +538,8 @@ impl SlipResponse {
     /// What the load needs now where the weight w is known (N): by `m a = L - 2 mu F` that is F + w a/g, whatever the load is. The estimate takes
     /// it for the weight alone, and is too high where something hits or pulls the object.
     fn load_n(&self, sliding: &Sliding) -> Option<f32> {
-        let weight_n = self.weight_n.filter(|_| self.falling_s <= BELIEVED_S)?;
+        let known = self.falling_s <= BELIEVED_S && !without(Rule::Blows);
+        let weight_n = self.weight_n.filter(|_| known)?;
         let load_n = KAPPA * sliding.force_n + weight_n * sliding.acceleration_g;
         (load_n.is_finite() && load_n > 0.0).then_some(load_n)
     }
@@ -576,7 +583,8 @@ impl SlipResponse {
 
     /// What the command has to be for the measured force to become the target soon (N).
     pub(super) fn command_n(&self, config: &GripConfig, applied_n: Option<f32>) -> f32 {
-        let lead_n = applied_n.map_or(0.0, |applied_n| {
+        let led = applied_n.filter(|_| !without(Rule::Lead));
+        let lead_n = led.map_or(0.0, |applied_n| {
             let missing_n = self.target_n - applied_n;
             let lead_n = self.reach.beyond(self.target_n, config.lead * missing_n);
             lead_n.max(self.response.lead_n(self.target_n, applied_n, self.alone))
@@ -594,7 +602,8 @@ impl SlipResponse {
 
     /// The least force that may do (N), where the slip has shown the need roughly only.
     pub(super) fn least_n(&self) -> Option<f32> {
-        let mean_n = self.mean_n.filter(|_| self.confirmed && !self.overloaded && !self.refuted)?;
+        let shown = self.confirmed && !self.overloaded && !self.refuted;
+        let mean_n = self.mean_n.filter(|_| shown && !without(Rule::SearchAgain))?;
         let need_n = mean_n / KAPPA;
         (self.weight_n.is_none() && self.base_n < EARLY * need_n).then_some(ROUGHLY * mean_n)
     }

@@ -2,6 +2,7 @@
 
 use super::{Pipeline, Step, detect::Rest};
 use crate::{
+    ablation::{Rule, without},
     alarm::Method,
     course::{Passing, Turns},
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2},
@@ -140,7 +141,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 /// The force (N) that the load needs by the tangential force, where that is all there is.
 fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
     friction.watch(sample.normal_force_n?, sample.tangential_n?);
-    friction.loaded_n()
+    friction.loaded_n().filter(|_| !without(Rule::Tangential))
 }
 
 /// How the object slides. A mean over more than some milliseconds states too little of now.
@@ -273,6 +274,7 @@ impl GripForce {
         let held = self.held_s >= HELD_FOR_S;
         let ratio = 1.0 + self.excess_n / command_n.max(1e-3);
         let ratio = match self.ratio {
+            _ if without(Rule::Ratio) => 1.0,
             _ if held && (ratio - 1.0).abs() > SOUND => ratio.clamp(0.5, 2.0),
             known if !held && known > 0.0 => known,
             _ => 1.0,
@@ -321,6 +323,7 @@ impl GripForce {
             self.missing_s = if missing { self.missing_s + dt_s } else { 0.0 };
             self.doubted |= self.missing_s >= ARRIVES_AFTER * lag_s.max(LEAST_LAG_S);
         }
+        self.doubted &= !without(Rule::Doubted);
         if self.doubted {
             return self.commanded_n;
         }
@@ -348,7 +351,7 @@ impl GripForce {
                 let moved_n = (self.modelled_n - force_n).abs();
                 self.frozen |=
                     self.same_s >= frozen_s && moved_n > (FROZEN_SHARE * force_n).max(FROZEN_N);
-                if !self.frozen {
+                if !self.frozen || without(Rule::Frozen) {
                     return force_n;
                 }
             }
@@ -442,13 +445,13 @@ impl HostTime {
     /// Whether the latest sample is too old to raise the force on it.
     #[inline]
     pub(super) fn is_stale(&self) -> bool {
-        self.at.is_some() && self.stale
+        self.at.is_some() && self.stale && !without(Rule::HostTime)
     }
 
     /// For how long (s) the force may rise on a sample at device time `t` that follows one `dt` before; `None` where arrivals are not known.
     #[inline]
     pub(super) fn rise_s(&self, t: Micros, dt: Micros) -> Option<f32> {
-        self.at?;
+        self.at.filter(|_| !without(Rule::HostTime))?;
         let used = Micros(t.0.saturating_sub(dt.0)).since(self.from);
         #[expect(clippy::cast_possible_truncation, reason = "at most 12 ms")]
         let rise_s = self.allowed.since(used).min(dt).as_seconds() as f32;

@@ -3,6 +3,7 @@
 use super::{Pipeline, Step};
 use crate::{
     Phase, Signal, SlipReport,
+    ablation::{Rule, without},
     alarm::{Cause, Causes, Method, confidence},
     course::Turns,
     crosscheck::Seen,
@@ -321,7 +322,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         // Where the network has nothing to go by.
         if !step.estimate.is_some_and(|estimate| estimate.is_trusted()) {
-            step.estimate = self.friction.estimate().or(step.estimate);
+            let by_load = self.friction.estimate().filter(|_| !without(Rule::Tangential));
+            step.estimate = by_load.or(step.estimate);
         }
     }
 
@@ -372,7 +374,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && sigma.is_normal()
             && rate_hz >= self.least_rate_hz()
             && self.fusion.uses(Method::Stylus)
-            && !self.detector.is_moving();
+            && !self.detector.is_moving()
+            && !without(Rule::Need);
         if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
             (slip.feels, slip.alone, slip.followed) = (true, sample.travel_m.is_none(), false);
             let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());

@@ -29,6 +29,8 @@ const LONGEST_S: f64 = 600.0;
 const TRIALS: u64 = 100;
 
 pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
+    #[cfg(feature = "ablation")]
+    slip_core::ablation::leave_out(&flat(&args.without));
     if args.tables.faults {
         return faults::run(args);
     }
