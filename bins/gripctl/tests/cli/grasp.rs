@@ -268,3 +268,31 @@ fn objects_that_are_remembered_stand_in_a_table() {
     let table = gripctl(folder.path(), &["objects", "objects.toml"]).done().out;
     assert!(table.contains("bottle") && table.contains("5.00 +-5 %"), "{table}");
 }
+
+/// Nothing that holds a real object leaves a rule out.
+#[cfg(not(feature = "ablation"))]
+#[test]
+fn no_rule_is_left_out_by_the_usual_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let ran = gripctl(folder.path(), &["grasp", "--without", "reflex"]);
+    ran.refused(2, &["unexpected argument '--without'"]);
+}
+
+/// Each rule by its name; one that has nothing to do in these grasps changes none of them.
+#[cfg(feature = "ablation")]
+#[test]
+fn a_rule_that_is_left_out_changes_the_grasps_in_which_it_acts() {
+    let folder = tempfile::tempdir().unwrap();
+    let grasps = |rules: &[&str]| {
+        let args = ["grasp", "--trials", "3", "--each", "--json"];
+        gripctl(folder.path(), &[&args, rules].concat()).done().out
+    };
+    let usual = grasps(&[]);
+    for rule in ["reflex", "estimate", "search", "confirm"] {
+        assert_ne!(grasps(&["--without", rule]), usual, "{rule}");
+    }
+    assert_eq!(grasps(&["--without", "giving,tangential"]), usual, "nothing known, no such sensor");
+    assert_ne!(grasps(&["--without", "reflex"]), grasps(&["--without", "search"]));
+    let unknown = gripctl(folder.path(), &["grasp", "--without", "gravity"]);
+    unknown.refused(2, &["'gravity'", "sink"]);
+}
