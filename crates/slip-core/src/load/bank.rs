@@ -252,7 +252,7 @@ const FREE: usize = 1;
 impl<const H: usize> Bank<H> {
     /// An empty one; `H` has to be the cells of the grid.
     pub(super) const fn new(grid: Grid) -> Self {
-        assert!(grid.cells() == H && H % 8 == 0);
+        assert!(grid.cells() == H && H.is_multiple_of(8));
         let z = [0.0; H];
         Self {
             grid,

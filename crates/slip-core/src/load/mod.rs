@@ -17,6 +17,7 @@ pub use travel::TravelSensor;
 
 use crate::{needed::NeededForce, sample::Signal};
 use bank::{AHEAD_S, Bank, Start};
+use math::{at_least, at_most};
 use prior::Prior;
 use stylus::{Stylus, alarm_m};
 use travel::Travel;
@@ -313,7 +314,11 @@ impl<const H: usize> Load<H> {
         let samples = libm::roundf(BLOCK_S / alarm.dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
         // What is no force is hardly any, and what is no distance none.
         let moved_m = if alarm.moved_m.is_finite() { alarm.moved_m } else { 0.0 };
-        let alarm = &Alarm { force_n: alarm.force_n.max(LEAST_N).min(MOST_N), moved_m, ..*alarm };
+        let alarm = &Alarm {
+            force_n: at_most(at_least(alarm.force_n, LEAST_N), MOST_N),
+            moved_m,
+            ..*alarm
+        };
         self.alarm = *alarm;
         self.samples = samples;
         self.block_s = f32::from(samples) * alarm.dt_s;
