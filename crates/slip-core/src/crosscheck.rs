@@ -16,9 +16,6 @@
 //! | the travel moves alone, and twice in a row within a fifth as fast as before when the force has doubled | travel: it drifts |
 //! | the vibration of the stylus is white and far above its noise floor: no surface shakes a stylus at half the sample rate | stylus |
 //!
-//! Where the travel gets faster while a stylus that was loud fades, the travel may show what is over: from then on the force rises to twice
-//! what it was at most, for 60 ms of a slip.
-//!
 //! A doubted sensor has no state while the other one is usable. The stylus is believed again when it feels a slip in time; the travel with the
 //! next object, or, unless it drifts, when it follows the stylus from the beginning of a slip.
 
@@ -77,15 +74,6 @@ const REPEATS_S: f32 = 5e-4;
 /// The second measurement takes this long (s) at least, and as long as the speed before takes for ten times the least movement.
 const WEIGHED_S: f32 = 0.02;
 
-/// The stylus is loudest where the object is fastest: at the least the share of that, and times its speed then, at which stylus and travel
-/// contradict each other.
-const FADED: f32 = 2.0;
-const FASTER: f32 = 1.2;
-/// What is as fast as this (m/s) falls, and shakes the stylus above its bands.
-const FALLS_M_S: f32 = 0.15;
-/// A surface may become smoother: that lasts (s), and is no longer believed then.
-const FADES_S: f32 = 0.06;
-
 /// One sample of a slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
@@ -138,7 +126,6 @@ struct Slip {
     window: Option<Window>,
     /// Whether it was that fast in the last window and in the one before.
     fast: [bool; 2],
-    fading: Fading,
     /// The movement that only the travel shows, and whether it was found to be none.
     alone: Option<Alone>,
     drifts: bool,
@@ -199,33 +186,6 @@ struct Window {
     first_m: f32,
     low_m: f32,
     high_m: f32,
-}
-
-/// A travel that gets faster while the stylus fades.
-#[derive(Clone, Copy, Debug, Default)]
-struct Fading {
-    /// Largest statistic of the stylus at the end of a window, and the speed of the travel in that window (m/s).
-    loudest: f32,
-    loudest_m_s: f32,
-    /// Whether that is so, and for how long it has been so in this slip (s).
-    now: bool,
-    lasts_s: f32,
-}
-
-impl Fading {
-    /// A window of `over_s` (s) in which the travel went `way_m` (m) ends.
-    fn step(&mut self, statistic: f32, way_m: f32, over_s: f32) {
-        let speed_m_s = way_m / over_s;
-        if statistic >= self.loudest {
-            (self.loudest, self.loudest_m_s) = (statistic, speed_m_s);
-        }
-        let fades = self.loudest >= STRONG && statistic * FADED <= self.loudest;
-        let faster = (FASTER * self.loudest_m_s..FALLS_M_S).contains(&speed_m_s);
-        self.now = fades && faster && self.lasts_s < FADES_S;
-        if self.now {
-            self.lasts_s += over_s;
-        }
-    }
 }
 
 /// What is known of both sensors.
@@ -326,13 +286,6 @@ impl CrossCheck {
     #[inline]
     pub fn alone_n(&self) -> Option<f32> {
         self.slip.alone.map(|alone| alone.force_n)
-    }
-
-    /// Whether the travel gets faster while the stylus fades.
-    #[must_use]
-    #[inline]
-    pub fn fades(&self) -> bool {
-        self.slip.fading.now && !self.travel_doubted
     }
 
     /// Whether what the travel shows in this slip was no movement.
@@ -500,16 +453,6 @@ impl CrossCheck {
         let [last, before] = self.slip.fast;
         self.travel_doubted |= stands && (last || before) && vibrates;
         self.slip.fast = [fast, last];
-        let way_m = (travel_m - window.first_m).abs();
-        let moves_m = if way_m >= 2.0 * least_m { way_m } else { 0.0 };
-        // A stylus that repeats itself may be stuck, and fades without a reason.
-        match seen.stylus.filter(|_| self.slip.repeats_s < REPEATS_S) {
-            Some(statistic) => {
-                let over_s = seconds(seen.t.since(window.begun));
-                self.slip.fading.step(statistic, moves_m, over_s);
-            }
-            None => self.slip.fading.now = false,
-        }
         self.slip.window = Some(fresh);
     }
 }

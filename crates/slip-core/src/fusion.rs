@@ -143,13 +143,6 @@ impl Fusion {
         self.check.is_undecided()
     }
 
-    /// Whether the travel gets faster while the stylus fades.
-    #[must_use]
-    #[inline]
-    pub fn fades(&self) -> bool {
-        self.check.fades()
-    }
-
     /// Force (N) from which on only the travel shows a movement, until the force has shown whether it is one.
     #[must_use]
     #[inline]

@@ -53,8 +53,6 @@ pub struct GripInput {
     pub undecided: bool,
     /// Force (N) from which on only the moved distance shows the slip, until it is known whether that answers to the force.
     pub alone_n: Option<f32>,
-    /// Whether the travel gets faster while the stylus fades.
-    pub fades: bool,
     /// Whether it did not: what it shows is no movement.
     pub drifts: bool,
     /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.

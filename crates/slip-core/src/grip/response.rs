@@ -74,7 +74,7 @@ const FOLLOWS_M: f32 = 8e-3;
 /// ... where the force follows within this time (s); later, in proportion.
 const FOLLOWS_S: f32 = 0.02;
 /// A slip that only one of stylus and travel shows raises the force by this factor at most, the travel one that is slower than
-/// [`SLIDES_M_S`]; and so does one that fades for the stylus only.
+/// [`SLIDES_M_S`].
 const UNDECIDED: f32 = 2.0;
 /// What is faster than this (m/s) slides; pads that shear and swing are slower.
 const SLIDES_M_S: f32 = 0.012;
@@ -187,8 +187,6 @@ pub(super) struct SlipResponse {
     refuted: bool,
     /// The most that the target may become (N), and whether what raised it was no movement.
     most_n: f32,
-    /// Target (N) since which the stylus fades while the travel gets faster.
-    fades_n: Option<f32>,
     drifted: bool,
     /// Whether a force that falls made it slip: the whole step follows where nothing is estimated soon.
     sought: bool,
@@ -222,7 +220,6 @@ impl SlipResponse {
             sought,
             envelope_n: from_n.min(config.ceiling_n()),
             most_n: config.ceiling_n(),
-            fades_n: None,
             ..Self::default()
         }
     }
@@ -332,9 +329,7 @@ impl SlipResponse {
         }
         let creeps = input.motion.is_none_or(|motion| motion.speed_m_s < SLIDES_M_S);
         let alone_n = input.alone_n.filter(|_| creeps);
-        self.fades_n = input.fades.then(|| self.fades_n.unwrap_or(self.target_n));
-        self.most_n =
-            UNDECIDED * alone_n.unwrap_or(f32::INFINITY).min(self.fades_n.unwrap_or(f32::INFINITY));
+        self.most_n = UNDECIDED * alone_n.unwrap_or(f32::INFINITY);
         self.alone = input.moved_m.is_none() && input.felt.is_some();
         if let (None, Some(felt)) = (input.moved_m, &input.felt) {
             let before_n = self.target_n;

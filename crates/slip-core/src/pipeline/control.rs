@@ -47,7 +47,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             passing,
             undecided: self.fusion.is_undecided(),
             alone_n: self.fusion.alone_n(),
-            fades: self.fusion.fades(),
             drifts: self.fusion.drifts(),
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.freshness.rise_s(),
