@@ -75,6 +75,9 @@ const LEAST_ADVANCE_M: f32 = 5e-6;
 /// so far from another.
 const ADVANCE_SIGMAS: f32 = 8.0;
 const LIMIT_SIGMAS: f32 = 12.0;
+/// Share of a reading in where the object stands, and how many deviations off it counts at most: a movement that begins changes little.
+const LEVEL: f32 = 0.02;
+const LEVEL_SIGMAS: f32 = 2.0;
 
 /// One reading with what is known besides.
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +120,8 @@ pub struct MovedDistance {
     interval: Interval,
     /// Smallest step between two readings (m); infinite before the first.
     smallest_m: f32,
+    /// Where the object stands, or stood last (m): a mean of the readings.
+    level_m: f32,
 }
 
 /// Noise of the readings: white noise of deviation s makes two steps that follow each other go opposite ways, E dx dx' = -s^2,
@@ -192,6 +197,7 @@ impl MovedDistance {
             sigma_m: 0.0,
             interval: Interval::default(),
             smallest_m: f32::INFINITY,
+            level_m: 0.0,
         })
     }
 
@@ -274,6 +280,12 @@ impl MovedDistance {
         (sigma_m, self.interval.known())
     }
 
+    /// Where the object stood before the movement that is going on, and the last reading (m), both without leaps.
+    #[must_use]
+    pub fn stood_m(&self) -> Option<[f32; 2]> {
+        self.last.map(|(_, last_m)| [self.level_m - self.leaps_m, last_m - self.leaps_m])
+    }
+
     /// Whether there was a reading since the object was taken.
     #[must_use]
     #[inline]
@@ -308,6 +320,7 @@ impl MovedDistance {
             if let Fingers::At(finger_m) = fingers { travel_m - finger_m } else { travel_m };
         let Some((last_t, last_m)) = self.last.replace((t, position_m)) else {
             self.mark_m = position_m;
+            self.level_m = position_m;
             self.advanced_at = t;
             return;
         };
@@ -325,6 +338,7 @@ impl MovedDistance {
             self.leaps += 1;
             self.leaps_m += dx_m;
             self.mark_m += dx_m;
+            self.level_m += dx_m;
             self.since_leap = 0;
             dx_m = 0.0;
         } else {
@@ -333,6 +347,7 @@ impl MovedDistance {
         if fingers == Fingers::Moving {
             self.stand();
             self.mark_m = position_m;
+            self.level_m = position_m;
             self.advanced_at = t;
             return;
         }
@@ -349,6 +364,10 @@ impl MovedDistance {
         let allowed_m = self.config.drift_m_s * dt_s;
         self.forward_m = (self.forward_m + dx_m - allowed_m).max(0.0);
         self.backward_m = (self.backward_m - dx_m - allowed_m).max(0.0);
+        if self.state == SlipState::Quiet {
+            let most_m = LEVEL_SIGMAS * self.sigma_m.max(self.config.resolution_m);
+            self.level_m += LEVEL * (position_m - self.level_m).clamp(-most_m, most_m);
+        }
         self.decide(t, position_m);
     }
 

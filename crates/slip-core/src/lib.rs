@@ -8,8 +8,6 @@
 
 pub mod alarm;
 pub mod config;
-pub mod course;
-pub mod crosscheck;
 pub mod detector;
 pub mod distance;
 pub mod drift;
@@ -23,13 +21,15 @@ pub mod grip;
 pub mod health;
 pub mod irregularity;
 pub mod isolated;
-pub mod need;
+pub mod load;
 pub mod observation;
 pub mod pipeline;
 pub mod pressure;
 pub mod sample;
 mod settings;
+mod travel_noise;
 pub mod velocity;
+pub mod whiteness;
 
 pub use alarm::{Cause, CauseSet, Causes};
 pub use config::PipelineConfig;

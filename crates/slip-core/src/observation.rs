@@ -10,7 +10,7 @@
 //! than [`ObservationConfig::longest_ms`]; a speed carries more noise than a distance.
 
 use crate::{
-    course::TravelNoise,
+    travel_noise::TravelNoise,
     esc::{EscSum, Reading, Trial},
     estimate::Features,
     irregularity::IrregularityExtractor,

@@ -11,8 +11,6 @@ mod slip;
 use crate::{
     ClientCommand,
     config::PipelineConfig,
-    course::{Course, TravelQuality, Turns},
-    crosscheck::Whiteness,
     detector::{FloorHealth, SlipDetector},
     drift::Sink,
     esc::Esc,
@@ -20,12 +18,13 @@ use crate::{
     fusion::{Detection, Fusion},
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
-    need::Need,
+    load::{CELLS, Load},
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Sample, Scene},
     units::{Micros, Newtons},
     velocity::{Velocity, VelocityMeter},
+    whiteness::Whiteness,
 };
 use control::{GripForce, HostTime};
 use detect::{Rest, Rested};
@@ -43,16 +42,13 @@ pub struct Pipeline<W> {
     standing: Standing,
     grasp: Grasp,
     observation: SlipObservation,
-    course: Course,
     velocity: VelocityMeter,
     friction: FrictionMeter,
     grip_force: GripForce,
     host_time: HostTime,
     whiteness: Whiteness,
-    turns: Turns,
     sink: Sink,
-    need: Need,
-    travel_quality: TravelQuality,
+    load: Load<CELLS>,
     /// When the last slip ended.
     ended: Option<Micros>,
     estimator: Option<Estimator<W>>,
@@ -138,18 +134,18 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = detection.map_or(0.0, |detection| detection.statistic);
         let slips = self.slip.is_some() || self.config.no_skip;
         // Evidence, while the object slips: force and travel only as far as they are believed.
-        let believed = if slips { &self.believe(sample, dt, stylus, begins) } else { sample };
+        let believed = if slips { &self.believe(sample, dt, stylus) } else { sample };
         // One step, made where the caller wants it: an event is large, and rare.
         let mut step = self.unchanged(sample.t, statistic);
         if event.is_some() {
             step.event = event;
         }
         if slips {
+            self.weigh(believed, sample.travel_m, begins);
             self.observe(believed);
             self.estimate(believed, &mut step);
-            self.weigh_need(believed, begins);
         }
-        (step.command, step.grip) = self.control(believed, dt, slips.then_some(&step));
+        (step.command, step.grip) = self.control(believed, dt);
         self.rest = self.rest_after();
         step
     }

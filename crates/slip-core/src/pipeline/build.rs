@@ -9,8 +9,6 @@ use super::{
 use crate::{
     Signal,
     config::PipelineConfig,
-    course::{Course, TravelQuality, Turns},
-    crosscheck::Whiteness,
     detector::{KnownFloors, SlipDetector},
     drift::Sink,
     error::ConfigError,
@@ -18,12 +16,13 @@ use crate::{
     fusion::Fusion,
     grip::GripController,
     health::{self, HealthCheck},
-    need::Need,
+    load::{Grid, Load},
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Scene},
     units::Micros,
     velocity::VelocityMeter,
+    whiteness::Whiteness,
 };
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -57,16 +56,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grasp: Grasp::default(),
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
-            course: Course::default(),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
             grip_force: GripForce::new(rate_hz),
             host_time: HostTime::new(config.sample_rate),
             whiteness: Whiteness::default(),
-            turns: Turns::default(),
             sink: Sink::default(),
-            need: Need::default(),
-            travel_quality: TravelQuality::default(),
+            load: Load::new(Grid::MICRO),
             ended: None,
             estimator,
             grip: config.grip.map(GripController::new),

@@ -1,10 +1,10 @@
 //! A sample in; its scene, and what stylus, travel and pressure detect, out; with the guard that lets a sample pass by where nothing happens.
 
 use super::{Pipeline, Step};
+use super::slip::LEAST_RATE_HZ;
 use crate::{
     Signal,
     alarm::Method,
-    course::Turns,
     detector::SlipState,
     drift::Hold,
     fusion::Detection,
@@ -26,7 +26,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.fusion.catch_up();
         self.contact.learn(sample.normal_force_n);
         let touches = self.contact.would_touch(sample.normal_force_n);
-        let slides = !touches && self.slides_on(sample.t);
+        let slides = !touches && self.slides_on();
         let force_n = self.grip_force.touch(sample.normal_force_n, touches, slides);
         let touching = self.contact.update(force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
@@ -41,12 +41,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if wakes || dt > self.gap {
             self.detector.prime();
-            self.travel_quality.begin();
         }
         if wakes {
             self.friction.prime();
             self.grip_force.prime();
             self.fusion.prime();
+            self.load.take(self.grip.and_then(|grip| grip.known_n()));
             self.standing.prime();
             self.grasp.begin(sample.t);
             self.sink.settle();
@@ -63,10 +63,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// Whether the travel shows that the object slides.
     #[cold]
-    fn slides_on(&self, t: Micros) -> bool {
-        let sigma_m = self.observation.travel_sigma_m();
-        let motion = self.course.motion(t).filter(|_| self.slip.is_some());
-        motion.is_some_and(|motion| motion.slides(sigma_m))
+    fn slides_on(&self) -> bool {
+        self.slip.is_some() && self.load.forecast().slides()
     }
 
     /// Follows the drift of the stylus and the error of the force sensor; `before` is the health at the sample before.
@@ -128,7 +126,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn is_sound(&mut self, sample: &Sample) -> bool {
         let asked = self.slip.is_some() || self.whiteness.is_noisy();
         let heights = self.config.signal == Signal::Displacement;
-        if asked && heights && self.config.sample_rate.0 >= Turns::LEAST_RATE_HZ {
+        if asked && heights && self.config.sample_rate.0 >= LEAST_RATE_HZ {
             self.whiteness.step(sample.stylus, self.detector.noise_rms());
         }
         !self.whiteness.is_noisy()
@@ -203,7 +201,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
-            SensorHealth::Good if self.fusion.doubts_stylus() || self.whiteness.is_noisy() => {
+            SensorHealth::Good if self.whiteness.is_noisy() => {
                 SensorHealth::Doubted
             }
             health => health,
@@ -214,7 +212,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn travel_health(&self) -> SensorHealth {
         match self.fusion.healths().0 {
             SensorHealth::Good if self.fusion.doubts_travel() => SensorHealth::Doubted,
-            SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
+            SensorHealth::Good if self.load.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
     }

@@ -1,0 +1,553 @@
+//! The load: one posterior over the force that an object needs, from every sensor of its slips.
+//!
+//! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
+//! between slips. Fixed loops, no allocation, `f32`.
+
+mod bank;
+mod gains;
+mod grid;
+mod math;
+mod prior;
+mod stylus;
+mod travel;
+mod turns;
+
+pub use grid::{Contact, Grid, Ramp};
+pub use travel::TravelSensor;
+
+use crate::sample::Signal;
+use bank::{AHEAD_S, Bank, Start};
+use prior::Prior;
+use stylus::{Stylus, alarm_m};
+use travel::Travel;
+use turns::Turn;
+
+/// Hypotheses of the pipeline.
+pub const CELLS: usize = Grid::MICRO.cells();
+const GRID: Grid = Grid::MICRO;
+/// Length of a block (s).
+const BLOCK_S: f32 = 3e-4;
+/// A slip is not over earlier than this (s); nor by the travel alone before this (s).
+const LEAST_S: f32 = 6.5e-3;
+const TRAVEL_ALONE_S: f32 = 12e-3;
+/// Blocks between the end of the movement and the stop that is noticed (s).
+const NOTICED_S: f32 = 5.1e-3;
+/// Impulses that are kept, one a block.
+const KEPT: usize = 64;
+/// Pads swing for this long after a stop (s).
+const AGAIN_S: f32 = 0.3;
+/// Trust in a travel of which nothing is known; bounds of what a slip leaves of it; factor on its odds where the stylus alarms and a fine travel
+/// shows less than this (m).
+const TRUST: f32 = 0.97;
+const LEAST_TRUST: f32 = 0.03;
+const UNMOVED_M: f32 = 6e-7;
+const UNMOVED: f32 = 0.12;
+/// A travel with less trust than this raises no alarm of its own.
+const ALARMS_FROM: f32 = 0.3;
+/// Weight of a need below the force at the alarm, where the stylus has raised it.
+const BELOW: f32 = 0.3;
+/// Compliance of pads that are not known, over that of the grid.
+const PADS: f32 = 4.0;
+/// A stylus that is missing, or repeats itself, for this long (s) is none.
+const LOST_S: f32 = 3e-3;
+/// An object that goes on further than this (m) is not held.
+const FAR_M: f32 = 1.5e-4;
+/// An object that moves on the pads only is slower than this (m/s).
+const SLOW_M_S: f32 = 2e-3;
+/// What is slower than this (m/s) stands.
+const SLIDES_M_S: f32 = 5e-4;
+/// A mean speed below this (m/s) explains no vibration.
+const UNEXPLAINED_M_S: f32 = 0.01;
+
+/// What is known when a slip is noticed.
+#[derive(Clone, Copy, Debug)]
+pub struct Alarm {
+    /// What the stylus measures.
+    pub signal: Signal,
+    /// White noise of its readings (rms, their unit); `None`: it has no part in this slip.
+    pub sigma: Option<f32>,
+    /// Time between two samples (s).
+    pub dt_s: f32,
+    /// Force of a finger (N), and the largest that may be commanded.
+    pub force_n: f32,
+    /// The largest force that may be commanded (N).
+    pub most_n: f32,
+    /// The travel, where there is one, and how far it has moved (m, with its sign).
+    pub travel: Option<TravelSensor>,
+    /// How far it has moved since it stood (m, with its sign).
+    pub moved_m: f32,
+    /// Whether the stylus has raised the alarm.
+    pub by_stylus: bool,
+    /// Whether the force falls until the object slips.
+    pub searched: bool,
+    /// Since the slip before ended (s).
+    pub rested_s: f32,
+}
+
+/// A sample of a slip.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// The stylus, where it is sound.
+    pub stylus: Option<f32>,
+    /// The travel (m), where there is a reading.
+    pub travel_m: Option<f32>,
+    /// Force of a finger (N).
+    pub force_n: f32,
+    /// Dead time of the drive (s).
+    pub dead_s: f32,
+    /// Whether the methods see the slip now.
+    pub evident: bool,
+}
+
+/// What the posterior says of a slip.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
+pub struct Forecast {
+    /// Whether the slip goes on; one that has stopped may begin anew.
+    pub slips: bool,
+    /// Whether the object moves now.
+    pub moves: bool,
+    /// Whether the stylus vibrates and no hypothesis explains it.
+    pub unexplained: bool,
+    /// Whether any sensor shows the course of the slip.
+    pub informed: bool,
+    /// Whether the travel is fine and believed.
+    pub trusted: bool,
+    /// Whether the object is known from earlier slips or a memory.
+    pub known: bool,
+    /// Whether the stylus has raised the alarm.
+    pub by_stylus: bool,
+    /// Since it began to move (s), and how far it has moved by a trusted travel (m).
+    pub since_s: f32,
+    /// How far it has moved by a trusted travel (m).
+    pub moved_m: Option<f32>,
+    /// Its speed by the travel (m/s).
+    pub travel_m_s: f32,
+    /// Its mean speed (m/s).
+    pub speed_m_s: f32,
+    /// Force when it began to move (N).
+    pub from_n: f32,
+    /// Need within the next milliseconds (N): 10 and 50 %.
+    pub low_n: f32,
+    /// Its median (N).
+    pub median_n: f32,
+    /// Need of the whole load (N): 10, 50 and 90 %.
+    pub whole_low_n: f32,
+    /// Its median (N).
+    pub whole_n: f32,
+    /// Its 90 % quantile (N).
+    pub whole_high_n: f32,
+    /// Probability that the travel shows the object.
+    pub p_travel: f32,
+    /// Probability that it needs no more than it had.
+    pub p_null: f32,
+    /// Once it has stopped: what it needs (N).
+    pub held_n: Option<f32>,
+    /// Slips of this object so far.
+    pub slips_seen: u32,
+    /// Whether it went further than pads swing.
+    pub far: bool,
+    /// Whether it gets faster.
+    pub accelerates: bool,
+}
+
+impl Forecast {
+    /// Whether a trusted travel shows that the object slides.
+    #[must_use]
+    pub fn slides(&self) -> bool {
+        self.trusted && self.slips && self.travel_m_s > SLIDES_M_S
+    }
+
+    /// Whether the object gets faster: it needs more than it has.
+    #[must_use]
+    pub fn speeds_up(&self) -> bool {
+        self.trusted && self.accelerates
+    }
+}
+
+/// Where a slip is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// No slip was noticed, or it has stopped.
+    Rests,
+    /// The object moves.
+    Moves,
+}
+
+/// The posterior of the object in hand, with `H` hypotheses.
+#[derive(Clone, Debug)]
+pub struct Load<const H: usize> {
+    bank: Bank<H>,
+    stylus: Stylus,
+    travel: Travel,
+    prior: Prior,
+    stage: Stage,
+    alarm: Alarm,
+    block_s: f32,
+    samples: u16,
+    filled: u16,
+    hears: bool,
+    missing_s: f32,
+    last: Option<f32>,
+    impulse: f32,
+    impulses: [f32; KEPT],
+    at: usize,
+    trust: f32,
+    since_s: f32,
+    rested_s: f32,
+    /// Since the first slip of the object (s).
+    known_s: f32,
+    slips: u32,
+    forecast: Forecast,
+}
+
+impl<const H: usize> Load<H> {
+    /// Nothing is known.
+    #[must_use]
+    pub const fn new(grid: Grid) -> Self {
+        Self {
+            bank: Bank::new(grid),
+            stylus: Stylus::NEW,
+            travel: Travel::NEW,
+            prior: Prior::NONE,
+            stage: Stage::Rests,
+            alarm: Alarm {
+                signal: Signal::Displacement,
+                sigma: None,
+                dt_s: 1e-4,
+                force_n: 1.0,
+                most_n: 1.0,
+                travel: None,
+                moved_m: 0.0,
+                by_stylus: true,
+                searched: false,
+                rested_s: f32::INFINITY,
+            },
+            block_s: BLOCK_S,
+            samples: 3,
+            filled: 0,
+            hears: false,
+            missing_s: 0.0,
+            last: None,
+            impulse: 0.0,
+            impulses: [0.0; KEPT],
+            at: 0,
+            trust: TRUST,
+            since_s: 0.0,
+            rested_s: f32::INFINITY,
+            known_s: 0.0,
+            slips: 0,
+            forecast: FORECAST,
+        }
+    }
+
+    /// Another object is in hand; `need_n` (N) is what a memory states of it.
+    pub fn take(&mut self, need_n: Option<f32>) {
+        self.prior.forget();
+        self.stylus.forget();
+        self.trust = TRUST;
+        self.slips = 0;
+        self.known_s = 0.0;
+        self.rested_s = f32::INFINITY;
+        if let Some(need_n) = need_n {
+            self.prior.remember(need_n);
+        }
+    }
+
+    /// What the slip shows so far.
+    #[must_use]
+    pub fn forecast(&self) -> &Forecast {
+        &self.forecast
+    }
+
+    /// Whether the travel shows the object, as of the last slip.
+    #[must_use]
+    pub fn trusts_travel(&self) -> bool {
+        self.trust > ALARMS_FROM
+    }
+
+    /// Whether the travel is too coarse to show the start of a slip, as of the last slip.
+    #[must_use]
+    pub fn is_coarse(&self) -> bool {
+        self.alarm.travel.is_some() && !self.travel.is_fine()
+    }
+
+    /// A slip was noticed. One that follows a stop so closely that pads may swing is none before it is seen to move.
+    pub fn begin(&mut self, alarm: &Alarm) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 300")]
+        let samples = libm::roundf(BLOCK_S / alarm.dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
+        self.alarm = *alarm;
+        self.samples = samples;
+        self.block_s = f32::from(samples) * alarm.dt_s;
+        self.filled = 0;
+        self.missing_s = 0.0;
+        self.last = None;
+        self.rested_s += alarm.rested_s;
+        self.known_s += alarm.rested_s;
+        self.hears = alarm.sigma.is_some();
+        self.stylus.begin(alarm.signal, alarm.sigma.unwrap_or(1.0), alarm.dt_s, samples);
+        self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
+        self.stage = Stage::Rests;
+        self.forecast =
+            Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
+        if self.rested_s > AGAIN_S || !self.hears {
+            self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
+        } else {
+            self.stylus.rest();
+        }
+    }
+
+    /// The object begins to move under `force_n` (N); the travel shows `moved_m` (m) of it.
+    fn start(&mut self, force_n: f32, moved_m: f32, by_stylus: bool) {
+        self.slips += 1;
+        self.stylus.start();
+        let there = self.alarm.travel.is_some() && self.travel.is_there();
+        let fine = there && self.travel.is_fine();
+        let law = self.stylus.law().filter(|_| self.hears);
+        let mut trust = self.trust;
+        if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
+            let odds = UNMOVED * trust / (1.0 - trust);
+            trust = odds / (1.0 + odds);
+        }
+        let seen = fine && self.trust > ALARMS_FROM;
+        let moved_m = if seen { moved_m.clamp(2e-6, 2e-5) } else { alarm_m(self.alarm.signal) };
+        self.prior.expect(self.known_s, self.alarm.searched);
+        let start = Start {
+            force_n,
+            most_n: self.alarm.most_n,
+            moved_m,
+            d_s: self.block_s,
+            trust: if there { trust } else { 1e-6 },
+            prior: &self.prior,
+            pads: PADS,
+            below: if by_stylus { BELOW } else { 1.0 },
+            law,
+        };
+        self.bank.begin(&start);
+        if !self.prior.is_known() {
+            self.known_s = 0.0;
+        }
+        self.impulse = 0.0;
+        self.since_s = 0.0;
+        self.stage = Stage::Moves;
+        self.forecast = Forecast {
+            slips: true,
+            moves: true,
+            informed: there || law.is_some(),
+            trusted: fine && trust > 0.5,
+            known: self.prior.is_known(),
+            by_stylus,
+            from_n: force_n,
+            low_n: force_n,
+            median_n: force_n,
+            whole_low_n: force_n,
+            whole_n: force_n,
+            whole_high_n: force_n,
+            p_travel: trust,
+            slips_seen: self.slips,
+            ..FORECAST
+        };
+    }
+
+    /// Takes a sample of the slip.
+    pub fn push(&mut self, reading: &Reading) {
+        let dt_s = self.alarm.dt_s;
+        self.travel.push(reading.travel_m, dt_s);
+        let heard = reading.stylus.filter(|x| self.last != Some(*x));
+        self.last = reading.stylus;
+        self.missing_s = if heard.is_some() { 0.0 } else { self.missing_s + dt_s };
+        if self.hears && self.missing_s >= LOST_S {
+            self.hears = false;
+            self.bank.lose_stylus(TRUST);
+        }
+        if let Some(x) = reading.stylus.filter(|_| self.hears) {
+            let seen = self.stylus.push(x);
+            if let Some(seen) = seen.filter(|_| self.stage == Stage::Moves) {
+                if let Turn::Turned { ends } = seen.turn {
+                    self.bank.turn(ends);
+                }
+                if seen.turn != Turn::Between {
+                    self.bank.extreme(seen.within_s);
+                }
+            }
+        }
+        self.filled += 1;
+        if self.filled >= self.samples {
+            self.filled = 0;
+            self.block(reading);
+        }
+    }
+
+    fn block(&mut self, reading: &Reading) {
+        self.known_s += self.block_s;
+        self.impulse += reading.force_n * self.block_s;
+        self.at = (self.at + 1) % KEPT;
+        self.impulses[self.at] = self.impulse;
+        let power = self.stylus.block().filter(|_| self.hears);
+        let travel = self.travel.block();
+        match self.stage {
+            Stage::Moves => {
+                self.since_s += self.block_s;
+                self.bank.go(reading.force_n);
+                if self.travel.is_there() {
+                    self.bank.travel(travel);
+                } else {
+                    self.bank.lose_travel();
+                }
+                if let Some(power) = power {
+                    self.bank.amplitude(power.square, power.noise);
+                }
+                self.bank.weigh(AHEAD_S + reading.dead_s);
+                if self.travel.is_there() {
+                    self.bank.draw();
+                }
+                self.tell(reading);
+                if self.is_over(reading) {
+                    self.stop();
+                }
+            }
+            Stage::Rests => self.rest(reading.force_n),
+        }
+    }
+
+    /// What the bank says, with what the sensors show.
+    fn tell(&mut self, reading: &Reading) {
+        let summary = self.bank.summary;
+        let there = self.travel.is_there();
+        let fine = there && self.travel.is_fine();
+        let trusted = fine && summary.p_travel > 0.5;
+        let stylus = self.hears && self.stylus.moves();
+        let moves = match (trusted, self.hears, there) {
+            (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
+            (_, true, _) => stylus,
+            (_, _, true) => self.travel.moves(),
+            _ => reading.evident,
+        };
+        let y = self.travel.y();
+        self.forecast = Forecast {
+            moves,
+            unexplained: self.hears
+                && summary.p_travel < 0.5
+                && summary.speed_m_s < UNEXPLAINED_M_S
+                && self.stylus.vibrates(),
+            informed: there || self.hears,
+            trusted,
+            since_s: self.since_s,
+            moved_m: trusted.then_some(y),
+            travel_m_s: self.bank.track_m_s(),
+            speed_m_s: summary.speed_m_s,
+            low_n: summary.low_n,
+            median_n: summary.median_n,
+            whole_low_n: summary.whole_low_n,
+            whole_n: summary.whole_n,
+            whole_high_n: summary.whole_high_n,
+            p_travel: summary.p_travel,
+            p_null: summary.p_null,
+            far: trusted && y > FAR_M,
+            accelerates: self.bank.track_m_s() > self.forecast.travel_m_s,
+            ..self.forecast
+        };
+    }
+
+    /// Whether the object has stopped.
+    fn is_over(&self, reading: &Reading) -> bool {
+        if self.since_s <= LEAST_S {
+            return false;
+        }
+        let there = self.travel.is_there();
+        let fine = there && self.travel.is_fine();
+        let p_travel = self.forecast.p_travel;
+        let stylus = !self.hears || self.stylus.stands();
+        let travel = !there || (!fine && self.hears) || p_travel < 0.5 || self.travel.stands();
+        let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
+        if !self.hears && !there {
+            return !reading.evident;
+        }
+        (stylus && travel) || trusted
+    }
+
+    /// The slip has ended for the methods.
+    pub fn end(&mut self) {
+        if self.stage == Stage::Moves {
+            self.stop();
+        }
+        self.forecast.slips = false;
+    }
+
+    /// The object has stopped: what does it need?
+    fn stop(&mut self) {
+        let forecast = &mut self.forecast;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some blocks")]
+        let back = (NOTICED_S / self.block_s + 0.5) as usize;
+        let back = back.min(KEPT - 1);
+        #[expect(clippy::cast_precision_loss, reason = "at most 64")]
+        let lasted_s = self.since_s - back as f32 * self.block_s;
+        let held_n = if forecast.trusted {
+            forecast.whole_n
+        } else {
+            let impulse = self.impulses[(self.at + KEPT - back) % KEPT];
+            self.bank.balance_n(impulse, lasted_s).max(forecast.from_n)
+        };
+        let held = forecast.p_null > if self.prior.is_known() { 0.4 } else { 0.5 };
+        let null = held && !forecast.far;
+        forecast.held_n = Some(held_n).filter(|_| !null);
+        forecast.slips = false;
+        forecast.moves = false;
+        self.trust = if self.travel.is_there() {
+            forecast.p_travel.clamp(LEAST_TRUST, TRUST)
+        } else {
+            self.trust
+        };
+        if !null {
+            self.bank.learn(&mut self.prior);
+        }
+        self.stage = Stage::Rests;
+        self.rested_s = 0.0;
+        self.stylus.stop();
+        self.travel.rest(1.0);
+    }
+
+    /// Whether it moves again.
+    fn rest(&mut self, force_n: f32) {
+        self.rested_s += self.block_s;
+        let there = self.alarm.travel.is_some() && self.travel.is_there();
+        let fine = there && self.travel.is_fine() && self.trust > 0.5;
+        let y = self.travel.y().abs();
+        let least_m = self.travel.moved_again_m(self.hears);
+        let advances = there && self.trust > ALARMS_FROM && y > least_m && self.rested_s > 4e-3;
+        let stands = fine && y < 0.5 * least_m;
+        let soon = self.rested_s < AGAIN_S;
+        let alarms = self.hears && self.stylus.moves_again(self.block_s, soon, stands);
+        if alarms || advances {
+            self.start(force_n, y, alarms);
+        } else if there {
+            self.travel.rest(if self.trust > ALARMS_FROM { 0.02 } else { 0.2 });
+        }
+    }
+}
+
+const FORECAST: Forecast = Forecast {
+    slips: false,
+    moves: false,
+    unexplained: false,
+    informed: false,
+    trusted: false,
+    known: false,
+    by_stylus: true,
+    since_s: 0.0,
+    moved_m: None,
+    travel_m_s: 0.0,
+    speed_m_s: 0.0,
+    from_n: 0.0,
+    low_n: 0.0,
+    median_n: 0.0,
+    whole_low_n: 0.0,
+    whole_n: 0.0,
+    whole_high_n: 0.0,
+    p_travel: 0.0,
+    p_null: 0.0,
+    held_n: None,
+    slips_seen: 0,
+    far: false,
+    accelerates: false,
+};

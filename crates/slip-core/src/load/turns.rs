@@ -1,0 +1,135 @@
+//! Peaks and valleys of a signal, one by one.
+
+/// A turn exceeds this many deviations of the noise, and this share of the mean swing.
+const NOISES: f32 = 5.0;
+const SHARE: f32 = 0.25;
+/// Weight of the last swing in the mean.
+const LAST: f32 = 0.3;
+
+/// Where the signal goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Unknown,
+    Up,
+    Down,
+}
+
+/// What a reading is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turn {
+    /// Neither.
+    Between,
+    /// Further than all since the last turn.
+    Extreme,
+    /// So far back from the extreme that the signal has turned there; `ends` states whether another turn came before.
+    Turned { ends: bool },
+}
+
+/// A signal that goes up and down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turns {
+    way: Way,
+    begun: bool,
+    high: f32,
+    low: f32,
+    last: f32,
+    turned: bool,
+    mean: f32,
+}
+
+impl Turns {
+    /// Nothing was read yet.
+    pub(super) const NEW: Self = Self {
+        way: Way::Unknown,
+        begun: false,
+        high: 0.0,
+        low: 0.0,
+        last: 0.0,
+        turned: false,
+        mean: 0.0,
+    };
+
+    /// Mean swing, the unit of the signal; 0 before the second turn.
+    pub(super) fn swing(&self) -> f32 {
+        self.mean
+    }
+
+    /// Range since the last turns.
+    pub(super) fn range(&self) -> f32 {
+        self.high - self.low
+    }
+
+    /// Takes the next reading; `sigma` is its noise (rms).
+    pub(super) fn push(&mut self, x: f32, sigma: f32) -> Turn {
+        if !self.begun {
+            *self = Self { begun: true, high: x, low: x, last: x, ..Self::NEW };
+        }
+        let least = (NOISES * sigma).max(SHARE * self.mean);
+        let mut extreme = false;
+        if self.way != Way::Down && x > self.high {
+            self.high = x;
+            extreme = true;
+        }
+        if self.way != Way::Up && x < self.low {
+            self.low = x;
+            extreme = true;
+        }
+        let up = x - self.low > least;
+        let down = self.high - x > least;
+        match self.way {
+            Way::Unknown if up => {
+                self.way = Way::Up;
+                self.high = x;
+                extreme = true;
+            }
+            Way::Unknown if down => {
+                self.way = Way::Down;
+                self.low = x;
+                extreme = true;
+            }
+            Way::Up if down => {
+                let ends = self.turn(self.high);
+                self.way = Way::Down;
+                self.low = x;
+                return Turn::Turned { ends };
+            }
+            Way::Down if up => {
+                let ends = self.turn(self.low);
+                self.way = Way::Up;
+                self.high = x;
+                return Turn::Turned { ends };
+            }
+            _ => {}
+        }
+        if extreme { Turn::Extreme } else { Turn::Between }
+    }
+
+    /// The signal has turned at `at`.
+    fn turn(&mut self, at: f32) -> bool {
+        let swing = (at - self.last).abs();
+        self.last = at;
+        let ends = core::mem::replace(&mut self.turned, true);
+        if ends {
+            self.mean += if self.mean > 0.0 { LAST * (swing - self.mean) } else { swing };
+        }
+        ends
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Turn, Turns};
+
+    #[test]
+    fn each_peak_and_valley_of_a_wave_is_a_turn_and_noise_is_none() {
+        let mut turns = Turns::NEW;
+        let mut seen = 0;
+        for i in 0..2000_u16 {
+            let noise = if i % 2 == 0 { 1e-7 } else { -1e-7 };
+            let x = 3e-6 * libm::sinf(core::f32::consts::TAU * f32::from(i) / 200.0) + noise;
+            seen += u32::from(matches!(turns.push(x, 1e-7), Turn::Turned { ends: true }));
+        }
+        assert_eq!(seen, 19, "ten periods have 20 turns, of which the first ends nothing");
+        assert!((turns.swing() - 6e-6).abs() < 4e-7, "{turns:?}");
+    }
+}
