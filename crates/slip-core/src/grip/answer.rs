@@ -63,6 +63,8 @@ pub(super) struct Answer {
     /// What to hold with once it has stopped (N), and whether that was shown by a slip.
     hold_n: f32,
     slipped: bool,
+    /// Whether the force to hold with is that of the last stop.
+    concluded: bool,
     slips_seen: u32,
     /// Need of the weight by this slip (N).
     need_n: Option<f32>,
@@ -134,7 +136,7 @@ impl Answer {
         let over_median = (OVER_MEDIAN - DEAD_MEDIAN * late) * forecast.median_n;
         let over_low = (OVER_LOW - DEAD_LOW * late) * forecast.low_n;
         let mut want_n = over_median.min(over_low) * self.grow;
-        if forecast.known && forecast.p_null > HELD && !forecast.far {
+        if forecast.known && !self.searched && forecast.p_null > HELD && !forecast.far {
             want_n = want_n.min(LEAST * forecast.from_n);
         }
         let quickly_n = self.first_n.max(before_n * expf(rise_s / RISE_S));
@@ -164,7 +166,7 @@ impl Answer {
     /// The object begins to move.
     fn start(&mut self, config: &GripConfig, forecast: &Forecast) {
         self.grow = 1.0;
-        self.slipped = false;
+        self.concluded = false;
         let first = match (forecast.known, forecast.trusted, forecast.by_stylus) {
             (true, true, _) => 1.0,
             (true, false, _) => FIRST_KNOWN,
@@ -185,7 +187,8 @@ impl Answer {
             }
             return;
         };
-        if !self.slipped {
+        if !self.concluded {
+            self.concluded = true;
             self.slipped = true;
             let wanted_n = if forecast.trusted {
                 (HOLD * need_n).min(HOLD_LOW * forecast.whole_low_n)
@@ -195,7 +198,7 @@ impl Answer {
             let searched_n = if self.searched { HOLD_SEARCHED * forecast.from_n } else { 0.0 };
             let least_n =
                 if forecast.known { self.before_n } else { HOLD_LEAST * forecast.from_n };
-            let most_n = self.target_n.max(least_n);
+            let most_n = if forecast.trusted { ceiling_n } else { self.target_n.max(least_n) };
             self.hold_n = wanted_n.max(searched_n).max(least_n).min(most_n).min(ceiling_n);
             self.before_n = self.hold_n;
             self.need_n = Some(need_n);

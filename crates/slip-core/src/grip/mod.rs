@@ -96,6 +96,8 @@ const MAX_DT_S: f32 = 0.01;
 const PERSISTENT_S: f32 = 2.0;
 /// Margin of a force that a memory states over the need.
 const MARGIN: f32 = 1.25;
+/// Largest ratio of static and kinetic friction that the search allows for.
+const MOST_RATIO: f32 = 1.7;
 /// A need known within this factor is known.
 const SHARP: f32 = 1.3;
 /// Evidence of a slip that is older than this (s) raises nothing.
@@ -575,7 +577,7 @@ impl GripController {
         self.end_moving();
         if self.answer.slipped() {
             let sharp = forecast.is_some_and(|now| now.whole_high_n < SHARP * now.whole_low_n);
-            let least_n = forecast.map_or(0.0, |now| now.whole_low_n);
+            let least_n = forecast.map_or(0.0, |now| now.whole_low_n / MOST_RATIO);
             self.search.found(Some(least_n).filter(|_| !sharp && self.trials.trials == 2));
             let goes_on = self.may_search_below(self.answer.hold_n());
             self.finding = if goes_on { Finding::No } else { Finding::Coming };

@@ -40,6 +40,9 @@ const SURFACE_SPREAD: f32 = 0.8;
 const TURN_LN: f32 = -9.210_34;
 const LATE_TURN: f32 = 0.35;
 const LEAST_M: f32 = 1e-7;
+/// What is slower than this (m/s) at a turn may be turning back, which the pads do about so often a second (logarithm).
+const REVERSES_M_S: f32 = 2e-3;
+const REVERSES_LN: f32 = 3.0;
 /// Weight of what is believed of the slope of a surface before (blocks).
 const SLOPE_BLOCKS: f32 = 0.25;
 /// Distance in which heights change (m): blocks that are closer state the same, down to this share.
@@ -190,7 +193,10 @@ pub(super) struct Bank<const H: usize> {
     gains: [Gains; 2],
     law: Option<Law>,
     d_s: f32,
+    searched: bool,
     from_n: f32,
+    /// Logarithm of the force under which it is held where it needs no more.
+    null_ln: f32,
     norm: f32,
     power: f32,
     weight: f32,
@@ -212,7 +218,7 @@ impl<const H: usize> Bank<H> {
             grid, modes: [Mode::EMPTY; 2], need: z, need_ln: z, per_n: z, ratio: z, stiffness: z, damping: z, rate: z,
             load_most: z, prior: z, early_s: z, track: Track { x: 0.0, v: 0.0, u: 0.0 },
             gains: [Gains::NONE; 2],
-            law: None, d_s: 3e-4, from_n: 1.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
+            law: None, d_s: 3e-4, searched: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
             summary: Summary {
                 low_n: 0.0, median_n: 0.0, whole_low_n: 0.0, whole_n: 0.0, whole_high_n: 0.0, speed_m_s: 0.0,
                 p_travel: 0.0, p_null: 0.0, p_stylus_lost: 0.0,
@@ -236,7 +242,9 @@ impl<const H: usize> Bank<H> {
         let from_n = start.force_n.max(1e-3);
         (self.d_s, self.from_n, self.law) = (start.d_s, from_n, start.law);
         (self.power, self.weight, self.turns) = (0.0, 0.0, 0.0);
+        self.null_ln = ln(from_n);
         let known = start.prior.is_known();
+        self.searched = start.prior.is_searched();
         let mut first_ln = ln(from_n) - 1.5 * self.grid.step;
         if let Some(least_ln) = start.prior.least_ln() {
             first_ln = at_most(first_ln, least_ln - self.grid.step);
@@ -248,22 +256,24 @@ impl<const H: usize> Bank<H> {
             // Pads that are not known are hardly the stiffest.
             let stiff = start.pads > 1.5 && shear < 8e-6;
             let p = if stiff { 0.5 * contact.p } else { contact.p };
-            for ramp in grid.ramps {
+            for (ramp, searched) in grid.ramps.iter().zip(grid.ratios) {
+                let ratio = if start.prior.is_searched() { *searched } else { contact.ratio };
+                let ramp_s = if start.prior.is_searched() { 0.0 } else { ramp.s };
                 let mut need_ln = first_ln;
                 for _ in 0..grid.forces {
                     let need = exp(need_ln);
                     let over = need / from_n;
-                    let broke = from_n * contact.ratio / need;
+                    let broke = from_n * ratio / need;
                     self.need[h] = need;
                     self.need_ln[h] = need_ln;
                     self.per_n[h] = 1.0 / need;
-                    self.ratio[h] = contact.ratio;
-                    self.rate[h] = if ramp.s > 0.0 { 1.0 / ramp.s } else { 0.0 };
+                    self.ratio[h] = ratio;
+                    self.rate[h] = if ramp_s > 0.0 { 1.0 / ramp_s } else { 0.0 };
                     self.stiffness[h] = G_M_S2 / (need * shear);
                     self.damping[h] = DAMPING / need;
                     self.load_most[h] = if known { at_least(1.6 * broke, 1.0) } else { 1.0 };
                     let mut prior = ln(ramp.p * p);
-                    prior += start.prior.ln(need_ln, grid.step, grid.forces, over, contact.ratio);
+                    prior += start.prior.ln(need_ln, grid.step, grid.forces, over, ratio);
                     if !known && over < 1.0 {
                         prior += ln(start.below);
                     }
@@ -355,6 +365,23 @@ impl<const H: usize> Bank<H> {
         mode.u[h] = u;
         mode.z[h] = z;
         self.early_s[h] = early;
+    }
+
+    /// The object has stopped at `y` (m), from where the distance counts.
+    pub(super) fn rest(&mut self, y: f32) {
+        for mode in &mut self.modes {
+            for x in [&mut mode.x, &mut mode.before, &mut mode.extreme, &mut mode.turn] {
+                for x in x {
+                    *x -= y;
+                }
+            }
+        }
+        self.track.x -= y;
+    }
+
+    /// The object moves again under `force_n` (N).
+    pub(super) fn resume(&mut self, force_n: f32) {
+        self.null_ln = ln(at_least(force_n, 1e-3));
     }
 
     /// One block under `force_n` (N).
@@ -514,13 +541,19 @@ impl<const H: usize> Bank<H> {
 
     /// The stylus has turned at the extreme; the first turn of a slip begins a distance and ends none.
     pub(super) fn turn(&mut self, ends: bool) {
+        let mean = 1.0 / (self.turns + 1.0);
         for mode in &mut self.modes {
             if ends {
                 for h in 0..H {
                     let way = ln(at_least((mode.extreme[h] - mode.turn[h]).abs(), LEAST_M));
+                    let speed = mode.extreme_v[h];
+                    // An object that turns back on its pads turns the stylus wherever it is.
+                    let back = speed < REVERSES_M_S;
+                    let way = if back { (mode.ln[h] + TURN_LN) * mean } else { way };
+                    let rate = ln(at_least(speed, 5e-4)) - way;
                     mode.ln[h] += way;
                     mode.ln2[h] += way * way;
-                    mode.jacobian[h] += ln(at_least(mode.extreme_v[h], 5e-4)) - way;
+                    mode.jacobian[h] += if back { REVERSES_LN } else { rate };
                 }
             }
             mode.turn = mode.extreme;
@@ -620,7 +653,7 @@ impl<const H: usize> Bank<H> {
                 let need = self.need_ln[h] + load_ln;
                 put(&mut self.bins, need - from_ln, w);
                 put(&mut self.whole, self.need_ln[h] + at_least(load_ln, 0.0) - from_ln, w);
-                if need < from_ln + BELOW + NULL {
+                if need < self.null_ln + NULL {
                     summary.p_null += w;
                 }
             }
@@ -656,7 +689,9 @@ impl<const H: usize> Bank<H> {
             if p >= 1e-3 {
                 let early_s = early_s / p;
                 let impulse = impulse + self.from_n * early_s;
-                let need = balance(impulse, at_least(lasted_s + early_s, 1e-3), self.from_n, ramp.s);
+                let ramp_s = if self.searched { 0.0 } else { ramp.s };
+                let lasted_s = at_least(lasted_s + early_s, 1e-3);
+                let need = balance(impulse, lasted_s, self.from_n, ramp_s);
                 (ln_sum, all) = (ln_sum + p * ln(need), all + p);
             }
         }

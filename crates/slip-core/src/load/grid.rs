@@ -29,6 +29,8 @@ pub struct Grid {
     pub step: f32,
     /// Times in which the load may come.
     pub ramps: &'static [Ramp],
+    /// In their place where the load is there, and the force has fallen until the object slips: static over kinetic friction.
+    pub ratios: &'static [f32],
     /// How the fingers may hold it.
     pub contacts: &'static [Contact],
 }
@@ -53,6 +55,7 @@ impl Grid {
         forces: 32,
         step: 0.16,
         ramps: &[ramp(0.0, 0.45), ramp(0.02, 0.2), ramp(0.06, 0.2), ramp(0.2, 0.15)],
+        ratios: &[1.05, 1.2, 1.4, 1.6],
         contacts: &[
             contact(3e-6, 1.05, 0.4),
             contact(4e-6, 1.4, 0.25),
@@ -65,6 +68,7 @@ impl Grid {
         forces: 24,
         step: 0.21,
         ramps: &[ramp(0.0, 0.45), ramp(0.03, 0.3), ramp(0.1, 0.25)],
+        ratios: &[1.05, 1.25, 1.5],
         contacts: &[
             contact(3e-6, 1.05, 0.4),
             contact(4e-6, 1.4, 0.25),
@@ -76,6 +80,7 @@ impl Grid {
         forces: 16,
         step: 0.3,
         ramps: &[ramp(0.0, 0.5), ramp(0.05, 0.5)],
+        ratios: &[1.1, 1.5],
         contacts: &[contact(3e-6, 1.1, 0.6), contact(12e-6, 1.1, 0.4)],
     };
 }

@@ -3,6 +3,8 @@
 //! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
+extern crate std; // TRACE
+
 mod bank;
 mod gains;
 mod grid;
@@ -52,6 +54,8 @@ const PADS: f32 = 4.0;
 const LOST_S: f32 = 3e-3;
 /// An object that goes on further than this (m) is not held.
 const FAR_M: f32 = 1.5e-4;
+/// An object that needs no more than it has with this probability is held.
+const HELD: f32 = 0.5;
 /// An object that moves on the pads only is slower than this (m/s).
 const SLOW_M_S: f32 = 2e-3;
 /// What is slower than this (m/s) stands.
@@ -198,6 +202,9 @@ pub struct Load<const H: usize> {
     /// Since the first slip of the object (s).
     known_s: f32,
     slips: u32,
+    /// Whether the hypotheses go on after a stop, and whether the object has moved again since.
+    runs: bool,
+    resumed: bool,
     forecast: Forecast,
 }
 
@@ -237,6 +244,8 @@ impl<const H: usize> Load<H> {
             rested_s: f32::INFINITY,
             known_s: 0.0,
             slips: 0,
+            runs: false,
+            resumed: false,
             forecast: FORECAST,
         }
     }
@@ -288,6 +297,8 @@ impl<const H: usize> Load<H> {
         self.stylus.begin(alarm.signal, alarm.sigma.unwrap_or(1.0), alarm.dt_s, samples);
         self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
         self.stage = Stage::Rests;
+        self.runs = false;
+        self.resumed = false;
         self.forecast =
             Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
         if self.rested_s > AGAIN_S || !self.hears {
@@ -300,6 +311,7 @@ impl<const H: usize> Load<H> {
     /// The object begins to move under `force_n` (N); the travel shows `moved_m` (m) of it.
     fn start(&mut self, force_n: f32, moved_m: f32, by_stylus: bool) {
         self.slips += 1;
+        if std::env::var_os("LOADLOG").is_some() { std::eprintln!("START {} F {:.2} moved {:.1}um by_stylus {} trust {:.2} known {} hears {} rested {:.3} searched {} tsig {:.2}um there {}", self.slips, force_n, 1e6*moved_m, by_stylus, self.trust, self.prior.is_known(), self.hears, self.rested_s, self.alarm.searched, 1e6*self.travel.sigma_m(), self.travel.is_there()); } // TRACE
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
@@ -349,6 +361,30 @@ impl<const H: usize> Load<H> {
         };
     }
 
+    /// The object moves again in the same slip: the hypotheses have gone on meanwhile.
+    fn resume(&mut self, force_n: f32, by_stylus: bool) {
+        self.slips += 1;
+        self.stylus.start();
+        self.bank.resume(force_n);
+        self.impulse = 0.0;
+        self.since_s = 0.0;
+        self.resumed = true;
+        self.stage = Stage::Moves;
+        let before = self.forecast;
+        self.forecast = Forecast {
+            slips: true,
+            moves: true,
+            known: true,
+            by_stylus,
+            from_n: force_n,
+            since_s: 0.0,
+            slips_seen: self.slips,
+            held_n: None,
+            ..before
+        };
+        if std::env::var_os("LOADLOG").is_some() { std::eprintln!("RESUME {} F {:.2} by {} N50 {:.2}", self.slips, force_n, by_stylus, self.forecast.whole_n); } // TRACE
+    }
+
     /// Takes a sample of the slip.
     pub fn push(&mut self, reading: &Reading) {
         let dt_s = self.alarm.dt_s;
@@ -386,7 +422,8 @@ impl<const H: usize> Load<H> {
         let power = self.stylus.block().filter(|_| self.hears);
         let travel = self.travel.block();
         match self.stage {
-            Stage::Moves => {
+            Stage::Rests if !self.runs => self.rest(reading.force_n),
+            stage => {
                 self.since_s += self.block_s;
                 self.bank.go(reading.force_n);
                 if self.travel.is_there() {
@@ -401,12 +438,17 @@ impl<const H: usize> Load<H> {
                 if self.travel.is_there() {
                     self.bank.draw();
                 }
+                if stage == Stage::Rests {
+                    self.bank.resume(reading.force_n);
+                    self.rest(reading.force_n);
+                    return;
+                }
                 self.tell(reading);
+                if std::env::var_os("LOADLOG").is_some() { let f=&self.forecast; std::eprintln!("  {:.1}ms F {:.2} q10 {:.2} q50 {:.2} N10 {:.2} N50 {:.2} N90 {:.2} v {:.1} ok {:.2} lost {:.2} null {:.2} y {:.1} trk {:.1} mv {} tr {} unex {} A{:?}", 1e3*self.since_s, reading.force_n, f.low_n, f.median_n, f.whole_low_n, f.whole_n, f.whole_high_n, 1e3*f.speed_m_s, f.p_travel, self.bank.summary.p_stylus_lost, f.p_null, 1e6*self.travel.y(), 1e3*f.travel_m_s, f.moves, f.trusted, f.unexplained, self.bank.turns()); } // TRACE
                 if self.is_over(reading) {
                     self.stop();
                 }
             }
-            Stage::Rests => self.rest(reading.force_n),
         }
     }
 
@@ -482,7 +524,7 @@ impl<const H: usize> Load<H> {
         let back = back.min(KEPT - 1);
         #[expect(clippy::cast_precision_loss, reason = "at most 64")]
         let lasted_s = self.since_s - back as f32 * self.block_s;
-        let held_n = if forecast.trusted {
+        let held_n = if forecast.trusted || self.resumed {
             forecast.whole_n
         } else {
             let impulse = self.impulses[(self.at + KEPT - back) % KEPT];
@@ -501,9 +543,12 @@ impl<const H: usize> Load<H> {
         if !null {
             self.bank.learn(&mut self.prior);
         }
+        if std::env::var_os("LOADLOG").is_some() { let f=&self.forecast; std::eprintln!("STOP held {:?} null {:.2} trust {:.2} N10 {:.2} N50 {:.2} N90 {:.2}", f.held_n, f.p_null, self.trust, f.whole_low_n, f.whole_n, f.whole_high_n); } // TRACE
         self.stage = Stage::Rests;
+        self.runs = true;
         self.rested_s = 0.0;
         self.stylus.stop();
+        self.bank.rest(self.travel.y());
         self.travel.rest(1.0);
     }
 
@@ -518,10 +563,19 @@ impl<const H: usize> Load<H> {
         let stands = fine && y < 0.5 * least_m;
         let soon = self.rested_s < AGAIN_S;
         let alarms = self.hears && self.stylus.moves_again(self.block_s, soon, stands);
-        if alarms || advances {
-            self.start(force_n, y, alarms);
+        // The hypotheses, which go on, know whether the object needs more than it has.
+        let needs = !self.runs || !fine || self.bank.summary.p_null < HELD || y > FAR_M;
+        if (alarms || advances) && needs {
+            if self.runs {
+                self.resume(force_n, alarms);
+            } else {
+                self.start(force_n, y, alarms);
+            }
         } else if there {
-            self.travel.rest(if self.trust > ALARMS_FROM { 0.02 } else { 0.2 });
+            let share = if self.trust > ALARMS_FROM { 0.02 } else { 0.2 };
+            if !self.runs {
+                self.travel.rest(share);
+            }
         }
     }
 }

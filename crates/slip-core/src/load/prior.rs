@@ -17,7 +17,7 @@ const POWER: f32 = 0.3;
 const BREAKS: f32 = 0.35;
 const COMES_S: f32 = 0.3;
 /// The same where the force falls until the object slips.
-const SEARCHED: f32 = 0.08;
+const SEARCHED: f32 = 0.15;
 
 /// A distribution over the needed force.
 #[derive(Clone, Debug)]
@@ -38,6 +38,11 @@ impl Prior {
     /// Whether anything is known.
     pub(super) fn is_known(&self) -> bool {
         self.known
+    }
+
+    /// Whether the load is there, and the force has fallen until the object slips.
+    pub(super) fn is_searched(&self) -> bool {
+        self.known && self.searched
     }
 
     /// Forgets the object.
