@@ -23,6 +23,8 @@ const LOAD: [f32; 2] = [0.1, 0.03];
 const LOAD_S: [f32; 2] = [0.25, 0.01];
 /// Largest correction of the load by one reading.
 const CORRECTS: f32 = 0.2;
+/// How little the stiffness of pads is known: share of the evidence of a motion that shears them which counts for some smooth motion.
+const SWINGS: f32 = 0.8;
 /// A load above its bound costs this much times its square.
 const OVER: f32 = 1.6;
 /// A mode in which the travel follows some smooth motion has a rate of this many nats a second against it.
@@ -420,6 +422,14 @@ impl<const H: usize> Bank<H> {
         let Some(TravelBlock { y, .. }) = reading else { return };
         let keep = 1.0 - d / FORGET_S;
         let [comes, there] = self.gains;
+        let track = &mut self.track;
+        track.x += track.v * d + 0.5 * G_M_S2 * track.u * d * d;
+        track.v += G_M_S2 * track.u * d;
+        let e = y - track.x;
+        track.x += comes.k[0] * e;
+        track.v += comes.k[1] * e;
+        track.u += comes.k[2] * e;
+        let smooth = -0.5 * (at_most(e * e * comes.per_s, 30.0) + comes.ln_s);
         let [followed, free] = &mut self.modes;
         for h in 0..H {
             let most = self.load_most[h];
@@ -436,18 +446,11 @@ impl<const H: usize> Bank<H> {
             let over = at_least(u - most, 0.0);
             let misfit = at_most(e * e * pick(comes.per_s, there.per_s), 30.0);
             let ll = -0.5 * (misfit + pick(comes.ln_s, there.ln_s)) - OVER * over * over;
-            followed.travel[h] = followed.travel[h] * keep + ll;
+            let known = 1.0 - SWINGS * followed.shears[h];
+            followed.travel[h] = followed.travel[h] * keep + smooth + known * (ll - smooth);
         }
-        let track = &mut self.track;
-        track.x += track.v * d + 0.5 * G_M_S2 * track.u * d * d;
-        track.v += G_M_S2 * track.u * d;
-        let e = y - track.x;
-        track.x += comes.k[0] * e;
-        track.v += comes.k[1] * e;
-        track.u += comes.k[2] * e;
-        let ll = -0.5 * (at_most(e * e * comes.per_s, 30.0) + comes.ln_s) - FREE_S * d;
         for l in &mut free.travel {
-            *l = *l * keep + ll;
+            *l = *l * keep + smooth - FREE_S * d;
         }
     }
 

@@ -77,10 +77,10 @@ impl Grid {
     };
     /// 64 hypotheses.
     pub const MICRO: Self = Self {
-        forces: 16,
-        step: 0.3,
+        forces: 24,
+        step: 0.2,
         ramps: &[ramp(0.0, 0.5), ramp(0.05, 0.5)],
         ratios: &[1.1, 1.5],
-        contacts: &[contact(3e-6, 1.1, 0.6), contact(12e-6, 1.1, 0.4)],
+        contacts: &[contact(16e-6, 1.1, 0.55), contact(64e-6, 1.1, 0.45)],
     };
 }

@@ -49,7 +49,7 @@ const ALARMS_FROM: f32 = 0.3;
 /// Weight of a need below the force at the alarm, where the stylus has raised it.
 const BELOW: f32 = 0.3;
 /// Compliance of pads that are not known, over that of the grid.
-const PADS: f32 = 4.0;
+const PADS: f32 = 1.0;
 /// A stylus that is missing, or repeats itself, for this long (s) is none.
 const LOST_S: f32 = 3e-3;
 /// An object that goes on further than this (m) is not held.
