@@ -391,6 +391,9 @@ impl MovedDistance {
         self.forward_m = 0.0;
         self.backward_m = 0.0;
         self.state = SlipState::Quiet;
+        if let Some((_, last_m)) = self.last {
+            self.level_m = last_m;
+        }
     }
 
     #[inline]

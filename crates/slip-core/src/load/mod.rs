@@ -55,7 +55,7 @@ const LOST_S: f32 = 3e-3;
 /// An object that goes on further than this (m) is not held.
 const FAR_M: f32 = 1.5e-4;
 /// An object that needs no more than it has with this probability is held.
-const HELD: f32 = 0.5;
+const HELD: f32 = 0.9;
 /// An object that moves on the pads only is slower than this (m/s).
 const SLOW_M_S: f32 = 2e-3;
 /// What is slower than this (m/s) stands.
