@@ -48,6 +48,10 @@ const HOLD_SEARCHED: f32 = 1.3;
 /// Back to what is to be held within this time (s).
 const BACK_S: f32 = 0.02;
 
+/// Where less and less is tried, an object is let slide until it shows the friction of sliding: up to this speed (m/s), for this long (s) at most.
+const SHOWS_M_S: f32 = 6e-3;
+const SHOWS_S: f32 = 0.02;
+
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Answer {
@@ -65,6 +69,8 @@ pub(super) struct Answer {
     slipped: bool,
     /// Whether the force to hold with is that of the last stop.
     concluded: bool,
+    /// Whether an object that less and less was tried with has slid so fast that it shows the friction of sliding.
+    shown: bool,
     slips_seen: u32,
     /// Need of the weight by this slip (N).
     need_n: Option<f32>,
@@ -136,12 +142,20 @@ impl Answer {
         let over_median = (OVER_MEDIAN - DEAD_MEDIAN * late) * forecast.median_n;
         let over_low = (OVER_LOW - DEAD_LOW * late) * forecast.low_n;
         let mut want_n = over_median.min(over_low) * self.grow;
+        if self.searched && forecast.known && forecast.trusted {
+            let slow = forecast.travel_m_s < SHOWS_M_S && forecast.since_s < SHOWS_S;
+            self.shown |= !slow || forecast.far;
+            if !self.shown {
+                want_n = want_n.min(forecast.from_n);
+            }
+        }
         if forecast.known && !self.searched && forecast.p_null > HELD && !forecast.far {
             want_n = want_n.min(LEAST * forecast.from_n);
         }
         let quickly_n = self.first_n.max(before_n * expf(rise_s / RISE_S));
         let most_n = quickly_n.min((AHEAD * on_way_n + AHEAD_N).max(before_n));
-        let least_n = (before_n * expf(-dt_s / FALL_S)).max(LEAST * forecast.from_n);
+        let least_n = if self.searched && !self.shown { 1.0 } else { LEAST } * forecast.from_n;
+        let least_n = (before_n * expf(-dt_s / FALL_S)).max(least_n);
         self.target_n = want_n.min(most_n).max(least_n);
         let done = on_way_n > DONE * forecast.median_n
             && forecast.since_s > DONE_S + 2.0 * delay_s
@@ -167,6 +181,7 @@ impl Answer {
     fn start(&mut self, config: &GripConfig, forecast: &Forecast) {
         self.grow = 1.0;
         self.concluded = false;
+        self.shown = false;
         let first = match (forecast.known, forecast.trusted, forecast.by_stylus) {
             (true, true, _) => 1.0,
             (true, false, _) => FIRST_KNOWN,

@@ -21,6 +21,9 @@ const FORGET_S: f32 = 0.08;
 /// Deviation of the load at an alarm, and growth of its variance in a second: while it comes, and once it is there.
 const LOAD: [f32; 2] = [0.1, 0.03];
 const LOAD_S: [f32; 2] = [0.25, 0.01];
+/// The same where a known object slips that was held with enough: something hits or pulls it.
+const JUMPS: f32 = 0.4;
+const JUMPS_S: f32 = 1.0;
 /// Largest correction of the load by one reading.
 const CORRECTS: f32 = 0.2;
 /// How little the stiffness of pads is known: share of the evidence of a motion that shears them which counts for some smooth motion.
@@ -196,6 +199,7 @@ pub(super) struct Bank<const H: usize> {
     law: Option<Law>,
     d_s: f32,
     searched: bool,
+    jumps: bool,
     from_n: f32,
     /// Logarithm of the force under which it is held where it needs no more.
     null_ln: f32,
@@ -220,7 +224,7 @@ impl<const H: usize> Bank<H> {
             grid, modes: [Mode::EMPTY; 2], need: z, need_ln: z, per_n: z, ratio: z, stiffness: z, damping: z, rate: z,
             load_most: z, prior: z, early_s: z, track: Track { x: 0.0, v: 0.0, u: 0.0 },
             gains: [Gains::NONE; 2],
-            law: None, d_s: 3e-4, searched: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
+            law: None, d_s: 3e-4, searched: false, jumps: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
             summary: Summary {
                 low_n: 0.0, median_n: 0.0, whole_low_n: 0.0, whole_n: 0.0, whole_high_n: 0.0, speed_m_s: 0.0,
                 p_travel: 0.0, p_null: 0.0, p_stylus_lost: 0.0,
@@ -273,7 +277,7 @@ impl<const H: usize> Bank<H> {
                     self.rate[h] = if ramp_s > 0.0 { 1.0 / ramp_s } else { 0.0 };
                     self.stiffness[h] = G_M_S2 / (need * shear);
                     self.damping[h] = DAMPING / need;
-                    self.load_most[h] = if known { at_least(1.6 * broke, 1.0) } else { 1.0 };
+                    self.load_most[h] = if known { at_least(2.0 * broke, 1.0) } else { 1.0 };
                     let mut prior = ln(ramp.p * p);
                     prior += start.prior.ln(need_ln, grid.step, grid.forces, over, ratio);
                     if !known && over < 1.0 {
@@ -304,7 +308,9 @@ impl<const H: usize> Bank<H> {
         }
         self.norm = log_sum(&self.prior);
         self.track = Track { x: start.moved_m, v: 3e-3, u: 0.0 };
-        self.gains = LOAD.map(Gains::begin);
+        // What makes a known object slip that is held with enough is another load.
+        self.jumps = known && !self.searched;
+        self.gains = LOAD.map(|load| Gains::begin(if self.jumps { JUMPS } else { load }));
         self.summary = Summary {
             low_n: from_n,
             median_n: from_n,
@@ -417,6 +423,7 @@ impl<const H: usize> Bank<H> {
     pub(super) fn travel(&mut self, reading: Option<TravelBlock>) {
         let d = self.d_s;
         for (gains, load_s) in self.gains.iter_mut().zip(LOAD_S) {
+            let load_s = if self.jumps { JUMPS_S } else { load_s };
             gains.step(d, load_s, reading.map(|reading| reading.variance));
         }
         let Some(TravelBlock { y, .. }) = reading else { return };
