@@ -15,6 +15,7 @@ use crate::{
     drift::Sink,
     esc::Esc,
     estimate::{Estimator, Features, ForceEstimate, FrictionMeter},
+    freshness::Freshness,
     fusion::{Detection, Fusion},
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
@@ -26,7 +27,6 @@ use crate::{
     velocity::{Velocity, VelocityMeter},
     whiteness::Whiteness,
 };
-use control::{GripForce, HostTime};
 use detect::{Rest, Rested};
 use slip::{Grasp, Slip};
 use slip_msg::{EXTRAPOLATED, INFORMATIVE, PipelineState, Reading, SlipReport};
@@ -44,8 +44,7 @@ pub struct Pipeline<W> {
     observation: SlipObservation,
     velocity: VelocityMeter,
     friction: FrictionMeter,
-    grip_force: GripForce,
-    host_time: HostTime,
+    freshness: Freshness,
     whiteness: Whiteness,
     sink: Sink,
     load: Load<CELLS>,
@@ -79,7 +78,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub fn handle_with(&mut self, sample: &Sample, taxels: &[f32]) -> Step {
         self.counters.samples += 1;
-        self.host_time.arrive(sample.arrival, self.last_t);
+        self.freshness.arrive(sample.arrival, sample.t);
         let before = self.health.health();
         self.health.set_slips(self.slip.is_some());
         let replaced;

@@ -25,10 +25,11 @@ use grip_link::{
     host::{CloseReason, GripCommand, HostConfig as LinkSettings, HostEvent, HostLink},
     message::{ChannelKind, DeviceState, GripMode, Ident, Layout, Status},
 };
-use pace::{SlewLimiter, Transit, Wanted};
+use pace::{SlewLimiter, Wanted};
 use path::{ClientSetpoints, OwnMotion, Path};
 use slip_core::{
     ClientCommand, ConfigError, Pipeline, Sample, StageCounters, Step,
+    freshness::Freshness,
     grip::{GripState, Trials},
     health::{HealthCounters, Sensor, SensorHealth},
     pressure::MAX_TAXELS,
@@ -128,7 +129,7 @@ pub struct Session {
     begun: Option<Beginning>,
     setpoints: ClientSetpoints,
     time: TimeBase,
-    transit: Transit,
+    freshness: Freshness,
     /// The state of the clock that was reported last.
     clock_health: ClockHealth,
     /// Host time (us) at which the device took the settings.
@@ -186,7 +187,7 @@ impl Session {
             begun: None,
             setpoints: ClientSetpoints::default(),
             time: TimeBase::new(1_000_000, 1),
-            transit: Transit::default(),
+            freshness: Freshness::default(),
             clock_health: ClockHealth::Good,
             configured_us: 0,
             refusal: None,
@@ -315,8 +316,8 @@ impl Session {
         } else {
             let tick_hz = self.link.ident().map_or(1_000_000, |ident| u64::from(ident.tick_hz));
             self.time = TimeBase::new(tick_hz, rate_hz);
-            self.transit = Transit::default();
         }
+        self.freshness = Freshness::new(Micros(self.rows_us(1)));
     }
 
     /// Closes the link to a gripper whose limits or rate cannot be worked with.
@@ -334,7 +335,7 @@ impl Session {
     fn watch_clock(&mut self, now_us: u64) -> Option<Event> {
         if self.time.take_resync() {
             self.link.resync(now_us);
-            self.transit.forget();
+            self.freshness.forget();
         }
         self.time.set_rate_error(self.link.clock().and_then(ClockSync::rate_error));
         let health = self.time.health();
@@ -438,9 +439,6 @@ impl Session {
         if !core::mem::take(&mut self.due.fresh) {
             return None;
         }
-        if let Some((_, t, _)) = self.time.newest() {
-            self.transit.learn(now_us, t.0, self.evidence_age_us(now_us));
-        }
         self.set_point(now_us, out)
     }
 
@@ -477,15 +475,12 @@ impl Session {
 
     /// The controller's set point within the slew rate, by the host's clock.
     fn paced(&mut self, now_us: u64) -> Option<f32> {
-        let begun = self.begun.as_ref()?;
+        let slew_n_s = self.begun.as_ref()?.config.grip?.slew_n_s;
+        let rise_n = slew_n_s * self.freshness.take_s();
         let wanted = Wanted {
             force_n: self.path.step?.command?.0,
             applied_n: self.applied_n(),
-            now_us,
-            row_us: self.time.newest()?.1.0,
-            aged: self.is_late(now_us),
-            period_us: self.transit.period_us(),
-            slew_n_s: begun.config.grip?.slew_n_s,
+            rise_n: (!self.is_late(now_us)).then_some(rise_n),
         };
         self.limiter.force(&wanted)
     }
@@ -501,7 +496,7 @@ impl Session {
     /// bytes back. The force is not raised on it. Clocks that are not related judge nothing.
     #[must_use]
     pub fn is_late(&self, now_us: u64) -> bool {
-        self.evidence_age_us(now_us).is_some_and(|age_us| age_us > self.transit.limit_us())
+        self.evidence_age_us(now_us).is_some_and(|age_us| age_us > self.freshness.limit().0)
     }
 
     /// Whether no usable row has come for more than 50 ms, or three frames where they last longer, while samples should flow.
@@ -509,8 +504,15 @@ impl Session {
     pub fn is_blind(&self, now_us: u64) -> bool {
         let usable_us =
             self.time.newest().map_or(0, |(.., host_us)| host_us).max(self.configured_us);
+        let frame_us = self.link.in_force().map_or(0, |config| self.rows_us(config.batch));
         let streams = self.link.state().streams();
-        streams && now_us.saturating_sub(usable_us) > BLIND_US.max(3 * self.transit.period_us())
+        streams && now_us.saturating_sub(usable_us) > BLIND_US.max(3 * frame_us)
+    }
+
+    /// Time that so many rows cover (us), at the rate in force.
+    fn rows_us(&self, rows: u8) -> u64 {
+        let rate_hz = self.link.in_force().map_or(1, |config| config.sample_rate_hz.max(1));
+        u64::from(rows) * 1_000_000 / u64::from(rate_hz)
     }
 
     /// State of the device's clock.

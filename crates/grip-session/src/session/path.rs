@@ -93,7 +93,9 @@ impl Session {
 
     /// Handles the next row of the frame; `false` where there is none.
     pub(super) fn handle_row(&mut self, now_us: u64) -> bool {
-        let Self { path, pipeline: Some(pipeline), link, time, .. } = self else { return false };
+        let Self { path, pipeline: Some(pipeline), link, time, freshness, .. } = self else {
+            return false;
+        };
         let Some(header) = path.frame else { return false };
         let samples = link.samples(header).filter(|_| path.next < header.rows);
         let Some(row) = samples.and_then(|samples| samples.row(path.next)) else {
@@ -109,6 +111,10 @@ impl Session {
         let taken_us = clock.and_then(|clock| clock.host_us(row.tick)).unwrap_or(now_us);
         let arrival =
             Some(Arrival { at: Micros(now_us), age: Micros(now_us.saturating_sub(taken_us)) });
+        freshness.arrive(arrival, t);
+        if clock.is_none() {
+            freshness.forget();
+        }
         path.index = row.index;
         path.sample = Sample { motion, arrival, ..sample_of(&row, t) };
         let taxels = taxels_of(&row, &mut path.taxels.0);

@@ -21,7 +21,6 @@
 mod answer;
 mod config;
 mod input;
-mod lag;
 mod object;
 
 pub use config::GripConfig;
@@ -29,9 +28,8 @@ pub use input::{GripInput, SlipNow, Trials};
 pub use object::GripEvent;
 pub use slip_msg::GripState;
 
-use crate::load::Forecast;
+use crate::{drive::Drive, load::Forecast};
 use answer::Answer;
-use lag::Lag;
 use object::{Search, Touch};
 
 /// The force controller.
@@ -58,7 +56,7 @@ pub struct GripController {
     /// Measured force of fingers that close (N), and for how long it has stood there (s).
     stood_n: f32,
     stood_s: f32,
-    lag: Lag,
+    drive: Drive,
     /// Since the last evidence of the slip (s).
     quiet_s: f32,
     /// Length of the slip so far (s), and whether it has just become too long.
@@ -122,7 +120,7 @@ impl GripController {
             settle_s: 0.0,
             stood_n: 0.0,
             stood_s: 0.0,
-            lag: Lag::default(),
+            drive: Drive::default(),
             quiet_s: 0.0,
             slip_s: 0.0,
             persists: false,
@@ -140,6 +138,7 @@ impl GripController {
         let mut grip = Self::new(config);
         if force_n > 0.0 {
             grip.command_n = force_n.min(config.ceiling_n());
+            grip.drive.hold_on(grip.command_n);
             grip.hold(grip.command_n);
             grip.trials.trials = 1;
             grip.touch = Touch::carried();
@@ -196,7 +195,6 @@ impl GripController {
         if self.state == GripState::Open {
             self.state = GripState::Closing;
             self.touch = Touch::default();
-            self.lag.begin();
             self.trials = Trials { trials: 1, moved_m: 0.0 };
             self.forget();
             self.settle_s = 0.0;
@@ -204,6 +202,7 @@ impl GripController {
             // What others have gripped may be held for a reason.
             self.search = if held.is_some() { Search::default() } else { self.begin_search() };
             self.command_n = held.map_or(0.0, |force| force.min(self.config.ceiling_n()));
+            self.drive.close(self.command_n);
         }
     }
 
@@ -235,10 +234,14 @@ impl GripController {
         }
     }
 
-    /// How late the measured force follows the command (s), as far as that is known.
+    /// The drive of the fingers, as far as it is known.
     #[must_use]
-    pub fn lag_s(&self) -> f32 {
-        self.lag.seconds()
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    pub(crate) fn drive_mut(&mut self) -> &mut Drive {
+        &mut self.drive
     }
 
     /// What the object in hand is known to need (N), where it is known.
@@ -318,6 +321,12 @@ impl GripController {
     #[inline]
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
+        self.act(dt_s, input);
+        self.drive.follow(self.command_n, dt_s);
+        self.command_n
+    }
+
+    fn act(&mut self, dt_s: f32, input: &GripInput) {
         self.rise_s =
             input.rise_s.map_or(dt_s, |rise_s| if rise_s >= 0.0 { rise_s.min(dt_s) } else { 0.0 });
         self.touch.begin(input.touching);
@@ -329,10 +338,10 @@ impl GripController {
         self.unmeasured_s = if input.travel { 0.0 } else { self.unmeasured_s + dt_s };
         if !input.healthy {
             self.hold_blindly(input);
-            return self.command_n;
+            return;
         }
         if self.feel_object(dt_s) {
-            return self.command_n;
+            return;
         }
         match self.state {
             GripState::Open | GripState::Released | GripState::Observing | GripState::Other(_) => {}
@@ -352,7 +361,6 @@ impl GripController {
                 self.end_slip(input.forecast.as_ref());
             }
         }
-        self.command_n
     }
 
     /// No slip sensor is usable: the force stays, unless the load on the fingers asks for more. Closing goes on where it stopped.
@@ -464,10 +472,10 @@ impl GripController {
         if self.command_n < trial_n {
             return;
         }
-        if rises && input.touching {
-            self.lag.risen(input.applied_n);
-        } else if rises {
-            self.lag.unseen();
+        if rises && !input.touching {
+            self.drive.unseen();
+        } else if rises || self.drive.has_risen() {
+            self.drive.risen(input.applied_n, dt_s);
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
@@ -493,8 +501,11 @@ impl GripController {
 
     fn settle(&mut self, dt_s: f32, input: &GripInput) {
         self.settle_s += dt_s;
+        if self.drive.has_risen() {
+            self.drive.risen(input.applied_n, dt_s);
+        }
         if self.settle_s >= 1e-3 * self.config.settle_ms {
-            self.lag.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
+            self.drive.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
             self.hold(self.command_n);
         }
     }

@@ -1,11 +1,6 @@
 //! Settings in, a pipeline before its first sample out.
 
-use super::{
-    Pipeline, StageCounters,
-    control::{GripForce, HostTime},
-    detect::Rest,
-    slip::Grasp,
-};
+use super::{Pipeline, StageCounters, detect::Rest, slip::Grasp};
 use crate::{
     Signal,
     config::PipelineConfig,
@@ -13,6 +8,7 @@ use crate::{
     drift::Sink,
     error::ConfigError,
     estimate::{Estimator, FrictionMeter},
+    freshness::Freshness,
     fusion::Fusion,
     grip::GripController,
     health::{self, HealthCheck},
@@ -58,8 +54,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
-            grip_force: GripForce::new(rate_hz),
-            host_time: HostTime::new(config.sample_rate),
+            freshness: Freshness::new(Micros::from_ms(1e3 / rate_hz)),
             whiteness: Whiteness::default(),
             sink: Sink::default(),
             load: Load::new(Grid::MICRO),

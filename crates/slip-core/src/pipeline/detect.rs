@@ -27,7 +27,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.contact.learn(sample.normal_force_n);
         let touches = self.contact.would_touch(sample.normal_force_n);
         let slides = !touches && self.slides_on();
-        let force_n = self.grip_force.touch(sample.normal_force_n, touches, slides);
+        let force_n = match &mut self.grip {
+            Some(grip) => grip.drive_mut().touch(sample.normal_force_n, touches, slides),
+            None => sample.normal_force_n,
+        };
         let touching = self.contact.update(force_n);
         let grip = self.grip.map_or(GripState::Holding, |grip| grip.state());
         let closing =
@@ -44,7 +47,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if wakes {
             self.friction.prime();
-            self.grip_force.prime();
+            if let Some(grip) = &mut self.grip {
+                grip.drive_mut().prime();
+            }
             self.fusion.prime();
             self.load.take(self.grip.and_then(|grip| grip.known_n()));
             self.standing.prime();
@@ -81,8 +86,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// Compares the force sensor with the command while an object is held.
     #[inline]
     pub(super) fn compare_force(&mut self, sample: &Sample) {
-        if let Some(grip) = self.grip.as_ref().filter(|_| self.decides && self.slip.is_none()) {
-            self.grip_force.hold(sample.normal_force_n, grip.command_n());
+        if let Some(grip) = self.grip.as_mut().filter(|_| self.decides && self.slip.is_none()) {
+            let command_n = grip.command_n();
+            grip.drive_mut().hold(sample.normal_force_n, command_n, self.config.sample_rate.0);
         }
     }
 
@@ -263,7 +269,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     pub(super) fn rest_after(&self) -> Rest {
         let stylus = self.fusion.uses(Method::Stylus);
-        let doubted = self.whiteness.is_noisy() || self.grip_force.is_numb();
+        let doubted = self.whiteness.is_noisy()
+            || self.grip.as_ref().is_some_and(|grip| grip.drive().is_numb());
         let learning = self.contact.is_learning() || stylus && self.detector.is_learning();
         let steady = !self.config.no_skip
             && self.slip.is_none()

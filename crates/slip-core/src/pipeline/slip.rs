@@ -116,11 +116,14 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.whiteness.begin();
         self.velocity.begin();
         self.friction.begin();
-        let command_n = self.grip.map_or(0.0, |grip| grip.command_n());
-        self.grip_force.begin(command_n, sample.normal_force_n);
+        let modelled_n = self.grip.as_mut().map_or(0.0, |grip| {
+            let command_n = grip.command_n();
+            grip.drive_mut().begin(command_n, sample.normal_force_n);
+            grip.drive().modelled_as_read_n()
+        });
         self.sink.begin(
             sample.normal_force_n,
-            self.grip_force.commanded_n(),
+            modelled_n,
             self.detector.noise_rms(),
             1.0 / self.config.sample_rate.0,
         );
@@ -200,9 +203,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let dt_s = dt.as_seconds() as f32;
         let mut sample = *sample;
         sample.normal_force_n = self.force_of(&sample, dt_s);
-        if let (Some(_), Some(force_n)) = (self.slip, sample.normal_force_n) {
-            let read_n = self.grip_force.as_read(force_n);
-            self.sink.follow(read_n, self.grip_force.commanded_n(), dt_s);
+        if let (Some(_), Some(force_n), Some(grip)) = (self.slip, sample.normal_force_n, &self.grip)
+        {
+            let drive = grip.drive();
+            self.sink.follow(drive.as_read(force_n), drive.modelled_as_read_n(), dt_s);
         }
         sample.travel_m = self.fusion.believed_travel(sample.travel_m);
         sample
@@ -211,12 +215,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
     /// nothing measured.
     fn force_of(&mut self, sample: &Sample, dt_s: f32) -> Option<f32> {
-        let Some(grip) = self.grip.as_ref().filter(|_| self.slip.is_some()) else {
+        let Some(grip) = self.grip.as_mut().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        let lag_s = grip.lag_s() + self.host_time.late_s();
         let speeds_up = self.load.forecast().speeds_up();
-        Some(self.grip_force.step(sample.normal_force_n, grip.command_n(), dt_s, lag_s, speeds_up))
+        let drive = grip.drive_mut();
+        Some(drive.measure(sample.normal_force_n, dt_s, self.freshness.late_s(), speeds_up))
     }
 
     /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
@@ -301,11 +305,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             return;
         }
         let sound = self.health.feels() && !self.whiteness.is_noisy();
+        let late_s = self.freshness.late_s();
         self.load.push(&Reading {
             stylus: Some(sample.stylus).filter(|_| sound),
             travel_m: self.fusion.travel_m(travel_m),
             force_n: sample.normal_force_n.unwrap_or(0.0),
-            dead_s: 0.0,
+            dead_s: self.grip.map_or(0.0, |grip| grip.drive().line_dead_s(late_s)),
             evident: self.is_fresh(sample.t),
         });
     }

@@ -49,7 +49,7 @@ fn moves(grip: &mut GripController, most_m: f32) -> f32 {
 
 #[test]
 fn the_way_to_the_object_is_no_delay_of_the_force() {
-    let lag_s = grasped().lag_s();
+    let lag_s = grasped().drive().delay_s();
     assert!((0.03..0.04).contains(&lag_s), "{lag_s}");
 }
 

@@ -224,7 +224,7 @@ fn a_grip_that_others_began_is_neither_searched_nor_led_as_if_it_answered_at_onc
         grip.step(&GripInput { applied_n: Some(5.0), ..watched() });
     }
     assert_eq!((grip.command_n(), grip.state()), (5.0, GripState::Holding));
-    assert!(grip.lag.reach().beyond(10.0, 1.0) < 0.9);
+    assert!(grip.drive.beyond(10.0, 1.0) < 0.9);
 }
 
 #[test]
