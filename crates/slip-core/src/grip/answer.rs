@@ -8,7 +8,7 @@ use libm::expf;
 const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
 const DEAD_MEDIAN: f32 = 0.1;
-const DEAD_LOW: f32 = 0.3;
+const DEAD_LOW: f32 = 0.1;
 const DEAD_S: f32 = 0.02;
 /// The first answer over the force at the alarm: of the stylus, of another sensor, to an object that is known.
 const FIRST: f32 = 1.4;

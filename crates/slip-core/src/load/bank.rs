@@ -20,7 +20,7 @@ const DAMPING: f32 = 1400.0;
 const FORGET_S: f32 = 0.08;
 /// Deviation of the load at an alarm, and growth of its variance in a second: while it comes, and once it is there.
 const LOAD: [f32; 2] = [0.1, 0.03];
-const LOAD_S: [f32; 2] = [0.25, 0.01];
+const LOAD_S: [f32; 2] = [1.0, 0.04];
 /// The same where a known object slips that was held with enough: something hits or pulls it.
 const JUMPS: f32 = 0.4;
 const JUMPS_S: f32 = 1.0;
