@@ -341,9 +341,9 @@ impl Sink {
         })
     }
 
-    /// The last reading as it came.
-    pub(crate) fn raw(&self) -> f32 {
-        self.raw
+    /// How far the stylus sinks in with the force (its unit over N), as far as the closing has shown.
+    pub(crate) fn per_n(&self) -> f32 {
+        self.per_n
     }
 }
 

@@ -50,7 +50,7 @@ pub struct Drive {
     slot_s: f32,
     answer: Answer,
     reading: Reading,
-    /// Dead time of the line now (s).
+    /// Dead time of the line when the slip began (s).
     line_s: f32,
 }
 
@@ -150,17 +150,26 @@ impl Drive {
         self.command_n
     }
 
-    /// By the command alone (N).
+    /// By the command alone (N): the prediction of a dead time ago, between two slots in proportion.
     fn modelled_n(&self) -> f32 {
+        let slots = (self.line_dead_s(self.line_s) - self.slot_s) / SLOT_S;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "the cast saturates"
         )]
-        let slots = (self.line_dead_s(self.line_s) / SLOT_S + 0.5) as usize;
-        let slots = slots.min(SLOTS - 1);
-        let past_n = self.past_n.get((self.place + SLOTS - slots) % SLOTS);
-        past_n.filter(|_| slots > 0).copied().unwrap_or(self.predicted_n)
+        let whole = (slots.max(0.0) as usize).min(SLOTS - 2);
+        let past_n = |slots: usize| {
+            let place = (self.place + SLOTS - slots) % SLOTS;
+            self.past_n.get(place).copied().unwrap_or(self.predicted_n)
+        };
+        if slots < 0.0 {
+            let share = 1.0 + slots * SLOT_S / self.slot_s;
+            return self.predicted_n + share * (past_n(0) - self.predicted_n);
+        }
+        #[expect(clippy::cast_precision_loss, reason = "some slots")]
+        let share = (slots - whole as f32).min(1.0);
+        past_n(whole) + share * (past_n(whole + 1) - past_n(whole))
     }
 
     /// `command_n` (N) is in force for `dt_s` (s).
@@ -170,8 +179,8 @@ impl Drive {
         let lag_s = self.lag_s();
         approach(&mut self.predicted_n, command_n, dt_s, lag_s);
         self.slot_s += dt_s;
-        while self.slot_s > 0.5 * SLOT_S {
-            self.slot_s -= SLOT_S;
+        while self.slot_s >= 0.999 * SLOT_S {
+            self.slot_s = (self.slot_s - SLOT_S).max(0.0);
             self.place = (self.place + 1) % SLOTS;
             if let Some(past_n) = self.past_n.get_mut(self.place) {
                 *past_n = self.predicted_n;
@@ -528,8 +537,9 @@ impl Drive {
         self.reading.held += share * (1.0 - self.reading.held);
     }
 
-    /// A slip begins under this command (N).
-    pub(crate) fn begin(&mut self, command_n: f32, reading_n: Option<f32>) {
+    /// A slip begins under this command (N) on a line that is late by `line_s` (s).
+    pub(crate) fn begin(&mut self, command_n: f32, reading_n: Option<f32>, line_s: f32) {
+        self.line_s = line_s;
         let before = self.reading;
         let held = before.held >= HELD;
         let gain = 1.0 + before.excess_n / command_n.max(1e-3);
@@ -564,7 +574,6 @@ impl Drive {
         line_s: f32,
         speeds_up: bool,
     ) -> f32 {
-        self.line_s = line_s;
         let seen = Seen { delay_s: self.delay_s() + line_s, speeds_up };
         let (model_n, command_n) = (self.modelled_n(), self.command_n);
         let reading = &mut self.reading;

@@ -97,6 +97,8 @@ pub struct Reading {
     pub travel_m: Option<f32>,
     /// Force of a finger (N).
     pub force_n: f32,
+    /// How far the stylus sinks in with the force (its unit over N), 0 where that is not known.
+    pub sinks_per_n: f32,
     /// Dead time of the drive (s).
     pub dead_s: f32,
     /// Whether the methods see the slip now.
@@ -193,6 +195,8 @@ pub struct Load<const H: usize> {
     hears: bool,
     missing_s: f32,
     last: Option<f32>,
+    /// Force at the end of the last block (N).
+    last_n: f32,
     impulse: f32,
     impulses: [f32; KEPT],
     at: usize,
@@ -236,6 +240,7 @@ impl<const H: usize> Load<H> {
             hears: false,
             missing_s: 0.0,
             last: None,
+            last_n: 0.0,
             impulse: 0.0,
             impulses: [0.0; KEPT],
             at: 0,
@@ -289,6 +294,7 @@ impl<const H: usize> Load<H> {
         self.samples = samples;
         self.block_s = f32::from(samples) * alarm.dt_s;
         self.filled = 0;
+        self.last_n = alarm.force_n;
         self.missing_s = 0.0;
         self.last = None;
         self.rested_s += alarm.rested_s;
@@ -419,7 +425,9 @@ impl<const H: usize> Load<H> {
         self.impulse += reading.force_n * self.block_s;
         self.at = (self.at + 1) % KEPT;
         self.impulses[self.at] = self.impulse;
-        let power = self.stylus.block().filter(|_| self.hears);
+        let sunk = reading.sinks_per_n * (reading.force_n - self.last_n);
+        self.last_n = reading.force_n;
+        let power = self.stylus.block(sunk).filter(|_| self.hears);
         let travel = self.travel.block();
         match self.stage {
             Stage::Rests if !self.runs => self.rest(reading.force_n),

@@ -33,6 +33,9 @@ const AGAIN_NOISES: [f32; 2] = [9.0, 15.0];
 const AGAIN_SWINGS: [f32; 2] = [0.5, 1.2];
 /// That range is forgotten in this time (s).
 const AGAIN_TAU_S: f32 = 0.06;
+/// Share of how far a stylus sinks in that is not known, and weight of the last block in its mean.
+const SINKS: f32 = 0.4;
+const SINKS_SHARE: f32 = 0.1;
 /// Above this noise (m) a stylus shows no surface.
 const NOISIEST_M: f32 = 5e-6;
 
@@ -87,6 +90,8 @@ pub(super) struct Stylus {
     last: Option<f32>,
     mean: Option<f32>,
     fast: f32,
+    /// Mean of what is not known of how far it has sunk in, in a block.
+    sunk: f32,
     means: [f32; KEPT],
     at: usize,
     kept: usize,
@@ -112,6 +117,7 @@ impl Stylus {
         last: None,
         mean: None,
         fast: 0.0,
+        sunk: 0.0,
         means: [0.0; KEPT],
         at: 0,
         kept: 0,
@@ -160,13 +166,13 @@ impl Stylus {
 
     /// Deviation of the mean of two blocks.
     fn mean_noise(&self) -> f32 {
-        self.sigma / libm::sqrtf(2.0 * f32::from(self.samples))
+        self.sigma / libm::sqrtf(2.0 * f32::from(self.samples)) + self.sunk
     }
 
     /// Squared differences of readings of the noise.
     fn fast_noise(&self) -> f32 {
         let n = f32::from(self.samples);
-        2.0 * n * n * self.sigma * self.sigma
+        2.0 * n * n * self.sigma * self.sigma + self.sunk * self.sunk
     }
 
     /// Takes the next reading; what it states of the turns, where they count.
@@ -192,8 +198,11 @@ impl Stylus {
         }
     }
 
-    /// The end of a block; `None` where a reading was missing.
-    pub(super) fn block(&mut self) -> Option<Power> {
+    /// The end of a block in which the stylus has sunk in by about `sunk` as the force has changed; `None` where a reading was missing. How far it sinks in
+    /// is known roughly: what is not known is noise.
+    pub(super) fn block(&mut self, sunk: f32) -> Option<Power> {
+        let unknown = SINKS * sunk;
+        self.sunk += SINKS_SHARE * (unknown.abs() - self.sunk);
         let n = f32::from(self.samples);
         let (filled, sum, differences) = (self.filled, self.sum, self.differences);
         self.filled = 0;
@@ -214,7 +223,7 @@ impl Stylus {
         self.fast += SMOOTHING * (fast - self.fast);
         let before = self.mean.replace(mean).unwrap_or(mean);
         self.keep(0.5 * (mean + before));
-        let noise = 2.0 * self.sigma * self.sigma / n;
+        let noise = 2.0 * self.sigma * self.sigma / n + unknown * unknown;
         let square = if self.fast > BLURRED * self.fast_noise() {
             (fast - self.fast_noise()).max(0.0) + noise
         } else {

@@ -116,9 +116,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.whiteness.begin();
         self.velocity.begin();
         self.friction.begin();
+        let line_s = self.freshness.late_s();
         let modelled_n = self.grip.as_mut().map_or(0.0, |grip| {
             let command_n = grip.command_n();
-            grip.drive_mut().begin(command_n, sample.normal_force_n);
+            grip.drive_mut().begin(command_n, sample.normal_force_n, line_s);
             grip.drive().modelled_as_read_n()
         });
         self.sink.begin(
@@ -310,6 +311,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             stylus: Some(sample.stylus).filter(|_| sound),
             travel_m: self.fusion.travel_m(travel_m),
             force_n: sample.normal_force_n.unwrap_or(0.0),
+            sinks_per_n: self.sink.per_n().abs(),
             dead_s: self.grip.map_or(0.0, |grip| grip.drive().line_dead_s(late_s)),
             evident: self.is_fresh(sample.t),
         });
