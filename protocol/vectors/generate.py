@@ -83,7 +83,7 @@ FIELDS.update({
         ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
     ],
     "SLIP_APPENDED": [("certified", "f")],
-    "STATE_APPENDED": [("late", "f")],
+    "STATE_APPENDED": [("late", "f"), ("need_low", "f"), ("need", "f"), ("need_high", "f"), ("admissible", "f")],
     "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
     "GRIPPER": [
         ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"),
@@ -312,7 +312,8 @@ slip = dict(slip_first, ruled_out=0b01101, possible=0b00010, certified=600.0)
 state_first = dict(device_us=5000000, host_us=5000321, scene=2, grip=4, stylus=0, travel=6, pressure=3, reference=7, device=4, notes=2,
              fault=0x0101, esc_flags=1, esc_kind=2, statistic=0.25, command=2.5, applied=2.25, esc=-1.5, estimate=NAN,
              rate_hz=10000, lost=12)  # fmt: skip
-state = dict(state_first, late=1.5)
+state_second = dict(state_first, late=1.5)
+state = dict(state_second, need_low=1.75, need=2.0, need_high=2.25, admissible=1.125)
 health_first = {name: i + 1 for i, (name, _) in enumerate(FIELDS["HEALTH"])}
 health = dict(health_first, p999=28, clock_half=29.5, clock_offset=-30, histogram=tuple(range(31, 55)))
 rows = dict(first_index=1000, t0_us=5000000, every_nth=10, channels=3, n=2, taxels=0, rows=[(0, 1e-6, 2.5), (1001, NAN, 2.75)])
@@ -338,6 +339,9 @@ valid("slip_ended_nothing_known", "SLIP", dict({name: NAN if code == "f" else 0 
       phase=3, irregularities=2**32 - 1, duration=0.125), rows=CLIENTS)  # fmt: skip
 valid("state_unknown_codes", "STATE", dict(state, scene=200, grip=255, reference=99, device=77), rows=CLIENTS)
 valid("state_of_an_older_daemon", "STATE", state_first, rows=CLIENTS)
+valid("state_of_before_the_needed_force", "STATE", state_second, rows=CLIENTS)
+valid("state_grown_in_part", "STATE", state_second, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
+valid("state_age_not_known", "STATE", dict(state, late=NAN), rows=CLIENTS)
 valid("state_grown_again", "STATE", state, use="decode", extra=b"\x01\x02\x03", rows=CLIENTS)
 MOST = {"B": 255, "H": 65535, "I": 2**32 - 1, "Q": 2**64 - 1}
 health_most = {name: MOST.get(code, NAN) for name, code in FIELDS["HEALTH"]}

@@ -32,6 +32,7 @@ struct Trace {
     statistic: Vec<f32>,
     scene: Vec<u8>,
     command_n: Vec<f32>,
+    need: Vec<f32>,
     levels: Vec<f32>,
     /// After the last row.
     floor_health: FloorHealth,
@@ -53,6 +54,9 @@ impl Trace {
         self.statistic.push(step.statistic);
         self.scene.push(step.scene.code());
         self.command_n.extend(step.command.map(|command| command.0));
+        if step.command.is_some() {
+            self.need.extend(need(step));
+        }
         self.floor_health = step.floor_health;
     }
 
@@ -64,6 +68,7 @@ impl Trace {
         [slips, unusable, floor_lowered]: [u64; 3],
     ) -> PyResult<Detection> {
         let rows = self.t_s.len();
+        let need = self.need.into_pyarray(py).reshape([if commands { rows } else { 0 }, NEED])?;
         let levels =
             self.levels.into_pyarray(py).reshape([if self.bands { rows } else { 0 }, BANDS])?;
         Ok(Detection {
@@ -72,6 +77,7 @@ impl Trace {
             statistic: self.statistic.into_pyarray(py).unbind(),
             scene: self.scene.into_pyarray(py).unbind(),
             command_n: commands.then(|| self.command_n.into_pyarray(py).unbind()),
+            need: commands.then(|| need.unbind()),
             levels: self.bands.then(|| levels.unbind()),
             slips,
             unusable,
@@ -79,6 +85,16 @@ impl Trace {
             floor_health: self.floor_health.name(),
         })
     }
+}
+
+/// Columns of [`Detection::need`].
+const NEED: usize = 4;
+
+/// What the object in hand needs; NaN where nothing is known of it.
+fn need(step: &Step) -> [f32; NEED] {
+    step.need.map_or([f32::NAN; NEED], |need| {
+        [need.low_n, need.median_n, need.high_n, need.admissible_m_s2]
+    })
 }
 
 /// A pipeline with the log of its events.
@@ -89,6 +105,7 @@ struct Engine {
     count: u64,
     last: Option<Micros>,
     command_n: f32,
+    need: [f32; NEED],
 }
 
 /// Events with the number of their row.
@@ -103,7 +120,15 @@ impl Engine {
             ));
         }
         let log = EventLog::default();
-        Ok(Self { pipeline, config, log, count: 0, last: None, command_n: f32::NAN })
+        Ok(Self {
+            pipeline,
+            config,
+            log,
+            count: 0,
+            last: None,
+            command_n: f32::NAN,
+            need: [f32::NAN; NEED],
+        })
     }
 
     #[inline]
@@ -122,6 +147,7 @@ impl Engine {
         self.count += 1;
         self.last = Some(sample.t);
         self.command_n = step.command.map_or(f32::NAN, |command| command.0);
+        self.need = need(&step);
         let Some(trace) = trace else { return };
         trace.take(&step);
         if trace.bands {
@@ -176,6 +202,8 @@ pub(crate) struct Detection {
     scene: Py<PyArray1<u8>>,
     /// Commanded force (N), (rows,); None without a controller.
     command_n: Option<Py<PyArray1<f32>>>,
+    /// What the object in hand needs, (rows, 4): columns as in `NEED`, NaN where nothing is known; None without a controller.
+    need: Option<Py<PyArray2<f32>>>,
     /// Energy of each band over its floor, (rows, 6), as last computed; None unless bands=True.
     levels: Option<Py<PyArray2<f32>>>,
     /// Slips.
@@ -427,6 +455,12 @@ impl Pipeline {
     #[getter]
     fn command_n(&self) -> f64 {
         self.0.engine.command_n.into()
+    }
+
+    /// What the object in hand needs, (4,): as in `NEED`, NaN where nothing is known.
+    #[getter]
+    fn need<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        self.0.engine.need.to_pyarray(py)
     }
 
     /// What the controller is doing: open, closing, settling, holding, slipping, fault or released.

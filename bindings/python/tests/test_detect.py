@@ -67,6 +67,11 @@ def test_with_the_controller_too(tmp_path: Path, gripctl_replay: Replay) -> None
     pipeline = Pipeline(grasp.rate_hz, grasp.channels)
     commands = np.array([pipeline.step(block)[0] for block in np.split(rows, 1300)], dtype=np.float32)
     assert np.array_equal(commands, found.command_n[9::10])
+    assert found.need is not None and found.need.shape == (13_000, len(slipgrip.NEED))
+    assert np.array_equal(pipeline.need, found.need[-1], equal_nan=True)
+    low, median, high, admissible = found.need[np.isfinite(found.need).all(axis=1)].T
+    assert (low <= median).all() and (median <= high).all() and (admissible >= 0.0).all()
+    assert detect(recording).need is None
 
 
 def test_an_mcap_of_gripd_replays_with_its_own_settings(tmp_path: Path, gripctl: str, gripctl_replay: Replay) -> None:

@@ -24,6 +24,8 @@ pub enum Tone {
     Purple,
     /// Sixth series.
     Sky,
+    /// Seventh series.
+    Yellow,
     /// A limit or a threshold.
     Limit,
     /// Something that is only background.
@@ -31,8 +33,8 @@ pub enum Tone {
 }
 
 /// The tones in which any number of like series follow each other.
-pub const SERIES: [Tone; 6] =
-    [Tone::Blue, Tone::Orange, Tone::Green, Tone::Purple, Tone::Sky, Tone::Red];
+pub const SERIES: [Tone; 7] =
+    [Tone::Blue, Tone::Orange, Tone::Green, Tone::Purple, Tone::Sky, Tone::Red, Tone::Yellow];
 
 /// The colours of one theme.
 #[derive(Clone, Copy, Debug)]
@@ -99,6 +101,7 @@ impl Palette {
             Tone::Red => (0xc94f00, 0xf47b3d),
             Tone::Purple => (0xa8558a, 0xd98dbb),
             Tone::Sky => (0x2b86b5, 0x8ccbf0),
+            Tone::Yellow => (0x877a00, 0xe3d840),
             Tone::Limit => (0xc94f00, 0xf47b3d),
             Tone::Quiet => (0x7a8794, 0x7c8896),
         };

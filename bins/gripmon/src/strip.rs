@@ -103,11 +103,12 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             vec![curve(Channel::OwnStatistic, Tone::Quiet), curve(Channel::Statistic, Tone::Blue)]
         }
         StripId::Force => vec![
+            curve(Channel::OwnEstimate, Tone::Quiet),
             curve(Channel::NormalForce, Tone::Green),
             curve(Channel::Applied, Tone::Sky),
             curve(Channel::TangentialForce, Tone::Purple),
-            curve(Channel::OwnEstimate, Tone::Quiet),
             curve(Channel::Estimate, Tone::Orange),
+            curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
             limit(Channel::ForceLimit, Tone::Limit),
         ],
@@ -133,11 +134,12 @@ fn bands() -> Vec<Curve> {
     tones.rev().map(|(band, tone)| curve(Channel::BandEnergy(band), tone)).collect()
 }
 
-/// The two curves between which the value of a plot's curve lies. Sources report no bounds: those that there are belong to the values of the
-/// scope's own observer, which may have other settings than the source.
+/// The two curves between which the value of a plot's curve lies. Of a needed force the source reports them; the others belong to the values of
+/// the scope's own observer, which may have other settings than the source.
 #[must_use]
 pub const fn enclosure(channel: Channel) -> Option<(Channel, Channel)> {
     match channel {
+        Channel::Need => Some((Channel::NeedLow, Channel::NeedHigh)),
         Channel::OwnEstimate => Some((Channel::EstimateLow, Channel::EstimateHigh)),
         Channel::OwnEsc => Some((Channel::EscLow, Channel::EscHigh)),
         _ => None,
@@ -206,6 +208,9 @@ mod tests {
             esc_kind: kind,
             esc: Some(0.2),
             estimate_n: Some(5.0),
+            need_low_n: Some(3.0),
+            need_n: Some(4.0),
+            need_high_n: Some(6.0),
             rate_hz: 1000,
             ..PipelineState::UNKNOWN
         }));
@@ -227,6 +232,6 @@ mod tests {
                 found.push(curve.channel);
             }
         }
-        assert_eq!(found, [Channel::OwnEstimate, Channel::OwnEsc]);
+        assert_eq!(found, [Channel::OwnEstimate, Channel::Need, Channel::OwnEsc]);
     }
 }

@@ -144,6 +144,13 @@ fn pipeline(board: &Board, state: &PipelineState, page: &mut Exposition) {
         .known(state.applied_n.map(Number));
     page.gauge("gripd_force_estimate_newtons", "The last estimate of the adequate force.")
         .known(state.estimate_n.map(Number));
+    let need = [("0.1", state.need_low_n), ("0.5", state.need_n), ("0.9", state.need_high_n)];
+    let known = need.into_iter().filter_map(|(at, need_n)| Some((at, Number(need_n?))));
+    let text = "Quantiles of the normal force of one finger that the object needs at full weight.";
+    page.gauge("gripd_needed_force_newtons", text).each("quantile", known);
+    let text = "Acceleration of the arm at which the object slips with a probability of 10 %.";
+    page.gauge("gripd_admissible_acceleration_meters_per_second_squared", text)
+        .known(state.admissible_m_s2.map(Number));
     let sent = healths(board, state)
         .into_iter()
         .filter(|(_, health)| *health != SensorHealth::Absent.name());

@@ -149,6 +149,14 @@ json_object! {
         applied_n: Option<f32> = state.applied_n;
         /// The last estimate (N).
         estimate_n: Option<f32> = state.estimate_n;
+        /// 10 % quantile of the normal force of one finger that the object needs at full weight (N).
+        need_low_n: Option<f32> = state.need_low_n;
+        /// Its median (N).
+        need_n: Option<f32> = state.need_n;
+        /// Its 90 % quantile (N).
+        need_high_n: Option<f32> = state.need_high_n;
+        /// Acceleration of the arm beside gravity at which the object slips with a probability of 10 % (m/s^2).
+        admissible_m_s2: Option<f32> = state.admissible_m_s2;
         /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
         late_ms: Option<f32> = state.late_ms;
         /// Health of each sensor by name; `unread` while no usable samples come.

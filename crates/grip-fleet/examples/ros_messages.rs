@@ -52,6 +52,10 @@ fn state(known: bool) -> PipelineState {
         rate_hz: 0x3132_3334,
         lost: 0x4142_4344_4546_4748,
         late_ms: None,
+        need_low_n: maybe(3.25),
+        need_n: maybe(4.5),
+        need_high_n: maybe(6.75),
+        admissible_m_s2: maybe(1.125),
     }
 }
 
@@ -64,6 +68,8 @@ fn shown_state(known: bool) -> Value {
         "applied_n": maybe(2.375), "estimate_n": maybe(3.75), "extrapolated": !known,
         "esc_kind": 3, "esc": maybe(-0.5), "esc_informative": known, "esc_flags": 9,
         "sample_rate_hz": 0x3132_3334, "lost": 0x4142_4344_4546_4748_u64,
+        "need_low_n": maybe(3.25), "need_n": maybe(4.5), "need_high_n": maybe(6.75),
+        "admissible_m_s2": maybe(1.125),
     })
 }
 

@@ -140,6 +140,10 @@ const STATE: PipelineState = PipelineState {
     rate_hz: 20_000,
     lost: u64::MAX,
     late_ms: Some(1.5),
+    need_low_n: Some(3.0),
+    need_n: Some(4.0),
+    need_high_n: Some(5.5),
+    admissible_m_s2: Some(2.25),
     ..PipelineState::UNKNOWN
 };
 

@@ -43,6 +43,12 @@ pub enum Channel {
     EstimateLow,
     /// The observer's estimate where the slip speed is one standard deviation off, the higher one (N).
     EstimateHigh,
+    /// Median of the normal force that the object needs at full weight (N).
+    Need,
+    /// Its 10 % quantile (N).
+    NeedLow,
+    /// Its 90 % quantile (N).
+    NeedHigh,
     /// Largest force of the controller (N).
     ForceLimit,
     /// E_sc (W or J, see [`Info::esc_unit`](crate::Info)).
@@ -80,7 +86,7 @@ impl Channel {
     ];
 
     /// Every channel that is no band.
-    const OTHERS: [Self; 16] = [
+    const OTHERS: [Self; 19] = [
         Self::Statistic,
         Self::OwnStatistic,
         Self::Command,
@@ -89,6 +95,9 @@ impl Channel {
         Self::OwnEstimate,
         Self::EstimateLow,
         Self::EstimateHigh,
+        Self::Need,
+        Self::NeedLow,
+        Self::NeedHigh,
         Self::ForceLimit,
         Self::Esc,
         Self::OwnEsc,
@@ -148,6 +157,9 @@ impl Channel {
             Self::OwnEstimate => ("own estimate", "own_estimate_n", "N", Group::Force),
             Self::EstimateLow => ("estimate, low", "estimate_low_n", "N", Group::Force),
             Self::EstimateHigh => ("estimate, high", "estimate_high_n", "N", Group::Force),
+            Self::Need => ("needed force", "need_n", "N", Group::Force),
+            Self::NeedLow => ("needed force, 10 %", "need_low_n", "N", Group::Force),
+            Self::NeedHigh => ("needed force, 90 %", "need_high_n", "N", Group::Force),
             Self::ForceLimit => ("limit", "limit_n", "N", Group::Force),
             Self::Esc => ("E_sc", "esc", "W", Group::Esc),
             Self::OwnEsc => ("own E_sc", "own_esc", "W", Group::Esc),
@@ -209,7 +221,7 @@ mod tests {
     fn every_channel_has_a_column_of_its_own_by_which_it_is_found() {
         let all: Vec<Channel> = Channel::all().collect();
         let names: BTreeSet<String> = all.iter().map(|channel| channel.column()).collect();
-        assert_eq!((names.len(), all.len()), (all.len(), 9 + 16 + BANDS));
+        assert_eq!((names.len(), all.len()), (all.len(), 9 + 19 + BANDS));
         for channel in all {
             assert_eq!(Channel::of_column(&channel.column()), Some(channel));
         }

@@ -112,7 +112,14 @@ const PLOTS: [Plot; 6] = [
     Plot {
         id: "force",
         title: "Force",
-        channels: &[Channel::Command, Channel::Applied, Channel::Estimate],
+        channels: &[
+            Channel::Command,
+            Channel::Applied,
+            Channel::Estimate,
+            Channel::NeedLow,
+            Channel::Need,
+            Channel::NeedHigh,
+        ],
     },
     Plot { id: "travel", title: "Travel", channels: &[Channel::Travel] },
     Plot { id: "speed", title: "Slip speed as measured", channels: &[Channel::Velocity] },

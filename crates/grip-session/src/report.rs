@@ -379,6 +379,7 @@ mod tests {
             features: None,
             velocity: None,
             estimate: None,
+            need: None,
             command: Some(Newtons(2.5)),
             grip: None,
             sensors: [SensorHealth::Good; 4],

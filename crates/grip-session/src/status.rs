@@ -70,6 +70,12 @@ json_object! {
         command_n: Option<f32> = state.command_n;
         applied_n: Option<f32> = state.applied_n;
         estimate_n: Option<f32> = state.estimate_n;
+        /// Quantiles of the normal force of one finger that the object needs at full weight (N): 10, 50 and 90 %.
+        need_low_n: Option<f32> = state.need_low_n;
+        need_n: Option<f32> = state.need_n;
+        need_high_n: Option<f32> = state.need_high_n;
+        /// Acceleration of the arm at which the object slips with a probability of 10 % (m/s^2).
+        admissible_m_s2: Option<f32> = state.admissible_m_s2;
         esc: Option<f32> = state.esc;
         esc_reading: &'static str = state.esc_kind.name();
         stylus: &'static str = state.sensors[0].name();

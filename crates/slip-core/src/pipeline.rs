@@ -20,6 +20,7 @@ use crate::{
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
     load::{CELLS, Load},
+    needed::NeededForce,
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Sample, Scene},
@@ -141,6 +142,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if slips {
             self.weigh(believed, sample.travel_m, begins);
+            step.need = self.load.needed(step.command.map_or(0.0, |command| command.0));
             self.observe(believed);
             self.estimate(believed, &mut step);
         }
@@ -212,6 +214,8 @@ pub struct Step {
     pub velocity: Option<Velocity>,
     /// The network's answer to these features.
     pub estimate: Option<ForceEstimate>,
+    /// What the object in hand needs, and what the command allows; `None` where nothing is known of it.
+    pub need: Option<NeededForce>,
     /// The commanded force; `None` in a pipeline that only observes.
     pub command: Option<Newtons>,
     /// What the controller found out about the object in hand.
@@ -247,6 +251,10 @@ impl Step {
             command_n: self.command.map(|command| command.0),
             esc: esc.map(value),
             estimate_n: estimate.map(|estimate| estimate.force_n),
+            need_low_n: self.need.map(|need| need.low_n),
+            need_n: self.need.map(|need| need.median_n),
+            need_high_n: self.need.map(|need| need.high_n),
+            admissible_m_s2: self.need.map(|need| need.admissible_m_s2),
             ..PipelineState::UNKNOWN
         }
     }

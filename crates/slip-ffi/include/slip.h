@@ -370,6 +370,18 @@ typedef struct slip_result {
   struct slip_state state;
 } slip_result;
 
+// The force that the object in hand needs; NaN where nothing is known of it.
+typedef struct slip_need {
+  // Normal force of one finger that the object needs at full weight (N): its 10 % quantile.
+  float low_n;
+  // Its median (N).
+  float median_n;
+  // Its 90 % quantile (N).
+  float high_n;
+  // Acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 % (m/s^2).
+  float admissible_m_s2;
+} slip_need;
+
 // Force and speed of a slip.
 typedef struct slip_trial {
   // Trial force (N).
@@ -462,6 +474,12 @@ enum slip_status slip_push(struct slip_pipeline *pipeline,
 enum slip_status slip_command(struct slip_pipeline *pipeline,
                               uint8_t operation,
                               float force_n);
+
+// Writes to `need` what the object in hand needs, as it was known after the last row.
+//
+// `pipeline` is NULL or points to slip_size() readable bytes, `need` is NULL or points to a slip_need. No other thread uses either meanwhile.
+enum slip_status slip_needed(struct slip_pipeline *pipeline,
+                             struct slip_need *need);
 
 // E_sc of `n` irregularities of height `delta_m` and spacing `spacing_m`, read as `reading` (SLIP_READING_*).
 //

@@ -3,7 +3,7 @@
 use core::ffi::c_char;
 use grip_session::report::{Condition, Event};
 use slip_core::{
-    SlipReport,
+    NeededForce, SlipReport,
     esc::{Esc, Noise, Trial},
     grip::GripEvent,
 };
@@ -277,6 +277,29 @@ pub struct SlipState {
     pub sensors: [u8; 4],
     /// Noise floor of the stylus: 0 good, 1 doubtful.
     pub floor: u8,
+}
+
+/// The force that the object in hand needs; NaN where nothing is known of it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct SlipNeed {
+    /// Normal force of one finger that the object needs at full weight (N): its 10 % quantile.
+    pub low_n: f32,
+    /// Its median (N).
+    pub median_n: f32,
+    /// Its 90 % quantile (N).
+    pub high_n: f32,
+    /// Acceleration of the arm beside gravity, in any direction, at which the object slips at the commanded force with a probability of 10 % (m/s^2).
+    pub admissible_m_s2: f32,
+}
+
+impl From<Option<NeededForce>> for SlipNeed {
+    fn from(need: Option<NeededForce>) -> Self {
+        let [low_n, median_n, high_n, admissible_m_s2] = need.map_or([f32::NAN; 4], |need| {
+            [need.low_n, need.median_n, need.high_n, need.admissible_m_s2]
+        });
+        Self { low_n, median_n, high_n, admissible_m_s2 }
+    }
 }
 
 /// Where the results of a block go, and what came of it.

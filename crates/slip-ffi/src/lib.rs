@@ -11,8 +11,8 @@ mod pipeline;
 mod status;
 
 pub use abi::{
-    SlipBlock, SlipEsc, SlipEvent, SlipEventKind, SlipObject, SlipOptions, SlipResult, SlipSignal,
-    SlipState, SlipTrial,
+    SlipBlock, SlipEsc, SlipEvent, SlipEventKind, SlipNeed, SlipObject, SlipOptions, SlipResult,
+    SlipSignal, SlipState, SlipTrial,
 };
 pub use pipeline::SlipPipeline;
 pub use status::SlipStatus;
@@ -187,6 +187,24 @@ pub unsafe extern "C" fn slip_command(
             _ => return Err(SlipStatus::Value),
         };
         if live.obey(command) { Ok(()) } else { Err(SlipStatus::Value) }
+    })
+}
+
+/// Writes to `need` what the object in hand needs, as it was known after the last row.
+///
+/// # Safety
+/// `pipeline` is NULL or points to slip_size() readable bytes, `need` is NULL or points to a slip_need. No other thread uses either meanwhile.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn slip_needed(
+    pipeline: *mut SlipPipeline,
+    need: *mut SlipNeed,
+) -> SlipStatus {
+    guarded(|| {
+        // SAFETY: as this function asks for.
+        let live = unsafe { SlipPipeline::live(pipeline) }?;
+        // SAFETY: not null, aligned, and by the caller's word room for one.
+        unsafe { place(need)?.write(live.need.into()) };
+        Ok(())
     })
 }
 

@@ -16,7 +16,7 @@ use grip_session::{
     report::EventLog,
 };
 use slip_core::{
-    Arrival, ClientCommand, Pipeline, PipelineConfig, Sample, Step,
+    Arrival, ClientCommand, NeededForce, Pipeline, PipelineConfig, Sample, Step,
     health::SensorHealth,
     pressure::MAX_TAXELS,
     sample::Scene,
@@ -37,6 +37,8 @@ pub struct SlipPipeline {
     clock: Clock,
     /// After the last row.
     pub(crate) state: SlipState,
+    /// The same.
+    pub(crate) need: Option<NeededForce>,
 }
 
 impl SlipPipeline {
@@ -95,7 +97,7 @@ impl SlipPipeline {
             floor: pipeline.detector().floor_health() as u8,
         };
         let (mark, log, clock) = (mark(memory), EventLog::default(), Clock::new(options.rate_hz));
-        Ok(Self { mark, pipeline, log, signal, clock, state })
+        Ok(Self { mark, pipeline, log, signal, clock, state, need: None })
     }
 
     /// The pipeline at `pointer`, where there is one.
@@ -172,7 +174,7 @@ impl SlipPipeline {
                 }
             }
             if row + 1 == block.rows {
-                self.state = self.after(&step);
+                (self.state, self.need) = (self.after(&step), step.need);
                 result.state = self.state;
             }
         }

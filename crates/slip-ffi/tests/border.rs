@@ -17,7 +17,7 @@ use rand_chacha::{ChaCha8Rng, rand_core::SeedableRng as _};
 use rand_core::Rng as _;
 use slip::*;
 use slip_core::{
-    Arrival, Pipeline, PipelineConfig, Sample, Step,
+    Arrival, NeededForce, Pipeline, PipelineConfig, Sample, Step,
     detector::FloorHealth,
     esc::EscSums,
     grip::GripEvent,
@@ -189,6 +189,14 @@ fn push(
     Ok((events, command_n, result.state))
 }
 
+/// What the object in hand needs.
+fn needed(pipeline: *mut SlipPipeline) -> Result<SlipNeed, SlipStatus> {
+    let mut need = SlipNeed::from(Some(NeededForce::default()));
+    // SAFETY: all of it is ours, or null.
+    let status = unsafe { slip_needed(pipeline, &raw mut need) };
+    if status == SlipStatus::Ok { Ok(need) } else { Err(status) }
+}
+
 type Twin = Pipeline<Arc<[f32]>>;
 
 fn rust(config: PipelineConfig) -> (Twin, EventLog) {
@@ -326,6 +334,7 @@ fn agree(
             assert_same(&values[end - begin + at], &theirs.statistic);
             if begin + at + 1 == end {
                 assert_same(&state, &theirs);
+                assert_same(&needed(pipeline).unwrap(), &SlipNeed::from(step.need));
             }
         }
         assert!(ours.next().is_none());
@@ -694,6 +703,10 @@ fn the_state_is_always_written_and_found_too() {
     let pipeline = create(&mut memory, &options).unwrap();
     let (status, found, state) = outcome(pipeline, &EMPTY);
     assert_eq!((status, found, state.command_n, state.grip), (SlipStatus::Ok, 0, 0.0, 1), "open");
+    assert!(needed(pipeline).unwrap().median_n.is_nan(), "nothing is held");
+    assert_eq!(needed(ptr::null_mut()).unwrap_err(), SlipStatus::Null);
+    // SAFETY: made by `create`; null is refused.
+    assert_eq!(unsafe { slip_needed(pipeline, ptr::null_mut()) }, SlipStatus::Null);
     let (stylus, force) = ([0.0; 2000], [2.0; 2000]);
     let (stylus, normal_force_n) = (stylus.as_ptr(), force.as_ptr());
     let block = SlipBlock { rows: 2000, stylus, normal_force_n, ..EMPTY };

@@ -6,7 +6,7 @@ use slip_msg as msg;
 use std::{env, fs, path::Path};
 
 /// Names of the types in C.
-const TYPES: [(&str, &str); 11] = [
+const TYPES: [(&str, &str); 12] = [
     ("SlipPipeline", "slip_pipeline"),
     ("SlipOptions", "slip_options"),
     ("SlipBlock", "slip_block"),
@@ -15,6 +15,7 @@ const TYPES: [(&str, &str); 11] = [
     ("SlipObject", "slip_object"),
     ("SlipSignal", "slip_signal"),
     ("SlipState", "slip_state"),
+    ("SlipNeed", "slip_need"),
     ("SlipResult", "slip_result"),
     ("SlipTrial", "slip_trial"),
     ("SlipEsc", "slip_esc_value"),

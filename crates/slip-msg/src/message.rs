@@ -174,8 +174,8 @@ const fn single(value: f64) -> f32 {
 }
 
 /// A message, or a part of one: its fields in the order of the payload, from what offset on, `as` what name on the wire where that is another,
-/// unit and range (what protocol/SPEC.md prints), meaning, the range that others are refused outside of, and reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out where all of
-/// them are `Absent::MISSING`. `local` ones stay in the program.
+/// unit and range (what protocol/SPEC.md prints), meaning, the range that others are refused outside of, and reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out behind
+/// the last one that is not `Absent::MISSING`. `local` ones stay in the program.
 ///
 /// ```
 /// slip_msg::message! {
@@ -247,10 +247,11 @@ macro_rules! message {
 
             fn append(self, w: $crate::wire::Writer<'_>) -> $crate::wire::Writer<'_> {
                 $(let w = $crate::Wire::append(self.$field, w)$(.put(&[0; $reserved]))?;)+
-                $(let w = if $(self.$more == <$more_type as $crate::Absent>::MISSING)&&+ { w } else {
-                    $(let w = $crate::Wire::append(self.$more, w);)+
-                    w
-                };)?
+                $(
+                    let mut known_to = 0;
+                    $(if self.$more != <$more_type as $crate::Absent>::MISSING { known_to = $more_at; })+
+                    $(let w = if $more_at > known_to { w } else { $crate::Wire::append(self.$more, w) };)+
+                )?
                 w
             }
         }

@@ -30,12 +30,13 @@ from ._core import (
     train,
 )
 from ._env import GraspEnv
-from ._types import BANDS, SCENES, EscReading, Event, Truth
+from ._types import BANDS, NEED, SCENES, EscReading, Event, Truth
 
 __version__ = "0.1.0"
 
 __all__ = [
     "BANDS",
+    "NEED",
     "SCENES",
     "Calibration",
     "Detection",

@@ -10,6 +10,10 @@ SCENES = ("idle", "moving", "holding", "slipping")
 BANDS = ("shear", "vibration", "octave 1", "octave 2", "octave 3", "octave 4")
 """Names of the columns of ``Detection.levels``."""
 
+NEED = ("need_low_n", "need_n", "need_high_n", "admissible_m_s2")
+"""Names of the columns of ``Detection.need``: quantiles of the normal force of one finger that the object needs at full weight (10, 50 and
+90 %, N); acceleration of the arm at which it slips at the commanded force with a probability of 10 % (m/s^2)."""
+
 
 class Event(TypedDict, total=False):
     """A line of ``gripctl replay --json`` with the number of its row; which keys there are depends on ``type``."""

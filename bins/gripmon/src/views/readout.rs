@@ -10,22 +10,66 @@ use grip_scope::format;
 
 /// Room for the values right of a plot (points).
 pub(super) const WIDTH: f32 = 212.0;
+/// Height of a line (points).
+const LINE: f32 = 15.0;
 /// A value of a slow channel stays true for so long (s).
 const STAYS_S: f64 = 0.5;
 
-/// One line for each curve: its colour, its name, its value at the time that is looked at, its unit.
+/// One line for each curve: its colour, its name, its value at the time that is looked at, its unit. Where lines are left over a value that has
+/// bounds states them too.
 pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen<'_>) {
-    ui.spacing_mut().item_spacing = vec2(5.0, 1.0);
-    ui.spacing_mut().interact_size.y = 15.0;
-    let room = ((ui.available_height() + 1.0) / 16.0).floor();
-    let most = crate::num::whole(f64::from(room)).max(1);
+    ui.spacing_mut().item_spacing = vec2(5.0, 0.0);
+    ui.spacing_mut().interact_size.y = LINE;
+    // The button that gives the scale back stands below.
+    let below = if seen.state.chosen(strip).is_some() { LINE } else { 0.0 };
+    let lines = crate::num::whole(f64::from((ui.available_height() - below) / LINE)).max(1);
+    let mut left = lines.saturating_sub(curves.len());
     // The curve drawn last lies on top; it is also reported first.
-    for curve in curves.iter().rev().take(most) {
-        line(ui, curve, seen);
+    for curve in curves.iter().rev().take(lines) {
+        match enclosure(curve.channel).filter(|_| left > 0) {
+            Some((low, high)) => {
+                let ends = [low, high].map(|channel| value(channel, seen));
+                left -= usize::from(bounded(ui, curve, ends, seen));
+            }
+            None => line(ui, curve, seen),
+        }
     }
     if strip == StripId::Esc {
         flags(ui, seen);
     }
+}
+
+/// A value and its bounds in two lines; in one, and `false`, where the bounds are not known.
+fn bounded(ui: &mut Ui, curve: &Curve, ends: [Option<f64>; 2], seen: &Seen<'_>) -> bool {
+    let unit = seen.model.info().unit(curve.channel);
+    let ([Some(low), Some(high)], median) = (ends, value(curve.channel, seen)) else {
+        line(ui, curve, seen);
+        return false;
+    };
+    let text = match median.filter(|_| curve.channel == Channel::Need) {
+        Some(median) => {
+            fan(ui, curve, seen);
+            RichText::new(format!("   {low:.2} / {median:.2} / {high:.2} {unit}"))
+                .font(palette::number_font())
+        }
+        None => {
+            line(ui, curve, seen);
+            let [low, high] = [low, high].map(|end| format::with_unit(end, unit));
+            RichText::new(format!("    {low} .. {high}")).size(10.5).weak()
+        }
+    };
+    ui.label(text);
+    true
+}
+
+/// The name of a value that is known by its quantiles.
+fn fan(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
+    ui.horizontal(|ui| {
+        swatch(ui, seen.palette.tone(curve.tone), false);
+        let name = seen.model.info().name(curve.channel);
+        let text = RichText::new(format!("{name} (10 / 50 / 90 %)")).size(11.5);
+        cell(ui, WIDTH - 30.0, Layout::left_to_right(Align::Center), text);
+    });
 }
 
 fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
@@ -42,17 +86,6 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
         cell(ui, 60.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
     });
-    if let Some((low, high)) = enclosure(curve.channel).filter(|_| ui.available_height() > 30.0) {
-        let ends = [low, high].map(|channel| value(channel, seen));
-        if let [Some(low), Some(high)] = ends {
-            let text = format!(
-                "    {} .. {}",
-                format::with_unit(low, unit),
-                format::with_unit(high, unit)
-            );
-            ui.label(RichText::new(text).size(10.5).weak());
-        }
-    }
 }
 
 /// A text in so much room, at one side of it.
@@ -61,11 +94,11 @@ fn cell(ui: &mut Ui, wide: f32, layout: Layout, text: RichText) -> Response {
         ui.set_min_width(wide);
         ui.add(Label::new(text).truncate())
     };
-    ui.allocate_ui_with_layout(vec2(wide, 15.0), layout, add).inner
+    ui.allocate_ui_with_layout(vec2(wide, LINE), layout, add).inner
 }
 
 fn swatch(ui: &mut Ui, colour: Color32, dashed: bool) {
-    let (rect, _) = ui.allocate_exact_size(vec2(9.0, 15.0), Sense::hover());
+    let (rect, _) = ui.allocate_exact_size(vec2(9.0, LINE), Sense::hover());
     let stroke = eframe::egui::Stroke::new(2.5, colour);
     let (left, right, y) = (rect.left(), rect.right(), rect.center().y);
     if dashed {

@@ -21,6 +21,8 @@ const LEAST_LOG: f64 = 1e-3;
 const USUAL: f64 = 30.0;
 /// Nor do values below this (units of the channel), which some sensor may send.
 const LARGE: f64 = 1e9;
+/// The upper edge of the needed force is seen up to so many times the highest curve.
+const MOST_FAN: f64 = 1.5;
 
 /// The scale of a plot: chosen by hand, or what is seen of its curves.
 pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale {
@@ -49,7 +51,12 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
         }
         StripId::Force => {
             join(0.0, 1.0);
-            let (low, high) = range.unwrap_or((0.0, 10.0));
+            let (low, mut high) = range.unwrap_or((0.0, 10.0));
+            // Of an object that nothing is known of the fan is wide: it does not press the forces down.
+            let fan = seen.model.series(Channel::NeedHigh);
+            if let Some((_, fan_n)) = fan.and_then(|series| extremes(series, seen.span)) {
+                high = high.max(f64::from(fan_n).min(MOST_FAN * high));
+            }
             Scale::around(Kind::Linear, low, high)
         }
         _ => {

@@ -34,6 +34,27 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
 }
 
 #[test]
+fn the_needed_force_is_named_by_its_quantiles_and_a_source_without_has_no_fan() {
+    let only_force = |model| {
+        let mut harness = window(model, Panel::Events);
+        let plots = &mut harness.state_mut().state.layout.plots;
+        plots.iter_mut().for_each(|plot| plot.shown = plot.plot == StripId::Force);
+        harness.run();
+        harness
+    };
+    let harness = only_force(fixture::grasp());
+    let name = harness.get_by_label("needed force (10 / 50 / 90 %)").rect();
+    let values = harness.get_by_label_contains("3.25 / 4.00 / 6.75 N").rect();
+    assert!(values.top() >= name.bottom() - 2.0 && name.width() < 190.0, "{name:?} {values:?}");
+    let mut model = Model::new(1 << 20);
+    fixture::greet(&mut model, true);
+    model.take(Feed::State(fixture::state(0.4)));
+    let harness = only_force(model);
+    harness.get_by_label("commanded");
+    assert_eq!(harness.query_all_by_label_contains("needed force").count(), 0);
+}
+
+#[test]
 fn a_lone_value_of_pressure_is_a_curve_and_an_array_is_a_picture() {
     let mut model = Model::new(1 << 20);
     let channels = [Channel::Stylus, Channel::Pressure];

@@ -113,6 +113,9 @@ pub(crate) fn state(t_s: f64) -> PipelineState {
         rate_hz: 10_000,
         lost: 3,
         late_ms: Some(1.5),
+        need_low_n: (t_s > 0.5).then_some(3.25),
+        need_n: (t_s > 0.5).then_some(4.0),
+        need_high_n: (t_s > 0.5).then_some(6.75),
         ..PipelineState::UNKNOWN
     }
 }

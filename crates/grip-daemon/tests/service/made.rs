@@ -31,6 +31,10 @@ pub(crate) const STATE: PipelineState = PipelineState {
     rate_hz: 10_000,
     lost: 3,
     late_ms: Some(1.5),
+    need_low_n: Some(1.75),
+    need_n: Some(2.0),
+    need_high_n: Some(2.25),
+    admissible_m_s2: Some(1.0),
     ..PipelineState::UNKNOWN
 };
 

@@ -156,6 +156,9 @@ fn clocks_and_ages_are_shown() {
     assert_eq!((&link["blind"], &status["late_commands"]), (&true.into(), &7.into()));
     assert_eq!(status["evidence_age_us"]["max"], 2000.0);
     assert_eq!(status["pipeline"]["late_ms"], 1.5);
+    let names = ["need_low_n", "need_n", "need_high_n", "admissible_m_s2"];
+    let shown = names.map(|name| status["pipeline"][name].as_f64());
+    assert_eq!(shown, [1.75, 2.0, 2.25, 1.0].map(Some));
     let mut page = Exposition::default();
     metrics::write(&board, 9, &mut page);
     for line in [
@@ -164,6 +167,10 @@ fn clocks_and_ages_are_shown() {
         "gripd_late_commands_total 7",
         "gripd_evidence_age_seconds_count 1",
         "gripd_blind 1",
+        "gripd_needed_force_newtons{quantile=\"0.1\"} 1.75",
+        "gripd_needed_force_newtons{quantile=\"0.5\"} 2",
+        "gripd_needed_force_newtons{quantile=\"0.9\"} 2.25",
+        "gripd_admissible_acceleration_meters_per_second_squared 1",
     ] {
         assert!(page.text().lines().any(|other| other == line), "{line}");
     }

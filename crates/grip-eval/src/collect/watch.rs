@@ -256,6 +256,7 @@ mod tests {
                 features: None,
                 velocity: None,
                 estimate: None,
+                need: None,
                 command: None,
                 grip: None,
                 sensors: [SensorHealth::Good; 4],

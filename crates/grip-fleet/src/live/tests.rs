@@ -86,6 +86,10 @@ fn state() -> PipelineState {
         rate_hz: 1000,
         lost: 3,
         late_ms: None,
+        need_low_n: Some(3.0),
+        need_n: Some(4.0),
+        need_high_n: Some(5.5),
+        admissible_m_s2: Some(2.25),
     }
 }
 

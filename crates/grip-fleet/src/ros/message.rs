@@ -50,7 +50,7 @@ pub fn joint_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
 /// `grip_msgs/msg/GripState`.
 #[must_use]
 pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
-    let mut out = Vec::with_capacity(88);
+    let mut out = Vec::with_capacity(104);
     let mut w = header(&mut out, stamp);
     w.u64(state.t.0).u8(state.scene.code()).u8(state.grip.code());
     let [stylus, travel, pressure, reference] = state.sensors.map(|health| health.code());
@@ -61,6 +61,7 @@ pub fn grip_state(state: &PipelineState, stamp: Stamp) -> Vec<u8> {
     maybe(&mut w, &[state.esc]);
     w.bool(state.is_informative()).u8(state.esc_flags);
     w.u32(state.rate_hz).u64(state.lost);
+    maybe(&mut w, &[state.need_low_n, state.need_n, state.need_high_n, state.admissible_m_s2]);
     out
 }
 
@@ -151,6 +152,10 @@ mod tests {
             rate_hz: 1000,
             lost: 3,
             late_ms: None,
+            need_low_n: Some(3.0),
+            need_n: Some(4.0),
+            need_high_n: None,
+            admissible_m_s2: Some(2.25),
         }
     }
 
@@ -170,6 +175,8 @@ mod tests {
         joint.extend_from_slice(b"\x01\0\0\0\0\0\0\0");
         joint.extend_from_slice(&1.5_f64.to_le_bytes());
         assert_eq!(reported[0].1, joint);
+        let need = [3.0, 4.0, f32::NAN, 2.25].map(f32::to_le_bytes);
+        assert!(reported[1].1.ends_with(&need.concat()), "{:?}", reported[1].1);
     }
 
     #[test]

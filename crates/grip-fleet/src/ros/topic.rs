@@ -12,7 +12,7 @@ slip_core::named! {
         "joint_states", "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
     State:
         "What the pipeline thinks.",
-        "state", "RIHS01_207a131cce02a3ba53a806e635a48b92c3f87f761583168b8d96f293d9da3389";
+        "state", "RIHS01_7838f15d0e70ce95e86c6532ff5d4091e1630859a07365c9f99676b771ddb389";
     Slip: "Slips.", "slip", "RIHS01_211c6ae58e973937edde81c0b2761708c129e379ce3a41b985869d20e6cdb1a2";
 }
 

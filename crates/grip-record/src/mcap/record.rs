@@ -270,6 +270,8 @@ fn encode_state(state: &PipelineState, w: &mut CdrWriter<'_>) {
     w.f64(short(state.esc).into()).bool(state.is_informative());
     w.f32(short(state.estimate_n)).bool(state.is_extrapolated());
     w.u64(state.lost).u32(state.rate_hz).f32(short(state.late_ms));
+    w.f32(short(state.need_low_n)).f32(short(state.need_n)).f32(short(state.need_high_n));
+    w.f32(short(state.admissible_m_s2));
 }
 
 /// What the gripper said of itself is not in the message; an E_sc is that as printed.
@@ -304,7 +306,12 @@ fn decode_state(r: &mut CdrReader<'_>) -> Result<PipelineState, CdrError> {
         lost: r.u64()?,
         rate_hz: r.u32()?,
         // Recordings of before 2026-11-23 end here.
-        late_ms: if r.is_at_end() { None } else { known(r.f32()?) },
+        late_ms: appended(r)?,
+        // Those of before 2026-11-28 end here.
+        need_low_n: appended(r)?,
+        need_n: appended(r)?,
+        need_high_n: appended(r)?,
+        admissible_m_s2: appended(r)?,
         ..PipelineState::UNKNOWN
     })
 }
@@ -479,4 +486,9 @@ fn short(value: Option<f32>) -> f32 {
 
 fn known(value: f32) -> Option<f32> {
     Some(value).filter(|value| !value.is_nan())
+}
+
+/// A value that older recordings end before.
+fn appended(r: &mut CdrReader<'_>) -> Result<Option<f32>, CdrError> {
+    if r.is_at_end() { Ok(None) } else { r.f32().map(known) }
 }

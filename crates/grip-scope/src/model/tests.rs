@@ -148,6 +148,43 @@ fn kinds(model: &Model) -> Vec<EventKind> {
     model.events().iter().map(|mark| mark.kind).collect()
 }
 
+/// The needed force of states is a fan of three curves, open where it is not known.
+#[test]
+fn a_fan_of_the_needed_force_has_three_curves_and_is_open_where_nothing_is_known() {
+    const FAN: [Channel; 3] = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
+    let mut model = Model::new(1 << 20);
+    model.take(Feed::Rows(rows(1_000_000, 1000, &[1.0; 400])));
+    model.take(Feed::State(state(1.0)));
+    assert!(FAN.iter().all(|channel| model.series(*channel).is_none()));
+    for k in 1..=30_u8 {
+        let need_n = (!(11..=20).contains(&k)).then_some(f32::from(k));
+        let scaled = |times: f32| need_n.map(|need_n| times * need_n);
+        model.take(Feed::State(PipelineState {
+            need_low_n: scaled(0.5),
+            need_n,
+            need_high_n: scaled(1.5),
+            admissible_m_s2: Some(2.0),
+            ..state(1.0 + 0.01 * f64::from(k))
+        }));
+    }
+    let at = |channel, t_s| model.series(channel).and_then(|series: &Series| series.at(t_s));
+    for (t_s, need_n) in [(1.05, 5.0), (1.3, 30.0)] {
+        let found = FAN.map(|channel| at(channel, t_s));
+        assert_eq!(found, [0.5 * need_n, need_n, 1.5 * need_n].map(Some), "at {t_s} s");
+    }
+    for channel in FAN {
+        assert!(at(channel, 1.15).is_none_or(f32::is_nan), "{channel:?}");
+        let series = model.series(channel).unwrap();
+        let mut parts = Vec::new();
+        series.envelope(Span::new(1.0, 1.31), 62, &mut parts);
+        let known = parts.iter().filter(|part| part.count > 0);
+        let open = |part: &Bucket| (1.105..1.205).contains(&f64::midpoint(part.from_s, part.to_s));
+        assert_eq!(known.clone().map(|part| part.count).sum::<u64>(), 20, "{channel:?}");
+        assert!(known.clone().all(|part| part.min.is_finite() && part.max.is_finite()));
+        assert!(!known.clone().any(open), "{channel:?}");
+    }
+}
+
 #[test]
 fn a_spike_of_one_sample_is_seen_at_every_zoom_of_an_hour() {
     let mut series = Series::new(Channel::Stylus);

@@ -63,6 +63,9 @@ impl Daemon {
             grip: GripState::Holding,
             statistic: Some(0.25),
             applied_n: Some(3.5),
+            need_low_n: Some(1.5),
+            need_n: Some(1.75),
+            need_high_n: Some(2.5),
             rate_hz: 10_000,
             ..PipelineState::UNKNOWN
         };
@@ -98,7 +101,10 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     assert_eq!(watch.model.status(), &SourceStatus::Live);
     let about = watch.model.info().daemon.clone().unwrap();
     assert_eq!((about.name.as_str(), about.may_command, about.every_nth), ("gripd test", false, 1));
-    assert_eq!(watch.model.series(Channel::Applied).unwrap().latest().unwrap().1, 3.5);
+    let latest = |channel| watch.model.series(channel).unwrap().latest().unwrap().1;
+    assert_eq!(latest(Channel::Applied), 3.5);
+    let fan = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
+    assert_eq!(fan.map(latest), [1.5, 1.75, 2.5]);
     let health = watch.model.health().latest().unwrap();
     assert_eq!((health.rate_hz, health.appended), (Some(9_999.0), appended));
     assert!(watch.samples(Channel::Stylus) > 1000);

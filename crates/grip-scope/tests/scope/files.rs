@@ -38,6 +38,10 @@ fn a_recording_is_all_there() {
     assert_eq!(watch.handle.dropped(), 0);
     assert_eq!(watch.model.series(Channel::Stylus).unwrap().at(1.0405), Some(40e-9));
     assert!(watch.model.events().is_empty());
+    let fan = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
+    let found = fan.map(|channel| watch.model.series(channel).unwrap().latest().unwrap().1);
+    assert_eq!(found, [1.5, 1.75, 2.5]);
+    assert_eq!(watch.samples(Channel::Need), 123);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use core::time::Duration;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
 use grip_scope::{Channel, Model, SourceHandle, SourceSpec};
 use grip_sim::mcu::peer;
-use slip_core::{Sample, units::Micros};
+use slip_core::{PipelineState, Sample, units::Micros};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -56,7 +56,7 @@ pub(crate) fn pause() {
     std::thread::sleep(Duration::from_millis(1));
 }
 
-/// A recording of samples a millisecond apart, the stylus counting up; a chunk each hundred.
+/// A recording of samples a millisecond apart, the stylus counting up; a chunk and a state with the needed force each hundred.
 pub(crate) fn recording(path: &Path, count: u32) {
     let out = BufWriter::new(File::create(path).unwrap());
     let mut writer = McapWriter::new(out, "test", 0).unwrap();
@@ -67,6 +67,14 @@ pub(crate) fn recording(path: &Path, count: u32) {
         let sample = Sample { normal_force_n, ..Sample::stylus(Micros(t), 1e-9 * value) };
         writer.write(t, &Record::Sample(SampleRecord { index, sample, taxels: &[] })).unwrap();
         if index % 100 == 99 {
+            let state = PipelineState {
+                t: Micros(t),
+                need_low_n: Some(1.5),
+                need_n: Some(1.75),
+                need_high_n: Some(2.5),
+                ..PipelineState::UNKNOWN
+            };
+            writer.write(t, &Record::State(state)).unwrap();
             writer.flush().unwrap();
         }
     }

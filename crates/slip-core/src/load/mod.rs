@@ -17,7 +17,7 @@ mod turns;
 pub use grid::{Contact, Grid, Ramp};
 pub use travel::TravelSensor;
 
-use crate::sample::Signal;
+use crate::{needed::NeededForce, sample::Signal};
 use bank::{AHEAD_S, Bank, Start};
 use prior::Prior;
 use stylus::{Stylus, alarm_m};
@@ -210,6 +210,8 @@ pub struct Load<const H: usize> {
     runs: bool,
     resumed: bool,
     forecast: Forecast,
+    /// Need of the whole load (N): 10, 50 and 90 %.
+    needed: Option<[f32; 3]>,
 }
 
 impl<const H: usize> Load<H> {
@@ -252,6 +254,7 @@ impl<const H: usize> Load<H> {
             runs: false,
             resumed: false,
             forecast: FORECAST,
+            needed: None,
         }
     }
 
@@ -261,11 +264,21 @@ impl<const H: usize> Load<H> {
         self.stylus.forget();
         self.trust = TRUST;
         self.slips = 0;
+        self.needed = None;
         self.known_s = 0.0;
         self.rested_s = f32::INFINITY;
         if let Some(need_n) = need_n {
             self.prior.remember(need_n);
         }
+    }
+
+    /// What the slips of the object have shown that it needs, and what the force `command_n` (N) allows; `None` before the first.
+    #[must_use]
+    #[inline]
+    pub fn needed(&self, command_n: f32) -> Option<NeededForce> {
+        let [low_n, median_n, high_n] = self.needed?;
+        let admissible_m_s2 = NeededForce::admissible(command_n, high_n);
+        Some(NeededForce { low_n, median_n, high_n, admissible_m_s2 })
     }
 
     /// What the slip shows so far.
@@ -474,6 +487,7 @@ impl<const H: usize> Load<H> {
             _ => reading.evident,
         };
         let y = self.travel.y();
+        self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         self.forecast = Forecast {
             moves,
             unexplained: self.hears

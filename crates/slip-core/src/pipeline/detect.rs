@@ -183,6 +183,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     // Always: a step is large, and made where the caller wants it (instructions on a Cortex-M4: idle 1950 -> 1570).
     #[inline(always)]
     pub(super) fn unchanged(&self, t: Micros, statistic: f32) -> Step {
+        let command_n = self.grip.map(|grip| grip.command_n());
         Step {
             t,
             scene: self.scene,
@@ -191,7 +192,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             features: None,
             velocity: None,
             estimate: None,
-            command: self.grip.map(|grip| Newtons(grip.command_n())),
+            need: self.load.needed(command_n.unwrap_or(0.0)),
+            command: command_n.map(Newtons),
             grip: None,
             sensors: [
                 self.stylus_health(),

@@ -69,6 +69,7 @@ fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
         with_unit(state.late_ms, 1.0, 1, "ms"),
         with_unit(state.applied_n, 1.0, 2, "N")
     ));
+    lines.extend(needed(state));
     if state.fault != 0 {
         lines.push(format!("FAULT      {:04x} is latched", state.fault));
     }
@@ -81,6 +82,17 @@ fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
     let sensors = sensors.map(|(name, health)| format!("{name} {health}"));
     lines.push(format!("sensors    {}", sensors.join(", ")));
     lines
+}
+
+/// What the object in hand needs, where that is known.
+fn needed(state: &StateReport) -> Option<String> {
+    let need_n = state.need_n?;
+    let range = [state.need_low_n, state.need_high_n].map(|value| with_unit(value, 1.0, 2, "N"));
+    let admissible = with_unit(state.admissible_m_s2, 1.0, 1, "m/s^2");
+    Some(format!(
+        "needed     {need_n:.2} N, with 80 % from {} to {}; the arm may accelerate by {admissible} at a risk of 10 %",
+        range[0], range[1]
+    ))
 }
 
 fn figures(health: &HealthReport) -> Vec<String> {
@@ -219,5 +231,35 @@ fn duration(seconds: f64) -> String {
         format!("{minutes:.1} min")
     } else {
         format!("{seconds:.1} s")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{StateReport, grip};
+    use slip_core::PipelineState;
+
+    #[test]
+    fn what_the_object_needs_has_a_line_and_names_where_it_is_known() {
+        let unknown = StateReport::of(&PipelineState::UNKNOWN);
+        assert!(!grip(&unknown, false).iter().any(|line| line.starts_with("needed")));
+        let known = StateReport::of(&PipelineState {
+            need_low_n: Some(3.25),
+            need_n: Some(4.0),
+            need_high_n: Some(6.75),
+            admissible_m_s2: Some(1.5),
+            ..PipelineState::UNKNOWN
+        });
+        let lines = grip(&known, false);
+        let needed = "needed     4.00 N, with 80 % from 3.25 N to 6.75 N; \
+            the arm may accelerate by 1.5 m/s^2 at a risk of 10 %";
+        assert!(lines.iter().any(|line| line == needed), "{lines:?}");
+        let (known, unknown) =
+            (serde_json::to_value(&known).unwrap(), serde_json::to_value(&unknown).unwrap());
+        for (name, value) in
+            [("need_low_n", 3.25), ("need_n", 4.0), ("need_high_n", 6.75), ("admissible_m_s2", 1.5)]
+        {
+            assert_eq!((known[name].as_f64(), unknown[name].is_null()), (Some(value), true));
+        }
     }
 }

@@ -15,7 +15,9 @@ NOT_KNOWN = 0xFFFFFFFF
 _SLIP = struct.Struct("<IQQBBBBfffffIffBBBBfff")
 _CERTIFIED = struct.Struct("<f")
 _STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
-_LATE = struct.Struct("<f")
+_FLOAT = struct.Struct("<f")
+_GROWN = 5
+"""Fields of STATE that were appended to its first version."""
 _HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
 _APPENDED = struct.Struct("<ffq" + 24 * "Q")
 _GRIPPER = struct.Struct("<16sIIfBBBB")
@@ -95,7 +97,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class State:
-    """STATE (A2), 64 bytes, 60 where `late` is not known: what the pipeline thinks."""
+    """STATE (A2), 60 to 80 bytes, up to the last number that is known: what the pipeline thinks."""
 
     device_us: int
     host_us: int
@@ -122,7 +124,15 @@ class State:
     rate_hz: int
     lost: int
     late: float | None = None
-    """ms, age of the newest usable row at the last command; None where it is not known."""
+    """ms, age of the newest usable row at the last command; None, as what follows, where the payload ends before it."""
+    need_low: float | None = None
+    """N, normal force of one finger that the object needs at full weight: its 10 % quantile"""
+    need: float | None = None
+    """N, its median"""
+    need_high: float | None = None
+    """N, its 90 % quantile"""
+    admissible: float | None = None
+    """m/s^2, acceleration of the arm beside gravity at which the object slips with a probability of 10 %"""
 
     @classmethod
     def parse(cls, payload: bytes) -> State:
@@ -130,14 +140,18 @@ class State:
         v = _finite(_STATE, payload)
         sensors = [SensorHealth(code) for code in v[4:8]]
         values: list[Any] = [*v[:2], Scene(v[2]), GripStage(v[3]), *sensors, DeviceState(v[8]), *v[9:12], EscKind(v[12]), *v[13:]]
-        if len(payload) >= _STATE.size + _LATE.size:
-            values += _finite(_LATE, payload, _STATE.size)
+        for at in range(_STATE.size, _STATE.size + _GROWN * _FLOAT.size, _FLOAT.size):
+            if len(payload) >= at + _FLOAT.size:
+                values += _finite(_FLOAT, payload, at)
         return cls(*values)
 
     def pack(self) -> bytes:
         """The payload; raises PayloadError."""
-        *first, late = astuple(self)
-        return pack(_STATE, *first) + (b"" if late is None else pack(_LATE, late))
+        values = astuple(self)
+        first, grown = values[:-_GROWN], values[-_GROWN:]
+        known_to = max((n for n, value in enumerate(grown, 1) if value is not None), default=0)
+        known = (math.nan if value is None else value for value in grown[:known_to])
+        return pack(_STATE, *first) + b"".join(pack(_FLOAT, value) for value in known)
 
 
 @dataclass(frozen=True)
