@@ -142,11 +142,11 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if slips {
             self.weigh(believed, sample.travel_m, begins);
-            step.need = self.load.needed(step.command.map_or(0.0, |command| command.0));
             self.observe(believed);
             self.estimate(believed, &mut step);
         }
         (step.command, step.grip) = self.control(believed, dt);
+        step.need = self.load.needed(step.command.map_or(0.0, |command| command.0));
         self.rest = self.rest_after();
         step
     }
