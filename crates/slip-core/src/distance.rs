@@ -122,6 +122,8 @@ pub struct MovedDistance {
     smallest_m: f32,
     /// Where the object stands, or stood last (m): a mean of the readings.
     level_m: f32,
+    /// Most readings that were equal as it stood.
+    longest: u32,
 }
 
 /// Noise of the readings: white noise of deviation s makes two steps that follow each other go opposite ways, E dx dx' = -s^2,
@@ -198,6 +200,7 @@ impl MovedDistance {
             interval: Interval::default(),
             smallest_m: f32::INFINITY,
             level_m: 0.0,
+            longest: 0,
         })
     }
 
@@ -216,6 +219,7 @@ impl MovedDistance {
         self.smallest_m = f32::INFINITY;
         self.allow(0.0);
         self.last = None;
+        self.longest = 0;
         self.leaps_m = 0.0;
         self.stand();
         self.since_leap = SETTLED;
@@ -278,6 +282,12 @@ impl MovedDistance {
     pub fn noise(&self) -> (f32, Option<Micros>) {
         let sigma_m = if self.sigma_m > 0.0 { self.sigma_m } else { self.noise.guess() };
         (sigma_m, self.interval.known())
+    }
+
+    /// Most readings that were equal to the one before while the object stood.
+    #[must_use]
+    pub fn longest_equal(&self) -> u32 {
+        self.longest
     }
 
     /// Where the object stood before the movement that is going on, and the last reading (m), both without leaps.
@@ -365,6 +375,7 @@ impl MovedDistance {
         self.forward_m = (self.forward_m + dx_m - allowed_m).max(0.0);
         self.backward_m = (self.backward_m - dx_m - allowed_m).max(0.0);
         if self.state == SlipState::Quiet {
+            self.longest = self.longest.max(self.equal);
             let most_m = LEVEL_SIGMAS * self.sigma_m.max(self.config.resolution_m);
             self.level_m += LEVEL * (position_m - self.level_m).clamp(-most_m, most_m);
         }

@@ -132,7 +132,8 @@ impl Fusion {
         #[expect(clippy::cast_possible_truncation, reason = "a time between two readings")]
         let read_s = read.map(|read| read.as_seconds() as f32);
         let step_m = step_m.unwrap_or(0.0);
-        Some((TravelSensor { rest_m, sigma_m, step_m, read_s }, last_m - rest_m))
+        let equal = self.travel.longest_equal();
+        Some((TravelSensor { rest_m, sigma_m, step_m, read_s, equal }, last_m - rest_m))
     }
 
     /// The reading of the travel without the leaps of the sensor (m).

@@ -32,8 +32,14 @@ const SWINGS: f32 = 0.8;
 const OVER: f32 = 1.6;
 /// A mode in which the travel follows some smooth motion has a rate of this many nats a second against it.
 const FREE_S: f32 = 100.0;
-/// The same for a stylus that shows another slip (nats).
+/// The same for a stylus that shows another slip (nats), and for one that shows none: sensors fail silent.
 const STYLUS_LOST: f32 = -8.0;
+const STYLUS_SILENT: f32 = -2.0;
+/// A travel this fast (m/s) is not silent: that it shows no object has this rate of nats a second against it.
+const TRAVEL_M_S: f32 = 5e-3;
+const TRAVEL_FAST_S: f32 = 400.0;
+/// Weight of the free cells where there is no stylus (nats).
+const UNCONTRADICTED: f32 = -30.0;
 /// Cells that run free are drawn to the others within this time (s), and stay within so many nats.
 const DRAWN_S: f32 = 5e-3;
 const BEHIND: f32 = 7.0;
@@ -199,6 +205,7 @@ pub(super) struct Bank<const H: usize> {
     law: Option<Law>,
     d_s: f32,
     searched: bool,
+    silent: bool,
     jumps: bool,
     from_n: f32,
     /// Logarithm of the force under which it is held where it needs no more.
@@ -224,7 +231,7 @@ impl<const H: usize> Bank<H> {
             grid, modes: [Mode::EMPTY; 2], need: z, need_ln: z, per_n: z, ratio: z, stiffness: z, damping: z, rate: z,
             load_most: z, prior: z, early_s: z, track: Track { x: 0.0, v: 0.0, u: 0.0 },
             gains: [Gains::NONE; 2],
-            law: None, d_s: 3e-4, searched: false, jumps: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
+            law: None, d_s: 3e-4, searched: false, silent: false, jumps: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
             summary: Summary {
                 low_n: 0.0, median_n: 0.0, whole_low_n: 0.0, whole_n: 0.0, whole_high_n: 0.0, speed_m_s: 0.0,
                 p_travel: 0.0, p_null: 0.0, p_stylus_lost: 0.0,
@@ -456,8 +463,10 @@ impl<const H: usize> Bank<H> {
             let known = 1.0 - SWINGS * followed.shears[h];
             followed.travel[h] = followed.travel[h] * keep + smooth + known * (ll - smooth);
         }
+        let fast = self.silent && self.track.v > TRAVEL_M_S;
+        let against = if fast { TRAVEL_FAST_S } else { FREE_S };
         for l in &mut free.travel {
-            *l = *l * keep + smooth - FREE_S * d;
+            *l = *l * keep + smooth - against * d;
         }
     }
 
@@ -521,6 +530,7 @@ impl<const H: usize> Bank<H> {
         let keep = 1.0 - d / FORGET_S;
         self.power = self.power * keep + w * (square - noise);
         self.weight = self.weight * keep + w;
+        self.silent = self.power < self.weight * noise;
         let signal = at_least(self.power, 0.0) + 1e-3 * noise;
         let per_signal = noise / at_least(signal, 0.05 * noise * w);
         let (rings, creeps) = (law.rings, CREEP_M_S * d);
@@ -574,7 +584,8 @@ impl<const H: usize> Bank<H> {
     /// From the sums to weights and quantiles; `ahead_s`: how far ahead the load is looked at (s).
     pub(super) fn weigh(&mut self, ahead_s: f32) {
         self.evidence();
-        let stylus = self.law.map(|_| log_sum(&self.modes[FREE].w) - self.norm + STYLUS_LOST);
+        let lost = if self.silent { STYLUS_SILENT } else { STYLUS_LOST };
+        let stylus = self.law.map(|_| log_sum(&self.modes[FREE].w) - self.norm + lost);
         let mut best = at_least(largest(&self.modes[FOLLOWED].l), largest(&self.modes[FREE].l));
         let followed = &mut self.modes[FOLLOWED];
         if let Some(stylus) = stylus {
@@ -623,7 +634,9 @@ impl<const H: usize> Bank<H> {
         let (heard, counted) =
             (if self.law.is_some() { 1.0 } else { 0.0 }, if law.turns { 1.0 } else { 0.0 });
         let constant = TURN_LN * TURN_LN * surface;
-        for mode in &mut self.modes {
+        // Without a stylus nothing contradicts the travel.
+        let alone = if self.law.is_some() { 0.0 } else { UNCONTRADICTED };
+        for (mode, alone) in self.modes.iter_mut().zip([0.0, alone]) {
             for h in 0..H {
                 let k2 = (mode.misfit[h] + believed) * per_weight;
                 let k2 = at_most(at_least(k2, least2), most2);
@@ -634,7 +647,7 @@ impl<const H: usize> Bank<H> {
                 let late = at_least(open - mean - LATE_TURN, 0.0);
                 let squares = mode.ln2[h] * each + constant - sum * mean;
                 let turns = mode.jacobian[h] - 0.5 * (squares + late * late * sharpness2);
-                let without = self.prior[h] + heard * amplitude + counted * turns;
+                let without = self.prior[h] + alone + heard * amplitude + counted * turns;
                 mode.w[h] = without;
                 mode.l[h] = without + mode.travel[h];
             }

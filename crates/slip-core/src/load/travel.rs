@@ -21,6 +21,8 @@ const NOISE_S: f32 = 5e-3;
 const THIRD: f32 = 20.0;
 /// A reading is missing after so many times the time between two.
 const MISSING: f32 = 4.0;
+/// More equal readings than this, and twice the most at rest, are those of a sensor that is stuck.
+const EQUAL: u32 = 20;
 /// Further back than this (m) than where it stood, it counts the other way.
 const TURNS_M: f32 = 3e-6;
 
@@ -35,6 +37,8 @@ pub struct TravelSensor {
     pub step_m: f32,
     /// Time between two readings (s), where it is asked more often.
     pub read_s: Option<f32>,
+    /// Most readings that were equal to the one before.
+    pub equal: u32,
 }
 
 /// The readings of a slip.
@@ -48,6 +52,7 @@ pub(super) struct Travel {
     filled: f32,
     last: Option<f32>,
     news: bool,
+    equal: u32,
     unread_s: f32,
     /// Time between two readings (s).
     every_s: f32,
@@ -62,7 +67,7 @@ pub(super) struct Travel {
 
 impl Travel {
     pub(super) const NEW: Self = Self {
-        sensor: TravelSensor { rest_m: 0.0, sigma_m: 0.0, step_m: 0.0, read_s: None },
+        sensor: TravelSensor { rest_m: 0.0, sigma_m: 0.0, step_m: 0.0, read_s: None, equal: 0 },
         sign: 1.0,
         signed: false,
         block_s: 3e-4,
@@ -70,6 +75,7 @@ impl Travel {
         filled: 0.0,
         last: None,
         news: false,
+        equal: 0,
         unread_s: f32::INFINITY,
         every_s: 0.0,
         means: [0.0; KEPT],
@@ -102,15 +108,17 @@ impl Travel {
             }
             self.unread_s = 0.0;
         }
+        self.equal = if news { 0 } else { self.equal.saturating_add(1) };
         self.news |= news;
         self.last = Some(travel_m);
         self.sum += travel_m - self.sensor.rest_m;
         self.filled += 1.0;
     }
 
-    /// Whether readings come.
+    /// Whether readings come that are not stuck: equal for much longer than the noise at rest ever left them.
     pub(super) fn is_there(&self) -> bool {
-        self.unread_s <= MISSING * self.every_s.max(self.block_s)
+        let stuck = self.equal > EQUAL + 2 * self.sensor.equal;
+        !stuck && self.unread_s <= MISSING * self.every_s.max(self.block_s)
     }
 
     /// Whether it shows the start of a slip.
