@@ -8,7 +8,7 @@ use libm::expf;
 const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
 const DEAD_MEDIAN: f32 = 0.1;
-const DEAD_LOW: f32 = 0.1;
+const DEAD_LOW: f32 = 0.2;
 const DEAD_S: f32 = 0.02;
 /// What is no harm over the force at the alarm, whatever the lower quantile.
 const HARMLESS: f32 = 1.6;

@@ -322,7 +322,12 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.act(dt_s, input);
-        self.drive.follow(self.command_n, dt_s);
+        // What stays has arrived: at rest no sample need be looked at for it.
+        if self.is_steady() {
+            self.drive.hold_on(self.command_n);
+        } else {
+            self.drive.follow(self.command_n, dt_s);
+        }
         self.command_n
     }
 
