@@ -19,6 +19,8 @@ const UNKNOWN_S: f32 = 0.02;
 const UNSEEN_S: f32 = 0.035;
 /// Time constant (s) of the mean that the force has settled to.
 const SETTLED_S: f32 = 0.005;
+/// The shortest lag (s).
+const LEAST_LAG_S: f32 = 2e-3;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
@@ -133,10 +135,18 @@ impl Drive {
         (target_n + lead_n.min(up * target_n).max(-0.5 * target_n)).min(most_n)
     }
 
-    /// Dead time (s) where samples arrive `late_s` (s) late; commands do too.
+    /// Dead time (s) where samples arrive `late_s` (s) late: commands do too, so of the delay twice that is no lag.
     #[must_use]
     pub fn line_dead_s(&self, late_s: f32) -> f32 {
-        self.dead_s() + 2.0 * (late_s - self.late_s).max(0.0)
+        let later_s = 2.0 * (late_s - self.late_s).max(0.0);
+        let line_s = (2.0 * self.late_s).min(self.delay_s() - LEAST_LAG_S);
+        self.dead_s().max(line_s) + later_s
+    }
+
+    /// Lag (s) without what the line makes of the delay.
+    #[must_use]
+    pub fn drive_lag_s(&self) -> f32 {
+        (self.delay_s() - self.line_dead_s(self.late_s)).max(LEAST_LAG_S)
     }
 
     /// Force of the fingers (N) when everything commanded so far has come through the dead time, by the sensor and the model.
@@ -176,7 +186,7 @@ impl Drive {
     #[inline]
     pub(crate) fn follow(&mut self, command_n: f32, dt_s: f32) {
         self.command_n = command_n;
-        let lag_s = self.lag_s();
+        let lag_s = self.drive_lag_s();
         approach(&mut self.predicted_n, command_n, dt_s, lag_s);
         self.slot_s += dt_s;
         while self.slot_s >= 0.999 * SLOT_S {
