@@ -29,7 +29,7 @@ const CORRECTS: f32 = 0.2;
 /// How little the stiffness of pads is known: share of the evidence of a motion that shears them which counts for some smooth motion.
 const SWINGS: f32 = 0.8;
 /// A load above its bound costs this much times its square.
-const OVER: f32 = 1.6;
+const OVER: f32 = 10.0;
 /// A mode in which the travel follows some smooth motion has a rate of this many nats a second against it.
 const FREE_S: f32 = 100.0;
 /// The same for a stylus that shows another slip (nats), and for one that shows none: sensors fail silent.
@@ -455,7 +455,7 @@ impl<const H: usize> Bank<H> {
             followed.v[h] += pick(comes.k[1], there.k[1]) * e;
             followed.z[h] += followed.shears[h] * kx;
             let du = at_most(at_least(pick(comes.k[2], there.k[2]) * e, -CORRECTS), CORRECTS);
-            let u = at_most(at_least(followed.u[h] + du, 0.0), 1.15 * most);
+            let u = at_most(at_least(followed.u[h] + du, 0.0), 1.08 * most);
             followed.u[h] = u;
             let over = at_least(u - most, 0.0);
             let misfit = at_most(e * e * pick(comes.per_s, there.per_s), 30.0);
