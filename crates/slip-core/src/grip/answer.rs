@@ -52,7 +52,7 @@ const HOLD_SEARCHED: f32 = 1.3;
 const BACK_S: f32 = 0.02;
 
 /// Where less and less is tried, an object is let slide until it shows the friction of sliding: up to this speed (m/s), for this long (s) at most.
-const SHOWS_M_S: f32 = 6e-3;
+const SHOWS_M_S: f32 = 5e-3;
 const SHOWS_S: f32 = 0.02;
 
 /// Memory of the slip that goes on.
