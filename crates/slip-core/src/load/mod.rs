@@ -3,7 +3,6 @@
 //! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
-extern crate std; // TRACE
 
 mod bank;
 mod gains;
@@ -330,7 +329,6 @@ impl<const H: usize> Load<H> {
     /// The object begins to move under `force_n` (N); the travel shows `moved_m` (m) of it.
     fn start(&mut self, force_n: f32, moved_m: f32, by_stylus: bool) {
         self.slips += 1;
-        if std::env::var_os("LOADLOG").is_some() { std::eprintln!("START {} F {:.2} moved {:.1}um by_stylus {} trust {:.2} known {} hears {} rested {:.3} searched {} tsig {:.2}um there {}", self.slips, force_n, 1e6*moved_m, by_stylus, self.trust, self.prior.is_known(), self.hears, self.rested_s, self.alarm.searched, 1e6*self.travel.sigma_m(), self.travel.is_there()); } // TRACE
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
@@ -401,7 +399,6 @@ impl<const H: usize> Load<H> {
             held_n: None,
             ..before
         };
-        if std::env::var_os("LOADLOG").is_some() { std::eprintln!("RESUME {} F {:.2} by {} N50 {:.2}", self.slips, force_n, by_stylus, self.forecast.whole_n); } // TRACE
     }
 
     /// Takes a sample of the slip.
@@ -465,7 +462,6 @@ impl<const H: usize> Load<H> {
                     return;
                 }
                 self.tell(reading);
-                if std::env::var_os("LOADLOG").is_some() { let f=&self.forecast; std::eprintln!("  {:.1}ms F {:.2} q10 {:.2} q50 {:.2} N10 {:.2} N50 {:.2} N90 {:.2} v {:.1} ok {:.2} lost {:.2} null {:.2} y {:.1} trk {:.1} mv {} tr {} unex {} A{:?}", 1e3*self.since_s, reading.force_n, f.low_n, f.median_n, f.whole_low_n, f.whole_n, f.whole_high_n, 1e3*f.speed_m_s, f.p_travel, self.bank.summary.p_stylus_lost, f.p_null, 1e6*self.travel.y(), 1e3*f.travel_m_s, f.moves, f.trusted, f.unexplained, self.bank.turns()); } // TRACE
                 if self.is_over(reading) {
                     self.stop();
                 }
@@ -565,7 +561,6 @@ impl<const H: usize> Load<H> {
         if !null {
             self.bank.learn(&mut self.prior);
         }
-        if std::env::var_os("LOADLOG").is_some() { let f=&self.forecast; std::eprintln!("STOP held {:?} null {:.2} trust {:.2} N10 {:.2} N50 {:.2} N90 {:.2}", f.held_n, f.p_null, self.trust, f.whole_low_n, f.whole_n, f.whole_high_n); } // TRACE
         self.stage = Stage::Rests;
         self.runs = true;
         self.rested_s = 0.0;

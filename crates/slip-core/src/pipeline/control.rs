@@ -1,6 +1,5 @@
 //! What is known of the slip in, the commanded force out, by the force of the fingers and the time that the host allows.
 
-extern crate std; // TRACE
 use super::{Pipeline, detect::Rest};
 use crate::{
     alarm::Method,
@@ -78,7 +77,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             input.lag_s = drive.drive_lag_s();
             input.dead_s = drive.line_dead_s(input.late_s);
             input.predicted_n = drive.on_way_n();
-            if std::env::var_os("LOADLOG").is_some() { std::eprintln!("   D t {:.4} dead {:.1} lag {:.1} raw dead {:.1} late {:.1} cmd {:.2} pred {:.2} onway {:.2} F {:?} {:?}", sample.t.as_seconds(), 1e3*input.dead_s, 1e3*input.lag_s, 1e3*drive.dead_s(), 1e3*input.late_s, grip.command_n(), drive.predicted_n(), drive.on_way_n(), sample.normal_force_n, drive.sensor()); } // TRACE
         }
     }
 
