@@ -63,6 +63,10 @@ const LEAST_SHARE: f32 = 0.03;
 const BINS: usize = 160;
 const BIN: f32 = 0.05;
 const BELOW: f32 = 2.0;
+/// Cells of less weight than this count in no quantile of the need of now.
+const NEGLIGIBLE: f32 = 3e-4;
+/// Most needed forces of a grid.
+const MOST_FORCES: usize = 32;
 /// A need within this logarithm of the force at the alarm is none: the object is held.
 const NULL: f32 = 0.02;
 /// Growth of the load in time is looked ahead this far (s), besides the dead time of the drive.
@@ -216,7 +220,6 @@ pub(super) struct Bank<const H: usize> {
     turns: f32,
     pub(super) summary: Summary,
     bins: [f32; BINS],
-    whole: [f32; BINS],
 }
 
 const FOLLOWED: usize = 0;
@@ -236,7 +239,7 @@ impl<const H: usize> Bank<H> {
                 low_n: 0.0, median_n: 0.0, whole_low_n: 0.0, whole_n: 0.0, whole_high_n: 0.0, speed_m_s: 0.0,
                 p_travel: 0.0, p_null: 0.0, p_stylus_lost: 0.0,
             },
-            bins: [0.0; BINS], whole: [0.0; BINS],
+            bins: [0.0; BINS],
         }
     }
 
@@ -486,12 +489,13 @@ impl<const H: usize> Bank<H> {
         }
     }
 
-    /// Where the travel has proved right in motion, the free cells are drawn to it, so that they go on from there when it fails.
-    pub(super) fn draw(&mut self) {
+    /// Where the travel has proved right in motion, the free cells are drawn to it, so that they go on from there when it fails; `passed_s` (s)
+    /// since it was done.
+    pub(super) fn draw(&mut self, passed_s: f32) {
         if self.summary.p_travel < 0.9 || self.track.v.abs() < 2e-3 {
             return;
         }
-        let share = self.d_s / DRAWN_S;
+        let share = passed_s / DRAWN_S;
         let [followed, free] = &mut self.modes;
         for (to, from) in [
             (&mut free.x, &followed.x),
@@ -657,38 +661,43 @@ impl<const H: usize> Bank<H> {
     /// Normalised weights, quantiles and means.
     fn conclude(&mut self, per_sum: f32, ahead_s: f32) {
         self.bins.fill(0.0);
-        self.whole.fill(0.0);
+        let forces = self.grid.forces;
+        let mut whole = [0.0_f32; MOST_FORCES];
         let from_ln = ln(self.from_n) - BELOW;
         let mut summary = Summary { p_travel: 0.0, speed_m_s: 0.0, p_null: 0.0, ..self.summary };
         for (k, mode) in self.modes.iter_mut().enumerate() {
-            let mut of_mode = 0.0;
+            for w in &mut mode.w {
+                *w *= per_sum;
+            }
+            for w in mode.w.chunks_exact(forces) {
+                for (sum, w) in whole.iter_mut().zip(w) {
+                    *sum += w;
+                }
+            }
+            if k == FOLLOWED {
+                summary.p_travel = total(&mode.w);
+            }
             for h in 0..H {
-                let w = mode.w[h] * per_sum;
-                mode.w[h] = w;
-                if w < 3e-5 {
+                let w = mode.w[h];
+                if w < NEGLIGIBLE {
                     continue;
                 }
-                of_mode += w;
                 summary.speed_m_s += w * mode.v[h].abs();
                 let (u, most) = (mode.u[h], self.load_most[h]);
                 let soon = at_least(at_most(u + self.rate[h] * ahead_s, most), u);
-                let load_ln = ln(at_least(soon, 0.02));
-                let need = self.need_ln[h] + load_ln;
+                let need = self.need_ln[h] + ln(at_least(soon, 0.02));
                 put(&mut self.bins, need - from_ln, w);
-                put(&mut self.whole, self.need_ln[h] + at_least(load_ln, 0.0) - from_ln, w);
                 if need < self.null_ln + NULL {
                     summary.p_null += w;
                 }
             }
-            if k == FOLLOWED {
-                summary.p_travel = of_mode;
-            }
         }
-        summary.low_n = quantile(&self.bins, 0.1, from_ln);
-        summary.median_n = quantile(&self.bins, 0.5, from_ln);
-        summary.whole_low_n = quantile(&self.whole, 0.1, from_ln);
-        summary.whole_n = quantile(&self.whole, 0.5, from_ln);
-        summary.whole_high_n = quantile(&self.whole, 0.9, from_ln);
+        [summary.low_n, summary.median_n] =
+            [0.1, 0.5].map(|share| exp(from_ln + BIN * quantile(&self.bins, share)));
+        let first_ln = self.need_ln.first().copied().unwrap_or(from_ln);
+        let whole = whole.get(..forces).unwrap_or(&whole);
+        [summary.whole_low_n, summary.whole_n, summary.whole_high_n] = [0.1, 0.5, 0.9]
+            .map(|share| exp(first_ln + self.grid.step * quantile(whole, share)));
         self.summary = summary;
     }
 
@@ -764,17 +773,18 @@ fn put(bins: &mut [f32; BINS], over: f32, w: f32) {
     }
 }
 
-/// The force (N) below which `share` of the distribution lies.
-fn quantile(bins: &[f32; BINS], share: f32, from_ln: f32) -> f32 {
+/// The place in `bins`, with fractions, below which `share` of the distribution lies.
+fn quantile(bins: &[f32], share: f32) -> f32 {
+    let share = share * bins.iter().sum::<f32>();
     let (mut below, mut place) = (0.0, -0.5);
     for bin in bins {
         if below + bin >= share {
-            return exp(from_ln + BIN * (place + (share - below) / at_least(*bin, 1e-9)));
+            return place + (share - below) / at_least(*bin, 1e-9);
         }
         below += bin;
         place += 1.0;
     }
-    exp(from_ln + BIN * place)
+    place
 }
 
 /// The largest of all cells.

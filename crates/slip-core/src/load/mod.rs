@@ -27,7 +27,9 @@ use turns::Turn;
 pub const CELLS: usize = Grid::MICRO.cells();
 const GRID: Grid = Grid::MICRO;
 /// Length of a block (s).
-const BLOCK_S: f32 = 3e-4;
+const BLOCK_S: f32 = 5e-4;
+/// Time from one weighing of the hypotheses to the next (s).
+const WEIGHED_S: f32 = 1e-3;
 /// A slip is not over earlier than this (s); nor by the travel alone before this (s).
 const LEAST_S: f32 = 6.5e-3;
 const TRAVEL_ALONE_S: f32 = 12e-3;
@@ -201,6 +203,8 @@ pub struct Load<const H: usize> {
     at: usize,
     trust: f32,
     since_s: f32,
+    /// Since the hypotheses were weighed (s).
+    unweighed_s: f32,
     rested_s: f32,
     /// Since the first slip of the object (s).
     known_s: f32,
@@ -247,6 +251,7 @@ impl<const H: usize> Load<H> {
             at: 0,
             trust: TRUST,
             since_s: 0.0,
+            unweighed_s: 0.0,
             rested_s: f32::INFINITY,
             known_s: 0.0,
             slips: 0,
@@ -358,6 +363,7 @@ impl<const H: usize> Load<H> {
         }
         self.impulse = 0.0;
         self.since_s = 0.0;
+        self.unweighed_s = WEIGHED_S;
         self.stage = Stage::Moves;
         self.forecast = Forecast {
             slips: true,
@@ -452,9 +458,13 @@ impl<const H: usize> Load<H> {
                 if let Some(power) = power {
                     self.bank.amplitude(power.square, power.noise);
                 }
-                self.bank.weigh(AHEAD_S + reading.dead_s);
-                if self.travel.is_there() {
-                    self.bank.draw();
+                self.unweighed_s += self.block_s;
+                if self.unweighed_s > WEIGHED_S - 0.5 * self.block_s {
+                    self.bank.weigh(AHEAD_S + reading.dead_s);
+                    self.unweighed_s = 0.0;
+                    if self.travel.is_there() {
+                        self.bank.draw(WEIGHED_S);
+                    }
                 }
                 if stage == Stage::Rests {
                     self.bank.resume(reading.force_n);
