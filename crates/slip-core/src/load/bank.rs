@@ -663,6 +663,7 @@ impl<const H: usize> Bank<H> {
         self.bins.fill(0.0);
         let forces = self.grid.forces;
         let mut whole = [0.0_f32; MOST_FORCES];
+        let (mut load, mut counted) = (0.0, 0.0);
         let from_ln = ln(self.from_n) - BELOW;
         let mut summary = Summary { p_travel: 0.0, speed_m_s: 0.0, p_null: 0.0, ..self.summary };
         for (k, mode) in self.modes.iter_mut().enumerate() {
@@ -683,6 +684,8 @@ impl<const H: usize> Bank<H> {
                     continue;
                 }
                 summary.speed_m_s += w * mode.v[h].abs();
+                load += w * at_least(mode.u[h], 1.0);
+                counted += w;
                 let (u, most) = (mode.u[h], self.load_most[h]);
                 let soon = at_least(at_most(u + self.rate[h] * ahead_s, most), u);
                 let need = self.need_ln[h] + ln(at_least(soon, 0.02));
@@ -695,9 +698,11 @@ impl<const H: usize> Bank<H> {
         [summary.low_n, summary.median_n] =
             [0.1, 0.5].map(|share| exp(from_ln + BIN * quantile(&self.bins, share)));
         let first_ln = self.need_ln.first().copied().unwrap_or(from_ln);
+        // What hits or pulls the object may be more than its weight.
+        let load = if self.jumps && counted > 0.0 { load / counted } else { 1.0 };
         let whole = whole.get(..forces).unwrap_or(&whole);
         [summary.whole_low_n, summary.whole_n, summary.whole_high_n] = [0.1, 0.5, 0.9]
-            .map(|share| exp(first_ln + self.grid.step * quantile(whole, share)));
+            .map(|share| load * exp(first_ln + self.grid.step * quantile(whole, share)));
         self.summary = summary;
     }
 

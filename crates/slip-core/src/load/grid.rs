@@ -77,8 +77,8 @@ impl Grid {
     };
     /// 64 hypotheses.
     pub const MICRO: Self = Self {
-        forces: 24,
-        step: 0.2,
+        forces: 16,
+        step: 0.28,
         ramps: &[ramp(0.0, 0.4), ramp(0.05, 0.3), ramp(0.25, 0.3)],
         ratios: &[1.05, 1.25, 1.5],
         contacts: &[contact(16e-6, 1.1, 0.5), contact(68e-6, 1.1, 0.5)],
