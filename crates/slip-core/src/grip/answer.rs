@@ -8,7 +8,7 @@ use libm::expf;
 const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
 const DEAD_MEDIAN: f32 = 0.1;
-const DEAD_LOW: f32 = -0.1;
+const DEAD_LOW: f32 = 0.1;
 const DEAD_S: f32 = 0.02;
 /// What is no harm over the force at the alarm, whatever the lower quantile.
 const HARMLESS: f32 = 1.6;
@@ -48,6 +48,8 @@ const HOLD_ALONE: f32 = 1.2;
 const HOLD_LEAST: f32 = 1.05;
 /// Where the force fell until the object slipped, at least this over what slipped: static friction gives way first.
 const HOLD_SEARCHED: f32 = 1.3;
+/// After a sensor has failed, or the travel has won or lost its trust, nothing falls for this long (s).
+const UNSURE_S: f32 = 0.05;
 /// Back to what is to be held within this time (s).
 const BACK_S: f32 = 0.02;
 
@@ -75,8 +77,9 @@ pub(super) struct Answer {
     /// Whether an object that less and less was tried with has slid so fast that it shows the friction of sliding.
     shown: bool,
     slips_seen: u32,
-    /// Need of the weight by this slip (N).
-    need_n: Option<f32>,
+    /// Whether the travel was trusted, and for how long (s) nothing falls because a sensor may fail.
+    trusted: bool,
+    unsure_s: f32,
 }
 
 impl Answer {
@@ -107,11 +110,6 @@ impl Answer {
         self.slipped
     }
 
-    /// What the weight needs by this slip (N).
-    pub(super) fn need_n(&self) -> Option<f32> {
-        self.need_n
-    }
-
     /// Takes what is new after `dt_s`, of which the force may rise for `rise_s` (s).
     pub(super) fn follow(
         &mut self,
@@ -122,6 +120,10 @@ impl Answer {
         rise_s: f32,
     ) {
         let ceiling_n = config.ceiling_n();
+        // A posterior that has fallen may be a sensor that fails.
+        let turned = forecast.trusted != core::mem::replace(&mut self.trusted, forecast.trusted);
+        let fails = input.impaired || (turned && forecast.slips);
+        self.unsure_s = if fails { UNSURE_S } else { (self.unsure_s - dt_s).max(0.0) };
         if forecast.slips_seen != self.slips_seen && forecast.slips {
             self.slips_seen = forecast.slips_seen;
             self.start(config, forecast);
@@ -160,7 +162,8 @@ impl Answer {
         let quickly_n = self.first_n.max(before_n * expf(rise_s / RISE_S));
         let most_n = quickly_n.min((AHEAD * on_way_n + AHEAD_N).max(before_n));
         let least_n = if self.searched && !self.shown { 1.0 } else { LEAST } * forecast.from_n;
-        let least_n = (before_n * expf(-dt_s / FALL_S)).max(least_n);
+        let falls_n = if self.unsure_s > 0.0 { before_n } else { before_n * expf(-dt_s / FALL_S) };
+        let least_n = falls_n.max(least_n);
         self.target_n = want_n.min(most_n).max(least_n);
         let done = on_way_n > DONE * forecast.median_n
             && forecast.since_s > DONE_S + 2.0 * delay_s
@@ -221,7 +224,6 @@ impl Answer {
             let most_n = if forecast.trusted { ceiling_n } else { self.target_n.max(least_n) };
             self.hold_n = wanted_n.max(searched_n).max(least_n).min(most_n).min(ceiling_n);
             self.before_n = self.hold_n;
-            self.need_n = Some(need_n);
         }
         self.back(dt_s);
     }
@@ -234,6 +236,9 @@ impl Answer {
     }
 
     fn back(&mut self, dt_s: f32) {
+        if self.unsure_s > 0.0 && self.hold_n < self.target_n {
+            return;
+        }
         self.target_n += (self.hold_n - self.target_n) * (dt_s / BACK_S).min(1.0);
     }
 }
