@@ -285,7 +285,7 @@ pub fn weakness<W: AsRef<[f32]>>(estimator: &Estimator<W>) -> Option<String> {
     let (share, _) = estimator.deviation();
     (!estimator.is_trustworthy()).then(|| {
         format!(
-            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, and say little",
+            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, and none moves the fingers",
             100.0 * share
         )
     })
