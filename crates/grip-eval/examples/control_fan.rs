@@ -19,7 +19,7 @@ const AFTER_S: f64 = 0.08;
 
 type Points = Vec<(f64, f64)>;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn core::error::Error>> {
     let mut args = std::env::args().skip(1);
     let file = PathBuf::from(args.next().ok_or("the picture's file is missing")?);
     let seed = args.next().map_or(Ok(SEED), |seed| seed.parse())?;
