@@ -1,4 +1,4 @@
-//! Slip evidence and force estimates in, the commanded grip force out.
+//! Slip evidence and the posterior of the needed force in, the commanded grip force out.
 //!
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
@@ -9,10 +9,9 @@
 //!
 //! `docs/control.md` has every transition with its condition and its test.
 //!
-//! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor shows that nothing has moved yet,
-//! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the
-//! command leads it by what is missing. Without an estimate the force grows exponentially as long as
-//! the slip shows. After the slip the force falls slowly to what the slip has shown, and then, until it just slips, to what is really needed.
+//! On a slip the force follows quantiles of the needed force ([`crate::load`], `answer.rs`): they are what the measured force should become, and
+//! the command leads it by what is missing. Where neither stylus nor travel shows the course, it grows exponentially as long as the slip shows. After
+//! the slip the force falls to what the slip has shown, and then, until it just slips, to what is really needed.
 //!
 //! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s` of host time, and rises only while closing to the trial
 //! force, on slip evidence that is not older than 20 ms, or towards a force that somebody asked for with [`GripController::at_least`]. No fault of
