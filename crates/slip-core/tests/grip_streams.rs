@@ -36,11 +36,30 @@ fn any_forecast(held: bool) -> impl Strategy<Value = Forecast> {
         move |(flags, (median_n, share, held_n), p_null, speed_m_s, slips_seen)| {
             let [slips, moves, unexplained, informed, trusted, known, by_stylus] = flags;
             let held_n = held_n.filter(|_| held && !slips);
+            // What needs no more than it has, or is not known yet.
+            let since_s = if held || p_null > 0.4 { 0.05 } else { 0.005 };
             let low_n = share * median_n;
             Forecast {
-                slips, moves, unexplained, informed, trusted, known, by_stylus, low_n, median_n, p_null, speed_m_s, slips_seen, held_n,
-                travel_m_s: speed_m_s, since_s: 0.05, moved_m: trusted.then_some(0.1 * speed_m_s), whole_n: median_n,
-                whole_low_n: low_n, whole_high_n: median_n / share, ..Forecast::default()
+                slips,
+                moves,
+                unexplained,
+                informed,
+                trusted,
+                known,
+                by_stylus,
+                low_n,
+                median_n,
+                p_null,
+                speed_m_s,
+                slips_seen,
+                held_n,
+                travel_m_s: speed_m_s,
+                since_s,
+                moved_m: trusted.then_some(0.1 * speed_m_s),
+                whole_n: median_n,
+                whole_low_n: low_n,
+                whole_high_n: median_n / share,
+                ..Forecast::default()
             }
         },
     )
@@ -56,7 +75,16 @@ fn any_input(held: bool) -> impl Strategy<Value = GripInput> {
             let forecast = Some(Forecast { slips, ..forecast });
             let healthy = luck > 0;
             GripInput {
-                dt_s: DT_S, slip, forecast, dead_s, lag_s, travel: true, applied_n, touching: true, healthy, ..GripInput::default()
+                dt_s: DT_S,
+                slip,
+                forecast,
+                dead_s,
+                lag_s,
+                travel: true,
+                applied_n,
+                touching: true,
+                healthy,
+                ..GripInput::default()
             }
         },
     )

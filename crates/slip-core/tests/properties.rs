@@ -46,11 +46,34 @@ fn any_forecast() -> impl Strategy<Value = Forecast> {
     let number = || prop_oneof![4 => 0.0_f32..60.0, 1 => any_reading(), 1 => any::<f32>()];
     let forces = [(); 6].map(|()| number());
     (any::<[bool; 8]>(), forces, prop::option::of(number()), 0_u32..4).prop_map(
-        |([slips, moves, unexplained, informed, trusted, known, by_stylus, far], forces, held_n, slips_seen)| {
+        |(
+            [slips, moves, unexplained, informed, trusted, known, by_stylus, far],
+            forces,
+            held_n,
+            slips_seen,
+        )| {
             let [from_n, low_n, median_n, whole_low_n, travel_m_s, since_s] = forces;
             Forecast {
-                slips, moves, unexplained, informed, trusted, known, by_stylus, far, from_n, low_n, median_n, whole_low_n, travel_m_s, since_s,
-                whole_n: median_n, whole_high_n: median_n, speed_m_s: travel_m_s, moved_m: held_n, held_n, slips_seen,
+                slips,
+                moves,
+                unexplained,
+                informed,
+                trusted,
+                known,
+                by_stylus,
+                far,
+                from_n,
+                low_n,
+                median_n,
+                whole_low_n,
+                travel_m_s,
+                since_s,
+                whole_n: median_n,
+                whole_high_n: median_n,
+                speed_m_s: travel_m_s,
+                moved_m: held_n,
+                held_n,
+                slips_seen,
                 ..Forecast::default()
             }
         },
