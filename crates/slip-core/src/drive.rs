@@ -22,6 +22,8 @@ const SETTLED_S: f32 = 0.005;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
+/// A command that has been the same for this long (s) has arrived, through the longest dead time and lag.
+const STANDS_S: f32 = 0.25;
 
 /// The command leads the target by this multiple of what is missing, or by the lag over this time (s) where that is more ...
 const LEAD: f32 = 2.0;
@@ -48,6 +50,8 @@ pub struct Drive {
     past_n: [f32; SLOTS],
     place: usize,
     slot_s: f32,
+    /// For how long the command has been the same (s), up to [`STANDS_S`].
+    stands_s: f32,
     reading: Reading,
     /// Dead time of the line when the slip began (s).
     line_s: f32,
@@ -77,6 +81,7 @@ impl Default for Drive {
             past_n: [0.0; SLOTS],
             place: 0,
             slot_s: 0.0,
+            stands_s: 0.0,
             reading: Reading::default(),
             line_s: 0.0,
         }
@@ -168,7 +173,17 @@ impl Drive {
     /// `command_n` (N) is in force for `dt_s` (s).
     #[inline]
     pub(crate) fn follow(&mut self, command_n: f32, dt_s: f32) {
+        if command_n.to_bits() != self.command_n.to_bits() {
+            self.stands_s = 0.0;
+        } else if self.is_settled() {
+            return;
+        }
         self.command_n = command_n;
+        self.stands_s += dt_s;
+        if self.is_settled() {
+            self.hold_on(command_n);
+            return;
+        }
         let lag_s = self.lag_s();
         approach(&mut self.predicted_n, command_n, dt_s, lag_s);
         self.slot_s += dt_s;
@@ -181,9 +196,16 @@ impl Drive {
         }
     }
 
+    /// Whether the command has been the same for so long that more time changes nothing.
+    #[inline]
+    pub(crate) fn is_settled(&self) -> bool {
+        self.stands_s >= STANDS_S
+    }
+
     /// The fingers press with `force_n` (N) under `command_n` (N); what is on its way stays on its way.
     fn restart(&mut self, command_n: f32, force_n: f32) {
         self.command_n = command_n;
+        self.stands_s = 0.0;
         let modelled_n = self.modelled_n();
         for past_n in self.past_n.iter_mut().chain([&mut self.predicted_n]) {
             *past_n = force_n + (*past_n - modelled_n);
@@ -200,6 +222,7 @@ impl Drive {
     pub(crate) fn hold_on(&mut self, command_n: f32) {
         (self.command_n, self.predicted_n) = (command_n, command_n);
         self.past_n = [command_n; SLOTS];
+        (self.slot_s, self.stands_s) = (0.0, STANDS_S);
     }
 
     /// The command had reached the trial force before the fingers touched.

@@ -273,7 +273,7 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        match self.state {
+        self.drive.is_settled() && match self.state {
             GripState::Released => self.is_travel_settled(),
             GripState::Holding => self.touch.is_lost() || self.is_kept(),
             GripState::Closing => {
