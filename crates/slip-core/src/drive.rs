@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The delay is learned while the fingers close. At the end of a ramp of r N/s the force lacks r delay, and what it lacks from there on has the area
-//! A = r (delay^2 + lag^2) / 2: less of the delay is lag where the force settles sooner. Where the area does not show it, the begin of the answer to
-//! the first slip does. What is learned goes through the line, which is a dead time of its own.
+//! A = r (delay^2 + lag^2) / 2: less of the delay is lag where the force settles sooner. What is learned goes through the line, which is a dead
+//! time of its own.
 //!
 //! P is one prediction for two things. The command that brings the force to a target soonest is that of a Smith predictor: what is on its way is not
 //! asked for again. And the force sensor is judged by its innovation, the reading less F ([`ForceSensor`]).
@@ -24,6 +24,8 @@ const LEAST_LAG_S: f32 = 2e-3;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
+/// A command that has been the same for this long (s) has arrived, through the longest dead time and lag.
+const STANDS_S: f32 = 0.25;
 
 /// The command leads the target by this multiple of what is missing, or by the lag over this time (s) where that is more ...
 const LEAD: f32 = 2.0;
@@ -50,7 +52,8 @@ pub struct Drive {
     past_n: [f32; SLOTS],
     place: usize,
     slot_s: f32,
-    answer: Answer,
+    /// For how long the command has been the same (s), up to [`STANDS_S`].
+    stands_s: f32,
     reading: Reading,
     /// Dead time of the line when the slip began (s).
     line_s: f32,
@@ -80,7 +83,7 @@ impl Default for Drive {
             past_n: [0.0; SLOTS],
             place: 0,
             slot_s: 0.0,
-            answer: Answer::default(),
+            stands_s: 0.0,
             reading: Reading::default(),
             line_s: 0.0,
         }
@@ -155,11 +158,6 @@ impl Drive {
         (self.predicted_n + self.force_n() - self.modelled_n()).max(0.0)
     }
 
-    /// The last command (N).
-    pub(crate) fn commanded_n(&self) -> f32 {
-        self.command_n
-    }
-
     /// By the command alone (N): the prediction of a dead time ago, between two slots in proportion.
     fn modelled_n(&self) -> f32 {
         let slots = (self.line_dead_s(self.line_s) - self.slot_s) / SLOT_S;
@@ -185,7 +183,17 @@ impl Drive {
     /// `command_n` (N) is in force for `dt_s` (s).
     #[inline]
     pub(crate) fn follow(&mut self, command_n: f32, dt_s: f32) {
+        if command_n.to_bits() != self.command_n.to_bits() {
+            self.stands_s = 0.0;
+        } else if self.is_settled() {
+            return;
+        }
         self.command_n = command_n;
+        self.stands_s += dt_s;
+        if self.is_settled() {
+            self.hold_on(command_n);
+            return;
+        }
         let lag_s = self.drive_lag_s();
         approach(&mut self.predicted_n, command_n, dt_s, lag_s);
         self.slot_s += dt_s;
@@ -198,9 +206,16 @@ impl Drive {
         }
     }
 
+    /// Whether the command has been the same for so long that more time changes nothing.
+    #[inline]
+    pub(crate) fn is_settled(&self) -> bool {
+        self.stands_s >= STANDS_S
+    }
+
     /// The fingers press with `force_n` (N) under `command_n` (N); what is on its way stays on its way.
     fn restart(&mut self, command_n: f32, force_n: f32) {
         self.command_n = command_n;
+        self.stands_s = 0.0;
         let modelled_n = self.modelled_n();
         for past_n in self.past_n.iter_mut().chain([&mut self.predicted_n]) {
             *past_n = force_n + (*past_n - modelled_n);
@@ -217,6 +232,7 @@ impl Drive {
     pub(crate) fn hold_on(&mut self, command_n: f32) {
         (self.command_n, self.predicted_n) = (command_n, command_n);
         self.past_n = [command_n; SLOTS];
+        (self.slot_s, self.stands_s) = (0.0, STANDS_S);
     }
 
     /// The command had reached the trial force before the fingers touched.
@@ -268,117 +284,6 @@ fn approach(value: &mut f32, to: f32, dt_s: f32, lag_s: f32) {
     }
 }
 
-// How far the command may lead a drive, by its delay and by how its force begins to rise.
-
-/// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
-const LATE_S: f32 = 0.02;
-/// ... by up to this share of what is known.
-const LATE_REACH: f32 = 0.3;
-/// Nothing runs ahead further than by this share: fingers that lose the object measure no force.
-const LARGEST: f32 = 0.5;
-/// A force that was commanded this many delays ago has arrived, if it ever does ...
-const ARRIVES_AFTER: f32 = 3.0;
-/// ... within these bounds (s).
-const ARRIVES_S: [f32; 2] = [0.01, 0.1];
-/// A force that has risen by this share, and at least this much (N), answers the command.
-const ANSWERS: f32 = 0.1;
-const ANSWERS_N: f32 = 0.03;
-/// A force that has not risen by this share for this long (s) does not follow any longer.
-const RISES: f32 = 0.02;
-const LEVEL_S: f32 = 0.01;
-/// By this much (s) later the controller knows of a force.
-const KNOWN_S: f32 = 0.003;
-/// What is on its way when the target is measured may exceed it by this share.
-const EXCESS: f32 = 0.05;
-/// Drives that are later by this (s) than [`LATE_S`] are led in full; less late ones in proportion.
-const SLOWER_S: f32 = 0.01;
-/// Where the stylus alone shows what is needed, that is known only as the force rises: a drive that is later than this (s)
-/// is led so that it rises as one of that lag does.
-const ALONE_S: f32 = 0.005;
-
-/// How the measured force answers in a slip.
-#[derive(Clone, Copy, Debug, Default)]
-struct Answer {
-    /// Force of the model and measured force when the slip began (N).
-    from_n: f32,
-    start_n: Option<f32>,
-    /// The greatest measured force (N), and since when it has not become greater (s).
-    most_n: f32,
-    level_s: f32,
-    /// By how much it answers later than the model (s).
-    later_s: f32,
-    answered: bool,
-}
-
-impl Drive {
-    /// A slip begins to be answered.
-    pub(crate) fn begin_answer(&mut self) {
-        self.answer = Answer { from_n: self.modelled_n(), ..Answer::default() };
-    }
-
-    /// The force measured in a slip (N). A drive moves from the first moment on, or after a dead time; both are equally late when the fingers close. What
-    /// the force answers later by than a lag of the whole delay is dead time.
-    pub(crate) fn answer(&mut self, applied_n: Option<f32>, dt_s: f32) {
-        let Some(applied_n) = applied_n else { return };
-        let model_n = self.modelled_n();
-        let answer = &mut self.answer;
-        let start_n = *answer.start_n.get_or_insert(applied_n);
-        let rise_n = (ANSWERS * start_n).max(ANSWERS_N);
-        if !answer.answered && model_n - answer.from_n >= rise_n {
-            answer.answered = applied_n - start_n >= rise_n;
-            answer.later_s += dt_s;
-        }
-        answer.level_s += dt_s;
-        if applied_n >= answer.most_n * (1.0 + RISES) {
-            (answer.most_n, answer.level_s) = (applied_n, 0.0);
-        }
-        if answer.answered && self.delay_s.is_some() {
-            self.dead_s = self.dead_s.or(Some(answer.later_s.min(self.delay_s())));
-        }
-    }
-
-    /// How far the command may lead the target while `applied_n` is measured (N), so that what is still on its way when the target is measured is
-    /// little; `alone`: only the stylus gives the target.
-    /// ```text
-    /// command <= F + (target - F) lag / (dead + 3 ms)
-    /// ```
-    pub(crate) fn lead_n(&self, target_n: f32, applied_n: f32, alone: bool) -> f32 {
-        let (late_s, known_s) = if alone { (ALONE_S, ALONE_S) } else { (LATE_S, KNOWN_S) };
-        let slower = ((self.delay_s() - late_s) / SLOWER_S).clamp(0.0, 1.0);
-        if !self.answer.answered || self.answer.level_s > LEVEL_S || slower <= 0.0 {
-            return 0.0;
-        }
-        let dead_s = self.dead_s.unwrap_or(self.answer.later_s);
-        let lag_s = (self.delay_s() - dead_s).max(0.0);
-        let missing_n = (1.0 + EXCESS) * target_n - applied_n;
-        let driven_n = applied_n + missing_n * lag_s / (dead_s + known_s);
-        (driven_n - target_n).min(slower * target_n).max(0.0)
-    }
-
-    /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for: all of it where the gripper answers at once; less, with
-    /// the square of the delay, where it is later and would press too hard before that is seen; and where it is so late that objects fall meanwhile
-    /// at least some.
-    pub(crate) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
-        let delay_s = self.delay_s();
-        let promptness = PROMPT_S / delay_s.max(PROMPT_S);
-        let late = LATE_REACH * ((delay_s - LATE_S) / LATE_S).clamp(0.0, 1.0);
-        let wish_n = wish_n.max(0.0);
-        let late_n = wish_n.min(late * known_n);
-        (promptness * promptness * wish_n).max(late_n).min(LARGEST * known_n.max(0.0))
-    }
-
-    /// After this long (s) a commanded force has arrived, measured or not, where samples arrive `late_s` (s) late: commands do too.
-    pub(crate) fn wait_s(&self, late_s: f32) -> f32 {
-        let [least_s, most_s] = ARRIVES_S;
-        (ARRIVES_AFTER * self.delayed_s(late_s)).clamp(least_s, most_s)
-    }
-
-    /// How late the measured force follows where samples arrive `late_s` late (s).
-    pub(crate) fn delayed_s(&self, late_s: f32) -> f32 {
-        self.delay_s() + 2.0 * (late_s - self.late_s).max(0.0)
-    }
-}
-
 // What the force sensor is worth, by its innovation.
 
 /// The same reading for this long (s) ...
@@ -403,6 +308,8 @@ const CONTRADICTIONS: f32 = 5.0;
 /// The latest drive that is believed, a lag of second order: each of its two lags over the known delay, and more (s).
 const LATER: f32 = 1.5;
 const LATER_S: f32 = 0.005;
+/// A force that was commanded this many delays ago has arrived, if it ever does.
+const ARRIVES_AFTER: f32 = 3.0;
 /// A delay is at least so long (s) where the motion of the object is weighed against it.
 const LEAST_DELAY_S: f32 = 0.01;
 

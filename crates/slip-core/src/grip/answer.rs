@@ -50,6 +50,8 @@ const HOLD_LEAST: f32 = 1.05;
 const HOLD_SEARCHED: f32 = 1.3;
 /// After a sensor has failed, or the travel has won or lost its trust, nothing falls for this long (s).
 const UNSURE_S: f32 = 0.05;
+/// A slip that a fault ends sooner than this (s) has shown nothing: a stylus that alarms and fails, again and again, must not raise the force.
+const SHOWN_S: f32 = 6.5e-3;
 /// Back to what is to be held within this time (s).
 const BACK_S: f32 = 0.02;
 
@@ -132,7 +134,8 @@ impl Answer {
             self.rest(forecast, dt_s, ceiling_n);
             return;
         }
-        self.hold_n = self.target_n;
+        let shown = forecast.since_s > SHOWN_S && forecast.p_null < HELD;
+        self.hold_n = if shown { self.target_n } else { self.before_n.min(self.target_n) };
         if input.stale || !forecast.moves {
             return;
         }
@@ -216,7 +219,7 @@ impl Answer {
             let wanted_n = if forecast.trusted {
                 (HOLD * need_n).min(HOLD_LOW * forecast.whole_low_n)
             } else {
-                HOLD_ALONE * need_n.clamp(forecast.from_n, self.target_n.max(forecast.from_n))
+                HOLD_ALONE * need_n.min(self.target_n).max(forecast.from_n)
             };
             let searched_n = if self.searched { HOLD_SEARCHED * forecast.from_n } else { 0.0 };
             let least_n =

@@ -272,7 +272,7 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        match self.state {
+        self.drive.is_settled() && match self.state {
             GripState::Released => self.is_travel_settled(),
             GripState::Holding => self.touch.is_lost() || self.is_kept(),
             GripState::Closing => {
@@ -552,7 +552,9 @@ impl GripController {
     fn answer(&mut self, dt_s: f32, input: &GripInput) {
         let forecast = input.forecast.unwrap_or_default();
         self.answer.follow(&self.config, input, &forecast, dt_s, self.rise_s);
-        let wanted_n = self.lead(input).min(self.config.ceiling_n());
+        // With less than this nothing would be felt any longer.
+        let least_n = self.config.least_force_n.min(self.command_n);
+        let wanted_n = self.lead(input, dt_s).max(least_n).min(self.config.ceiling_n());
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S && !input.stale {
                 let reach_n = self.config.slew_n_s * self.rise_s;
@@ -563,11 +565,13 @@ impl GripController {
         }
     }
 
-    /// The command that brings the force to the target soonest (N): what is on its way is not asked for again (Smith).
-    fn lead(&self, input: &GripInput) -> f32 {
+    /// The command that brings the force to the target soonest (N): what is on its way is not asked for again (Smith). It never leads by more than
+    /// brings the force there within one step: a drive that follows at once would swing.
+    fn lead(&self, input: &GripInput, dt_s: f32) -> f32 {
         let target_n = self.answer.target_n();
         let late = (input.dead_s / 6e-3).min(1.0);
         let lead = (input.lag_s / 2.5e-3).max(2.0) * (1.0 - 0.7 * late);
+        let lead = lead.min(input.lag_s / dt_s.max(1e-6));
         let most = if input.lag_s > 8e-3 { 1.0 } else { 0.5 };
         let missing_n = target_n - input.predicted_n;
         target_n + (lead * missing_n).clamp(-0.5 * target_n, most * target_n)
