@@ -127,14 +127,20 @@ impl Drive {
         self.reading.sensor
     }
 
-    /// The command (N), `most_n` at most, that brings the force to `target_n` (N) soonest. A drive whose dead time is not known is not led.
+    /// The command (N), `most_n` at most, that brings the force to `target_n` (N) soonest where samples arrive `late_s` (s) late: what is on its way is
+    /// not asked for again. It never leads by more than brings the force there within `dt_s` (s): a drive that follows at once would swing. One whose dead
+    /// time is not known is not led.
     #[must_use]
-    pub fn command_n(&self, target_n: f32, most_n: f32) -> f32 {
-        let Some(dead_s) = self.dead_s else { return target_n.min(most_n) };
-        let lag_s = self.lag_s();
-        let lead = LEAD.max(lag_s / LEADS_IN_S) * (1.0 - SHY * (dead_s / SHY_S).min(1.0));
+    pub fn command_n(&self, target_n: f32, most_n: f32, late_s: f32, dt_s: f32) -> f32 {
+        if self.dead_s.is_none() {
+            return target_n.min(most_n);
+        }
+        let lag_s = self.drive_lag_s();
+        let late = (self.line_dead_s(late_s) / SHY_S).min(1.0);
+        let lead = LEAD.max(lag_s / LEADS_IN_S) * (1.0 - SHY * late);
+        let lead = lead.min(lag_s / dt_s.max(1e-6));
         let up = if lag_s > PROMPT_S { 1.0 } else { 0.5 };
-        let lead_n = lead * (target_n - self.predicted_n);
+        let lead_n = lead * (target_n - self.on_way_n());
         (target_n + lead_n.min(up * target_n).max(-0.5 * target_n)).min(most_n)
     }
 

@@ -201,7 +201,7 @@ fn led(dead_ms: usize, lag_ms: f32, by_drive: bool) -> (u32, f32) {
     drive.dead_s = Some(1e-3 * dead_ms as f32);
     let (mut most_n, mut reached_ms) = (0.0_f32, 0);
     for ms in 0..400 {
-        let command_n = if by_drive { drive.command_n(6.0, 20.0) } else { 6.0 };
+        let command_n = if by_drive { drive.command_n(6.0, 20.0, 0.0, DT_S) } else { 6.0 };
         drive.follow(command_n, DT_S);
         most_n = truth.step(command_n).max(most_n);
         reached_ms = if most_n < 5.4 { ms } else { reached_ms };
@@ -224,8 +224,8 @@ fn what_is_on_its_way_is_not_asked_for_again() {
         assert!(led(dead_ms, 1.0, true).1 <= 6.3, "dead time of {dead_ms} ms");
     }
     let unknown = slips(0.04, 1.0);
-    assert_eq!(unknown.command_n(6.0, 20.0), 6.0, "what may be dead time is not led");
-    assert_eq!(unknown.command_n(6.0, 5.0), 5.0);
+    assert_eq!(unknown.command_n(6.0, 20.0, 0.0, DT_S), 6.0, "what may be dead time is not led");
+    assert_eq!(unknown.command_n(6.0, 5.0, 0.0, DT_S), 5.0);
 }
 
 /// What has been commanded within the dead time before a slip arrives in it.

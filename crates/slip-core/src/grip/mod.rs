@@ -321,12 +321,7 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.act(dt_s, input);
-        // What stays has arrived: at rest no sample need be looked at for it.
-        if self.is_steady() {
-            self.drive.hold_on(self.command_n);
-        } else {
-            self.drive.follow(self.command_n, dt_s);
-        }
+        self.drive.follow(self.command_n, dt_s);
         self.command_n
     }
 
@@ -554,7 +549,9 @@ impl GripController {
         self.answer.follow(&self.config, input, &forecast, dt_s, self.rise_s);
         // With less than this nothing would be felt any longer.
         let least_n = self.config.least_force_n.min(self.command_n);
-        let wanted_n = self.lead(input, dt_s).max(least_n).min(self.config.ceiling_n());
+let target_n = self.answer.target_n();
+        let wanted_n = self.drive.command_n(target_n, self.config.ceiling_n(), input.late_s, dt_s);
+        let wanted_n = wanted_n.max(least_n);
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S && !input.stale {
                 let reach_n = self.config.slew_n_s * self.rise_s;
@@ -563,18 +560,6 @@ impl GripController {
         } else {
             self.command_n = wanted_n.max(self.command_n - self.config.slew_n_s * dt_s);
         }
-    }
-
-    /// The command that brings the force to the target soonest (N): what is on its way is not asked for again (Smith). It never leads by more than
-    /// brings the force there within one step: a drive that follows at once would swing.
-    fn lead(&self, input: &GripInput, dt_s: f32) -> f32 {
-        let target_n = self.answer.target_n();
-        let late = (input.dead_s / 6e-3).min(1.0);
-        let lead = (input.lag_s / 2.5e-3).max(2.0) * (1.0 - 0.7 * late);
-        let lead = lead.min(input.lag_s / dt_s.max(1e-6));
-        let most = if input.lag_s > 8e-3 { 1.0 } else { 0.5 };
-        let missing_n = target_n - input.predicted_n;
-        target_n + (lead * missing_n).clamp(-0.5 * target_n, most * target_n)
     }
 
     /// The slip, if there is one, is not answered any longer. The command stays: no fault lowers the force.

@@ -248,11 +248,6 @@ impl<const H: usize> Bank<H> {
         self.track.v
     }
 
-    /// Turns so far.
-    pub(super) fn turns(&self) -> f32 {
-        self.turns
-    }
-
     /// An alarm: objects that have moved by `moved_m` since they began to.
     pub(super) fn begin(&mut self, start: &Start<'_>) {
         let from_n = start.force_n.max(1e-3);

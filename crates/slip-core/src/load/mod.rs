@@ -25,7 +25,6 @@ use turns::Turn;
 
 /// Hypotheses of the pipeline.
 pub const CELLS: usize = Grid::MICRO.cells();
-const GRID: Grid = Grid::MICRO;
 /// Length of a block (s).
 const BLOCK_S: f32 = 5e-4;
 /// Time from one weighing of the hypotheses to the next (s).
