@@ -8,11 +8,10 @@ use libm::expf;
 const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
 const DEAD_MEDIAN: f32 = 0.1;
-const DEAD_LOW: f32 = 0.1;
+const DEAD_LOW: f32 = 0.3;
 const DEAD_S: f32 = 0.02;
 /// What is no harm over the force at the alarm, whatever the lower quantile.
 const HARMLESS: f32 = 1.6;
-const DEAD_HARMLESS: f32 = 0.3;
 /// The first answer over the force at the alarm: of the stylus, of another sensor, to an object that is known.
 const FIRST: f32 = 1.4;
 const FIRST_OTHER: f32 = 1.15;
@@ -150,7 +149,7 @@ impl Answer {
         let over_median = (OVER_MEDIAN - DEAD_MEDIAN * late) * forecast.median_n;
         let over_low = (OVER_LOW - DEAD_LOW * late) * forecast.low_n;
         // Where it needs no more than it had, this much more does no harm.
-        let over_low = over_low.max((HARMLESS + DEAD_HARMLESS * late) * forecast.from_n);
+        let over_low = over_low.max(HARMLESS * forecast.from_n);
         let mut want_n = over_median.min(over_low) * self.grow;
         if self.searched && forecast.known && forecast.trusted {
             let slow = forecast.travel_m_s < SHOWS_M_S && forecast.since_s < SHOWS_S;

@@ -445,7 +445,7 @@ impl<const H: usize> Bank<H> {
         let [followed, free] = &mut self.modes;
         for h in 0..H {
             let most = self.load_most[h];
-            let is_there = followed.u[h] >= 0.999 * most || self.rate[h] == 0.0;
+            let is_there = self.rate[h] == 0.0;
             let pick = |comes: f32, there: f32| if is_there { there } else { comes };
             let e = y - followed.x[h];
             let kx = pick(comes.k[0], there.k[0]) * e;
