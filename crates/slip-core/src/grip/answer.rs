@@ -135,13 +135,17 @@ impl Answer {
         }
         let shown = forecast.since_s > SHOWN_S && forecast.p_null < HELD;
         self.hold_n = if shown { self.target_n } else { self.before_n.min(self.target_n) };
+        let before_n = self.target_n;
+        let delay_s = input.dead_s + input.lag_s;
+        let on_n = if slides_on(forecast, delay_s) { before_n * expf(rise_s / SLIDES_TAU_S) } else { 0.0 };
         if input.stale || !forecast.moves {
+            // A coarse or slow travel shows in some milliseconds no movement, and in many that it goes on.
+            let on_n = if input.stale { 0.0 } else { on_n };
+            self.target_n = before_n.max(on_n).min(ceiling_n);
             return;
         }
-        let before_n = self.target_n;
         let on_way_n = input.predicted_n;
         let late = (input.dead_s / DEAD_S).min(1.0);
-        let delay_s = input.dead_s + input.lag_s;
         if !forecast.informed {
             self.target_n = (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
             return;
@@ -178,12 +182,7 @@ impl Answer {
             let grown_n = self.target_n.max(before_n * expf(rise_s / UNEXPLAINED_S));
             self.target_n = grown_n.min((UNEXPLAINED * applied_n + AHEAD_N).max(before_n));
         }
-        let far = forecast.moved_m.is_some_and(|moved_m| moved_m > SLIDES_M);
-        let fast = forecast.travel_m_s > SLIDES_M_S;
-        let on = forecast.trusted && (far || fast) && forecast.travel_m_s > CREEPS_M_S;
-        if on && forecast.since_s > SLIDES_S + 3.0 * delay_s {
-            self.target_n = self.target_n.max(before_n * expf(rise_s / SLIDES_TAU_S));
-        }
+        self.target_n = self.target_n.max(on_n);
         self.target_n = self.target_n.min(ceiling_n);
     }
 
@@ -243,4 +242,12 @@ impl Answer {
         }
         self.target_n += (self.hold_n - self.target_n) * (dt_s / BACK_S).min(1.0);
     }
+}
+
+/// Whether a trusted travel shows an object that goes on although what was asked for should have arrived after the delay of the drive (s).
+fn slides_on(forecast: &Forecast, delay_s: f32) -> bool {
+    let far = forecast.moved_m.is_some_and(|moved_m| moved_m > SLIDES_M);
+    let fast = forecast.travel_m_s > SLIDES_M_S;
+    let on = forecast.trusted && (far || fast) && forecast.travel_m_s > CREEPS_M_S;
+    on && forecast.since_s > SLIDES_S + 3.0 * delay_s
 }

@@ -445,7 +445,7 @@ impl<const H: usize> Load<H> {
         let power = self.stylus.block(sunk).filter(|_| self.hears);
         let travel = self.travel.block();
         match self.stage {
-            Stage::Rests if !self.runs => self.rest(reading.force_n),
+            Stage::Rests if !self.runs => self.rest(reading),
             stage => {
                 self.since_s += self.block_s;
                 self.bank.go(reading.force_n);
@@ -467,7 +467,7 @@ impl<const H: usize> Load<H> {
                 }
                 if stage == Stage::Rests {
                     self.bank.resume(reading.force_n);
-                    self.rest(reading.force_n);
+                    self.rest(reading);
                     return;
                 }
                 self.tell(reading);
@@ -579,7 +579,8 @@ impl<const H: usize> Load<H> {
     }
 
     /// Whether it moves again.
-    fn rest(&mut self, force_n: f32) {
+    fn rest(&mut self, reading: &Reading) {
+        let force_n = reading.force_n;
         self.rested_s += self.block_s;
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine() && self.trust > 0.5;
@@ -588,7 +589,12 @@ impl<const H: usize> Load<H> {
         let advances = there && self.trust > ALARMS_FROM && y > least_m && self.rested_s > 4e-3;
         let stands = fine && y < 0.5 * least_m;
         let soon = self.rested_s < AGAIN_S;
-        let alarms = self.hears && self.stylus.moves_again(self.block_s, soon, stands);
+        // Where no sensor shows the course of a slip, the methods show that it goes on.
+        let alarms = match (self.hears, there) {
+            (true, _) => self.stylus.moves_again(self.block_s, soon, stands),
+            (false, true) => false,
+            (false, false) => reading.evident,
+        };
         // The hypotheses, which go on, know whether the object needs more than it has.
         let needs = !self.runs || !fine || self.bank.summary.p_null < HELD || y > FAR_M;
         if (alarms || advances) && needs {

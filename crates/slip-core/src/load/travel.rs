@@ -230,6 +230,8 @@ impl Travel {
             self.sensor.rest_m += self.sign * y;
             self.kept = 0;
             self.stood_s = 0.0;
+            // Where the distance begins anew its differences do too: the step back to zero is no noise.
+            self.third = [f32::NAN; 3];
         } else {
             self.sensor.rest_m += self.sign * share * y.clamp(-most_m, most_m);
         }
