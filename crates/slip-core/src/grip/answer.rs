@@ -7,6 +7,8 @@ use libm::expf;
 /// What is aimed at over the median and over the lower quantile of the need; less where the drive has a dead time of [`DEAD_S`] and more.
 const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
+/// Less of both where a fine travel is trusted.
+const SURE: f32 = 0.1;
 const DEAD_MEDIAN: f32 = 0.1;
 const DEAD_LOW: f32 = 0.3;
 const DEAD_S: f32 = 0.02;
@@ -150,8 +152,9 @@ impl Answer {
             self.target_n = (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
             return;
         }
-        let over_median = (OVER_MEDIAN - DEAD_MEDIAN * late) * forecast.median_n;
-        let over_low = (OVER_LOW - DEAD_LOW * late) * forecast.low_n;
+        let sure = if forecast.trusted { SURE * (1.0 - late) } else { 0.0 };
+        let over_median = (OVER_MEDIAN - sure - DEAD_MEDIAN * late) * forecast.median_n;
+        let over_low = (OVER_LOW - sure - DEAD_LOW * late) * forecast.low_n;
         // Where it needs no more than it had, this much more does no harm.
         let over_low = over_low.max(HARMLESS * forecast.from_n);
         let mut want_n = over_median.min(over_low) * self.grow;
