@@ -50,6 +50,8 @@ const TURN_SPREAD: f32 = 0.45;
 const SURFACE_SPREAD: f32 = 0.8;
 const TURN_LN: f32 = -9.210_34;
 const LATE_TURN: f32 = 0.35;
+/// A distance that is further from it than this (logarithm) counts as this: an outlier.
+const OUTLIER: f32 = 1.6;
 const LEAST_M: f32 = 1e-7;
 /// What is slower than this (m/s) at a turn may be turning back, which the pads do about so often a second (logarithm).
 const REVERSES_M_S: f32 = 2e-3;
@@ -565,6 +567,8 @@ impl<const H: usize> Bank<H> {
             if ends {
                 for h in 0..H {
                     let way = ln(at_least((mode.extreme[h] - mode.turn[h]).abs(), LEAST_M));
+                    // A surface has finer peaks too.
+                    let way = at_most(at_least(way, TURN_LN - OUTLIER), TURN_LN + OUTLIER);
                     let speed = mode.extreme_v[h];
                     // An object that turns back on its pads turns the stylus wherever it is.
                     let back = speed < REVERSES_M_S;
