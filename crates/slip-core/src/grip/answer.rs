@@ -1,7 +1,7 @@
 //! The answer to a slip: the force that the posterior of the need asks for, and the force to hold with afterwards.
 
 use super::{GripConfig, GripInput};
-use crate::load::Forecast;
+use crate::{estimate::G_M_S2, load::Forecast};
 use libm::expf;
 
 /// What is aimed at over the median and over the lower quantile of the need; less where the drive has a dead time of [`DEAD_S`] and more.
@@ -9,6 +9,9 @@ const OVER_MEDIAN: f32 = 1.3;
 const OVER_LOW: f32 = 1.55;
 /// Less of both where a fine travel is trusted.
 const SURE: f32 = 0.1;
+/// ... and less still where it is so slow that it stops within this (m) under this much over the need.
+const STOPS_M: f32 = 1e-4;
+const OVER_LEAST: f32 = 1.06;
 const DEAD_MEDIAN: f32 = 0.1;
 const DEAD_LOW: f32 = 0.3;
 const DEAD_S: f32 = 0.02;
@@ -152,7 +155,11 @@ impl Answer {
             self.target_n = (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
             return;
         }
-        let sure = if forecast.trusted { SURE * (1.0 - late) } else { 0.0 };
+        // What slides slowly stops under little more than it needs.
+        let speed_m_s = forecast.travel_m_s.max(0.0);
+        let brakes = speed_m_s * speed_m_s / (2.0 * G_M_S2 * STOPS_M);
+        let slow = (OVER_MEDIAN - OVER_LEAST - brakes).max(0.0);
+        let sure = if forecast.trusted { slow.max(SURE) * (1.0 - late) } else { 0.0 };
         let over_median = (OVER_MEDIAN - sure - DEAD_MEDIAN * late) * forecast.median_n;
         let over_low = (OVER_LOW - sure - DEAD_LOW * late) * forecast.low_n;
         // Where it needs no more than it had, this much more does no harm.
@@ -225,7 +232,9 @@ impl Answer {
             let searched_n = if self.searched { HOLD_SEARCHED * forecast.from_n } else { 0.0 };
             let least_n =
                 if forecast.known { self.before_n } else { HOLD_LEAST * forecast.from_n };
-            let most_n = if forecast.trusted { ceiling_n } else { self.target_n.max(least_n) };
+            // What a slow fall has shown is known well: it may be more than has stopped it.
+            let shown = forecast.trusted && self.searched && forecast.known;
+            let most_n = if shown { ceiling_n } else { self.target_n.max(least_n) };
             self.hold_n = wanted_n.max(searched_n).max(least_n).min(most_n).min(ceiling_n);
             self.before_n = self.hold_n;
         }

@@ -12,7 +12,7 @@ const REMEMBERED: f32 = 0.2;
 /// Probability that this is another object, or that the slips before were mistaken.
 const OTHER: f32 = 0.15;
 /// An object of which nothing is known: its probability falls with this power of the needed force.
-const POWER: f32 = 0.3;
+const POWER: f32 = 0.5;
 /// Deviation of the share of the load at which a known object breaks away: about all of it, once the load had this time to come (s).
 const BREAKS: f32 = 0.35;
 const COMES_S: f32 = 0.3;
