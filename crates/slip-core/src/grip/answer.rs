@@ -10,7 +10,7 @@ const OVER_LOW: f32 = 1.55;
 /// Less of both where a fine travel is trusted.
 const SURE: f32 = 0.1;
 /// ... and less still where it is so slow that it stops within this (m) under this much over the need.
-const STOPS_M: f32 = 1e-4;
+const STOPS_M: f32 = 6e-5;
 const OVER_LEAST: f32 = 1.06;
 const DEAD_MEDIAN: f32 = 0.1;
 const DEAD_LOW: f32 = 0.3;

@@ -81,6 +81,6 @@ impl Grid {
         step: 0.28,
         ramps: &[ramp(0.0, 0.4), ramp(0.05, 0.3), ramp(0.25, 0.3)],
         ratios: &[1.05, 1.25, 1.5],
-        contacts: &[contact(16e-6, 1.1, 0.5), contact(68e-6, 1.1, 0.5)],
+        contacts: &[contact(11e-6, 1.1, 0.5), contact(50e-6, 1.1, 0.5)],
     };
 }
