@@ -642,3 +642,6 @@ const FORECAST: Forecast = Forecast {
     far: false,
     accelerates: false,
 };
+
+#[cfg(test)]
+mod tests;
