@@ -824,3 +824,6 @@ fn log_sum<const H: usize>(l: &Cells<H>) -> f32 {
     }
     top + ln(sums.iter().sum::<f32>())
 }
+
+#[cfg(test)]
+mod tests;

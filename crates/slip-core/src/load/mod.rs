@@ -50,6 +50,9 @@ const ALARMS_FROM: f32 = 0.3;
 const BELOW: f32 = 0.3;
 /// Compliance of pads that are not known, over that of the grid.
 const PADS: f32 = 1.0;
+/// Forces (N) that there are.
+const LEAST_N: f32 = 1e-3;
+const MOST_N: f32 = 1e4;
 /// A stylus that is missing, or repeats itself, for this long (s) is none.
 const LOST_S: f32 = 3e-3;
 /// An object that goes on further than this (m) is not held.
@@ -306,6 +309,9 @@ impl<const H: usize> Load<H> {
     pub fn begin(&mut self, alarm: &Alarm) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 300")]
         let samples = libm::roundf(BLOCK_S / alarm.dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
+        // What is no force is hardly any, and what is no distance none.
+        let moved_m = if alarm.moved_m.is_finite() { alarm.moved_m } else { 0.0 };
+        let alarm = &Alarm { force_n: alarm.force_n.max(LEAST_N).min(MOST_N), moved_m, ..*alarm };
         self.alarm = *alarm;
         self.samples = samples;
         self.block_s = f32::from(samples) * alarm.dt_s;
@@ -408,6 +414,9 @@ impl<const H: usize> Load<H> {
 
     /// Takes a sample of the slip.
     pub fn push(&mut self, reading: &Reading) {
+        let finite = reading.force_n.is_finite();
+        let force_n = if finite { reading.force_n.clamp(0.0, MOST_N) } else { self.last_n };
+        let reading = &Reading { force_n, ..*reading };
         let dt_s = self.alarm.dt_s;
         self.travel.push(reading.travel_m, dt_s);
         let heard = reading.stylus.filter(|x| self.last != Some(*x));
@@ -637,3 +646,6 @@ const FORECAST: Forecast = Forecast {
     far: false,
     accelerates: false,
 };
+
+#[cfg(test)]
+mod tests;

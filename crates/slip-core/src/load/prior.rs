@@ -118,3 +118,6 @@ impl Prior {
         seen - 0.5 * off * off * self.comes
     }
 }
+
+#[cfg(test)]
+mod tests;

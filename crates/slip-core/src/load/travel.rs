@@ -249,3 +249,6 @@ fn blocks(s: f32, block_s: f32) -> usize {
     let blocks = (s / block_s + 0.5) as usize;
     blocks.max(2)
 }
+
+#[cfg(test)]
+mod tests;

@@ -132,4 +132,34 @@ mod tests {
         assert_eq!(seen, 19, "ten periods have 20 turns, of which the first ends nothing");
         assert!((turns.swing() - 6e-6).abs() < 4e-7, "{turns:?}");
     }
+
+    #[test]
+    fn a_slow_ramp_or_noise_has_no_turns_and_one_way_back_ends_no_distance() {
+        let mut turns = Turns::NEW;
+        for i in 0..1000_u16 {
+            let noise = if i % 3 == 0 { 2e-7 } else { -1e-7 };
+            let turn = turns.push(1e-8 * f32::from(i) + noise, 1e-7);
+            assert!(!matches!(turn, Turn::Turned { .. }), "{i}");
+        }
+        let back = (0..200_u16).map(|i| turns.push(1e-5 - 1e-7 * f32::from(i), 1e-7));
+        let turned: u16 = back.map(|turn| u16::from(turn == Turn::Turned { ends: false })).sum();
+        assert_eq!((turned, turns.swing()), (1, 0.0));
+    }
+
+    /// A swing that is small against those before it is no turn; one reading that is none changes nothing.
+    #[test]
+    fn small_swings_among_large_ones_and_what_is_no_number_are_no_turns() {
+        let mut turns = Turns::NEW;
+        let large = |i: u16| 1e-5 * libm::sinf(core::f32::consts::TAU * f32::from(i) / 100.0);
+        (0..400).for_each(|i| {
+            turns.push(large(i), 1e-8);
+        });
+        let before = turns.swing();
+        for i in 0..100_u16 {
+            let turn = turns.push(large(400) + if i % 10 < 5 { 1e-6 } else { 0.0 }, 1e-8);
+            assert!(!matches!(turn, Turn::Turned { .. }), "{i}");
+        }
+        assert_eq!(turns.push(f32::NAN, 1e-8), Turn::Between);
+        assert!(turns.swing() == before && turns.range().is_finite());
+    }
 }
