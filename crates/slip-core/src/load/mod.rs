@@ -87,6 +87,8 @@ pub struct Alarm {
     pub by_stylus: bool,
     /// Whether the force falls until the object slips.
     pub searched: bool,
+    /// For how long the object was held (s).
+    pub held_s: f32,
     /// Since the slip before ended (s).
     pub rested_s: f32,
 }
@@ -239,6 +241,7 @@ impl<const H: usize> Load<H> {
                 moved_m: 0.0,
                 by_stylus: true,
                 searched: false,
+                held_s: 0.0,
                 rested_s: f32::INFINITY,
             },
             block_s: BLOCK_S,
@@ -350,7 +353,7 @@ impl<const H: usize> Load<H> {
         }
         let seen = fine && self.trust > ALARMS_FROM;
         let moved_m = if seen { moved_m.clamp(2e-6, 2e-5) } else { alarm_m(self.alarm.signal) };
-        self.prior.expect(self.known_s, self.alarm.searched);
+        self.prior.expect(self.known_s, self.alarm.held_s, self.alarm.searched);
         let start = Start {
             force_n,
             most_n: self.alarm.most_n,

@@ -16,6 +16,8 @@ const POWER: f32 = 0.5;
 /// Deviation of the share of the load at which a known object breaks away: about all of it, once the load had this time to come (s).
 const BREAKS: f32 = 0.35;
 const COMES_S: f32 = 0.3;
+/// An object that was held for this long (s) while the force fell bears its load.
+const LOADED_S: f32 = 0.7;
 /// The same where the force falls until the object slips.
 const SEARCHED: f32 = 0.15;
 
@@ -24,6 +26,8 @@ const SEARCHED: f32 = 0.15;
 pub(super) struct Prior {
     bins: [f32; BINS],
     known: bool,
+    /// Whether its load has been there for long.
+    loaded: bool,
     /// How much of the load is expected, and with which deviation.
     comes: f32,
     breaks: f32,
@@ -33,16 +37,16 @@ pub(super) struct Prior {
 impl Prior {
     /// Nothing is known.
     pub(super) const NONE: Self =
-        Self { bins: [0.0; BINS], known: false, comes: 0.0, breaks: BREAKS, searched: false };
+        Self { bins: [0.0; BINS], known: false, loaded: false, comes: 0.0, breaks: BREAKS, searched: false };
 
-    /// Whether anything is known.
+    /// Whether anything is known: of the need, or that the load is there.
     pub(super) fn is_known(&self) -> bool {
-        self.known
+        self.known || self.loaded
     }
 
     /// Whether the load is there, and the force has fallen until the object slips.
     pub(super) fn is_searched(&self) -> bool {
-        self.known && self.searched
+        (self.known || self.loaded) && self.searched
     }
 
     /// Forgets the object.
@@ -82,9 +86,10 @@ impl Prior {
         }
     }
 
-    /// Since when (s) the load has been coming, and whether the force falls until the object slips.
-    pub(super) fn expect(&mut self, since_s: f32, searched: bool) {
-        self.comes = at_most(since_s / COMES_S, 1.0);
+    /// Since when (s) the load has been coming, for how long (s) the object was held, and whether the force falls until it slips.
+    pub(super) fn expect(&mut self, since_s: f32, held_s: f32, searched: bool) {
+        self.loaded = searched && held_s > LOADED_S;
+        self.comes = if self.loaded { 1.0 } else { at_most(since_s / COMES_S, 1.0) };
         self.breaks = if searched { SEARCHED } else { BREAKS };
         self.searched = searched;
     }
@@ -106,16 +111,17 @@ impl Prior {
     /// Logarithm of the probability of a cell at `need_ln` of a grid with this step and so many forces, `over` the force at the alarm, with this
     /// ratio of static and kinetic friction.
     pub(super) fn ln(&self, need_ln: f32, step: f32, forces: usize, over: f32, ratio: f32) -> f32 {
+        let least = if self.searched { 0.5 } else { 1.0 };
+        let off = ln(at_least(over / ratio, least)) / self.breaks;
+        let breaks = -0.5 * off * off * self.comes;
         if !self.known {
-            return -POWER * ln(at_least(over, 1.0));
+            return -POWER * ln(at_least(over, 1.0)) + if self.loaded { breaks } else { 0.0 };
         }
         let at = at_most(at_least((need_ln - FIRST) / WIDTH, 0.0), BINS as f32 - 1.0);
         let here = self.bins[at as usize];
         let flat = OTHER / forces as f32 * if over > 1.0 { 1.0 } else { 0.3 };
         let seen = ln((1.0 - OTHER) * here / WIDTH * step + flat + 1e-6);
-        let least = if self.searched { 0.5 } else { 1.0 };
-        let off = ln(at_least(over / ratio, least)) / self.breaks;
-        seen - 0.5 * off * off * self.comes
+        seen + breaks
     }
 }
 

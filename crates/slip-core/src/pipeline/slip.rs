@@ -333,7 +333,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let travel = self.fusion.travel_sensor(sample.t);
         let by_stylus = self.detection.is_some_and(|now| now.method == Method::Stylus);
         #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
-        let rested_s = rested_s as f32;
+        let (rested_s, held_s) = (rested_s as f32, sample.t.since(self.grasp.since).as_seconds());
         self.load.begin(&Alarm {
             signal: self.config.signal,
             sigma: feels.then_some(sigma),
@@ -344,6 +344,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: travel.map_or(0.0, |(_, moved_m)| moved_m),
             by_stylus,
             searched: self.grip.is_some_and(|grip| grip.is_searching()),
+            held_s: held_s as f32,
             rested_s,
         });
     }
