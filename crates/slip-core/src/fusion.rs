@@ -166,8 +166,7 @@ impl Fusion {
     #[must_use]
     pub fn healthy(&self) -> bool {
         let (travel, pressure) = self.healths;
-        ((travel == SensorHealth::Good && self.trusts_travel)
-            || !self.uses(Method::Travel))
+        ((travel == SensorHealth::Good && self.trusts_travel) || !self.uses(Method::Travel))
             && (pressure == SensorHealth::Good || !self.uses(Method::Pressure))
     }
 
@@ -184,9 +183,7 @@ impl Fusion {
     #[must_use]
     #[inline]
     pub fn believed_travel(&self, travel_m: Option<f32>) -> Option<f32> {
-        travel_m
-            .filter(|_| self.has_travel())
-            .map(|travel_m| self.travel.without_leaps(travel_m))
+        travel_m.filter(|_| self.has_travel()).map(|travel_m| self.travel.without_leaps(travel_m))
     }
 
     /// Whether travel or pressure shows the slip going on right now.

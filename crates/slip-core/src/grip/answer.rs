@@ -142,7 +142,8 @@ impl Answer {
         self.hold_n = if shown { self.target_n } else { self.before_n.min(self.target_n) };
         let before_n = self.target_n;
         let delay_s = input.dead_s + input.lag_s;
-        let on_n = if slides_on(forecast, delay_s) { before_n * expf(rise_s / SLIDES_TAU_S) } else { 0.0 };
+        let on_n =
+            if slides_on(forecast, delay_s) { before_n * expf(rise_s / SLIDES_TAU_S) } else { 0.0 };
         if input.stale || !forecast.moves {
             // A coarse or slow travel shows in some milliseconds no movement, and in many that it goes on.
             let on_n = if input.stale { 0.0 } else { on_n };
@@ -152,7 +153,8 @@ impl Answer {
         let on_way_n = input.predicted_n;
         let late = (input.dead_s / DEAD_S).min(1.0);
         if !forecast.informed {
-            self.target_n = (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
+            self.target_n =
+                (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
             return;
         }
         // What slides slowly stops under little more than it needs.
@@ -230,8 +232,7 @@ impl Answer {
                 HOLD_ALONE * need_n.min(self.target_n).max(forecast.from_n)
             };
             let searched_n = if self.searched { HOLD_SEARCHED * forecast.from_n } else { 0.0 };
-            let least_n =
-                if forecast.known { self.before_n } else { HOLD_LEAST * forecast.from_n };
+            let least_n = if forecast.known { self.before_n } else { HOLD_LEAST * forecast.from_n };
             // What a slow fall has shown is known well: it may be more than has stopped it.
             let shown = forecast.trusted && self.searched && forecast.known;
             let most_n = if shown { ceiling_n } else { self.target_n.max(least_n) };

@@ -272,14 +272,15 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        self.drive.is_settled() && match self.state {
-            GripState::Released => self.is_travel_settled(),
-            GripState::Holding => self.touch.is_lost() || self.is_kept(),
-            GripState::Closing => {
-                self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
+        self.drive.is_settled()
+            && match self.state {
+                GripState::Released => self.is_travel_settled(),
+                GripState::Holding => self.touch.is_lost() || self.is_kept(),
+                GripState::Closing => {
+                    self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
+                }
+                _ => false,
             }
-            _ => false,
-        }
     }
 
     /// Whether fingers without touch press as they will until there is some.
@@ -549,7 +550,7 @@ impl GripController {
         self.answer.follow(&self.config, input, &forecast, dt_s, self.rise_s);
         // With less than this nothing would be felt any longer.
         let least_n = self.config.least_force_n.min(self.command_n);
-let target_n = self.answer.target_n();
+        let target_n = self.answer.target_n();
         let wanted_n = self.drive.command_n(target_n, self.config.ceiling_n(), input.late_s, dt_s);
         let wanted_n = wanted_n.max(least_n);
         if wanted_n > self.command_n {

@@ -5,9 +5,9 @@
 //! `docs/control.md` has the equations and the sources of the figures.
 
 use super::{
+    gains::Gains,
     grid::Grid,
     math::{at_least, at_most, exp, ln},
-    gains::Gains,
     prior::Prior,
 };
 use crate::estimate::G_M_S2;
@@ -147,15 +147,37 @@ impl<const H: usize> Mode<H> {
     const EMPTY: Self = {
         let z = [0.0; H];
         Self {
-            x: z, v: z, u: z, z, before: z, echo: z, shears: z, travel: z, squares: z, logs: z, misfit: z,
-            extreme: z, extreme_v: z, turn: z, ln: z, ln2: z, jacobian: z, l: z, w: z,
+            x: z,
+            v: z,
+            u: z,
+            z,
+            before: z,
+            echo: z,
+            shears: z,
+            travel: z,
+            squares: z,
+            logs: z,
+            misfit: z,
+            extreme: z,
+            extreme_v: z,
+            turn: z,
+            ln: z,
+            ln2: z,
+            jacobian: z,
+            l: z,
+            w: z,
         }
     };
 
     fn begin(&mut self, trust: f32) {
         self.travel = [ln(trust); H];
         for sums in [
-            &mut self.squares, &mut self.logs, &mut self.misfit, &mut self.ln, &mut self.ln2, &mut self.jacobian,
+            &mut self.squares,
+            &mut self.logs,
+            &mut self.misfit,
+            &mut self.ln,
+            &mut self.ln2,
+            &mut self.jacobian,
             &mut self.echo,
         ] {
             sums.fill(0.0);
@@ -233,13 +255,41 @@ impl<const H: usize> Bank<H> {
         assert!(grid.cells() == H && H % 8 == 0);
         let z = [0.0; H];
         Self {
-            grid, modes: [Mode::EMPTY; 2], need: z, need_ln: z, per_n: z, ratio: z, stiffness: z, damping: z, rate: z,
-            load_most: z, prior: z, early_s: z, track: Track { x: 0.0, v: 0.0, u: 0.0 },
+            grid,
+            modes: [Mode::EMPTY; 2],
+            need: z,
+            need_ln: z,
+            per_n: z,
+            ratio: z,
+            stiffness: z,
+            damping: z,
+            rate: z,
+            load_most: z,
+            prior: z,
+            early_s: z,
+            track: Track { x: 0.0, v: 0.0, u: 0.0 },
             gains: [Gains::NONE; 2],
-            law: None, d_s: 3e-4, searched: false, silent: false, jumps: false, from_n: 1.0, null_ln: 0.0, norm: 0.0, power: 0.0, weight: 0.0, turns: 0.0,
+            law: None,
+            d_s: 3e-4,
+            searched: false,
+            silent: false,
+            jumps: false,
+            from_n: 1.0,
+            null_ln: 0.0,
+            norm: 0.0,
+            power: 0.0,
+            weight: 0.0,
+            turns: 0.0,
             summary: Summary {
-                low_n: 0.0, median_n: 0.0, whole_low_n: 0.0, whole_n: 0.0, whole_high_n: 0.0, speed_m_s: 0.0,
-                p_travel: 0.0, p_null: 0.0, p_stylus_lost: 0.0,
+                low_n: 0.0,
+                median_n: 0.0,
+                whole_low_n: 0.0,
+                whole_n: 0.0,
+                whole_high_n: 0.0,
+                speed_m_s: 0.0,
+                p_travel: 0.0,
+                p_null: 0.0,
+                p_stylus_lost: 0.0,
             },
             bins: [0.0; BINS],
         }
@@ -624,12 +674,8 @@ impl<const H: usize> Bank<H> {
         let surface = 1.0 / (SURFACE_SPREAD * SURFACE_SPREAD);
         let deviation2 = 1.0 / (self.turns * each + surface);
         let sharpness2 = 1.0 / (TURN_SPREAD * TURN_SPREAD + deviation2);
-        let law = self.law.unwrap_or(Law {
-            slope: [1.0; 2],
-            turns: false,
-            rings: 0.0,
-            weight: None,
-        });
+        let law =
+            self.law.unwrap_or(Law { slope: [1.0; 2], turns: false, rings: 0.0, weight: None });
         let [least, most] = law.slope;
         let (least2, most2, believed) = (least * least, most * most, SLOPE_BLOCKS * least * most);
         let per_weight = 1.0 / (self.weight + SLOPE_BLOCKS);

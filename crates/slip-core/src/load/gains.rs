@@ -42,7 +42,8 @@ impl Gains {
         let xx = row0[0] + d_s * row0[1] + DISTANCE_LEAST;
         let xv = row0[1] + gd * row0[2];
         let vv = row1[1] + gd * row1[2] + SPEED_S * d_s;
-        let mut p = [[xx, xv, row0[2]], [xv, vv, row1[2]], [row0[2], row1[2], p2[2] + load_s * d_s]];
+        let mut p =
+            [[xx, xv, row0[2]], [xv, vv, row1[2]], [row0[2], row1[2], p2[2] + load_s * d_s]];
         if let Some(r) = r {
             let [first, ..] = p;
             self.s = first[0] + r;

@@ -69,11 +69,7 @@ impl Grid {
         step: 0.21,
         ramps: &[ramp(0.0, 0.45), ramp(0.03, 0.3), ramp(0.1, 0.25)],
         ratios: &[1.05, 1.25, 1.5],
-        contacts: &[
-            contact(3e-6, 1.05, 0.4),
-            contact(4e-6, 1.4, 0.25),
-            contact(14e-6, 1.1, 0.35),
-        ],
+        contacts: &[contact(3e-6, 1.05, 0.4), contact(4e-6, 1.4, 0.25), contact(14e-6, 1.1, 0.35)],
     };
     /// 64 hypotheses.
     pub const MICRO: Self = Self {

@@ -3,7 +3,6 @@
 //! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
-
 mod bank;
 mod gains;
 mod grid;
@@ -330,8 +329,7 @@ impl<const H: usize> Load<H> {
         self.stage = Stage::Rests;
         self.runs = false;
         self.resumed = false;
-        self.forecast =
-            Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
+        self.forecast = Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
         if self.rested_s > AGAIN_S || !self.hears {
             self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
         } else {

@@ -36,8 +36,14 @@ pub(super) struct Prior {
 
 impl Prior {
     /// Nothing is known.
-    pub(super) const NONE: Self =
-        Self { bins: [0.0; BINS], known: false, loaded: false, comes: 0.0, breaks: BREAKS, searched: false };
+    pub(super) const NONE: Self = Self {
+        bins: [0.0; BINS],
+        known: false,
+        loaded: false,
+        comes: 0.0,
+        breaks: BREAKS,
+        searched: false,
+    };
 
     /// Whether anything is known: of the need, or that the load is there.
     pub(super) fn is_known(&self) -> bool {

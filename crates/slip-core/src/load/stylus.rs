@@ -329,4 +329,3 @@ impl Stylus {
             || self.fast > shakes * self.fast_noise()
     }
 }
-

@@ -52,10 +52,17 @@ fn alarm() -> Alarm {
         dt_s: DT_S,
         force_n: 2.0,
         most_n: 60.0,
-        travel: Some(TravelSensor { rest_m: 0.0, sigma_m: 1e-6, step_m: 0.0, read_s: None }),
+        travel: Some(TravelSensor {
+            rest_m: 0.0,
+            sigma_m: 1e-6,
+            step_m: 0.0,
+            read_s: None,
+            equal: 0,
+        }),
         moved_m: 6e-6,
         by_stylus: true,
         searched: false,
+        held_s: 0.0,
         rested_s: f32::INFINITY,
     }
 }
@@ -65,7 +72,7 @@ fn reading(force_n: f32) -> Reading {
 }
 
 fn begun(alarm: &Alarm) -> Load<CELLS> {
-    let mut load = Load::new(GRID);
+    let mut load = Load::<CELLS>::new(Grid::MICRO);
     load.begin(alarm);
     load
 }
@@ -220,7 +227,7 @@ fn garbage_gives_numbers_in_order() {
     };
     for run in 0..60_u8 {
         let odd = run % 3 > 0;
-        let mut load = Load::<CELLS>::new(GRID);
+        let mut load = Load::<CELLS>::new(Grid::MICRO);
         load.take((run % 4 == 0).then(|| pick(odd)));
         for slip in 0..4_u8 {
             load.begin(&Alarm {
@@ -234,10 +241,12 @@ fn garbage_gives_numbers_in_order() {
                     sigma_m: pick(odd),
                     step_m: pick(odd),
                     read_s: (run % 5 == 0).then(|| pick(odd)),
+                    equal: 7,
                 }),
                 moved_m: pick(odd),
                 by_stylus: run % 2 == 0,
                 searched: slip == 3,
+                held_s: pick(odd),
                 rested_s: pick(odd),
             });
             for i in 0..100_u8 {

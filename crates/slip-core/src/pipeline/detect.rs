@@ -1,7 +1,7 @@
 //! A sample in; its scene, and what stylus, travel and pressure detect, out; with the guard that lets a sample pass by where nothing happens.
 
-use super::{Pipeline, Step};
 use super::slip::LEAST_RATE_HZ;
+use super::{Pipeline, Step};
 use crate::{
     Signal,
     alarm::Method,
@@ -209,9 +209,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
-            SensorHealth::Good if self.whiteness.is_noisy() => {
-                SensorHealth::Doubted
-            }
+            SensorHealth::Good if self.whiteness.is_noisy() => SensorHealth::Doubted,
             health => health,
         }
     }

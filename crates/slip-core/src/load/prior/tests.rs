@@ -56,13 +56,13 @@ fn what_a_memory_or_a_slip_has_shown_is_expected_and_another_object_is_possible(
 fn where_an_object_breaks_away_tells_of_its_need_once_the_load_has_come() {
     let mut prior = Prior::NONE;
     prior.learn([(ln(5.0), 0.5), (ln(20.0), 0.5)].into_iter());
-    prior.expect(0.0, false);
+    prior.expect(0.0, 0.0, false);
     let early = grid(&prior, 5.0);
     assert!((about(&early, 5.0) / about(&early, 20.0) - 1.0).abs() < 0.1, "{early:?}");
-    prior.expect(1.0, false);
+    prior.expect(1.0, 0.0, false);
     let late = grid(&prior, 5.0);
     assert!(about(&late, 5.0) > 20.0 * about(&late, 20.0), "{late:?}");
-    prior.expect(1.0, true);
+    prior.expect(1.0, 0.0, true);
     assert!(prior.is_searched());
 }
 
@@ -71,7 +71,7 @@ fn what_is_no_force_teaches_nothing_or_something_finite() {
     for need_n in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e30] {
         let mut prior = Prior::NONE;
         prior.remember(need_n);
-        prior.expect(1.0, false);
+        prior.expect(1.0, 0.0, false);
         assert!(prior.ln(1.0, 0.2, 24, 2.0, 1.1).is_finite(), "{need_n}");
     }
     let mut prior = Prior::NONE;

@@ -14,7 +14,7 @@ fn begun(sensor: TravelSensor, moved_m: f32) -> Travel {
 }
 
 fn fine() -> TravelSensor {
-    TravelSensor { rest_m: 1.0, sigma_m: 1e-6, step_m: 0.0, read_s: None }
+    TravelSensor { rest_m: 1.0, sigma_m: 1e-6, step_m: 0.0, read_s: None, equal: 0 }
 }
 
 /// The blocks of these readings, three each.
