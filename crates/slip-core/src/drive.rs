@@ -22,6 +22,8 @@ const SETTLED_S: f32 = 0.005;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
+/// Samples that arrive later than usual by less than this (s) are not late: periods are no whole numbers of microseconds.
+const JITTER_S: f32 = 1e-4;
 /// A command that has been the same for this long (s) has arrived, through the longest dead time and lag.
 const STANDS_S: f32 = 0.25;
 
@@ -139,7 +141,7 @@ impl Drive {
     /// Dead time (s) where samples arrive `late_s` (s) late; commands do too.
     #[must_use]
     pub fn line_dead_s(&self, late_s: f32) -> f32 {
-        self.dead_s() + 2.0 * (late_s - self.late_s).max(0.0)
+        self.dead_s() + 2.0 * (late_s - self.late_s - JITTER_S).max(0.0)
     }
 
     /// Force of the fingers (N) when everything commanded so far has come through the dead time, by the sensor and the model.

@@ -273,7 +273,7 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        self.drive.is_settled() && match self.state {
+        match self.state {
             GripState::Released => self.is_travel_settled(),
             GripState::Holding => self.touch.is_lost() || self.is_kept(),
             GripState::Closing => {
@@ -570,7 +570,7 @@ impl GripController {
         let lead = lead.min(input.lag_s / dt_s.max(1e-6));
         let most = if input.lag_s > 8e-3 { 1.0 } else { 0.5 };
         let missing_n = target_n - input.predicted_n;
-        target_n + (lead * missing_n).clamp(-0.5 * target_n, most * target_n)
+        target_n + (lead * missing_n).min(most * target_n).max(-0.5 * target_n)
     }
 
     /// The slip, if there is one, is not answered any longer. The command stays: no fault lowers the force.
