@@ -213,7 +213,7 @@ proptest! {
                 commands.push(seen.command_n);
             });
             // Lone missing readings are no fault yet: 8 in a row are, and 50 ms without travel.
-            let after = &commands[100..];
+            let after = &commands[120..];
             prop_assert!(after.windows(2).all(|pair| pair[1] >= pair[0]), "{stretch:?}");
             prop_assert!(after.windows(2).all(|pair| pair[1] <= pair[0]), "and nothing raises it: {stretch:?}");
         }
@@ -253,8 +253,8 @@ proptest! {
         let (mut commands, mut ms) = (Vec::new(), 0_u16);
         bench.play(&slides, &mut |seen| commands.push(seen.command_n));
         // Until it is noticed, and until the first answer should have arrived, less and less may be tried.
-        let from_n = commands.iter().take(100).copied().fold(f32::INFINITY, f32::min);
-        for command_n in &commands[100..] {
+        let from_n = commands.iter().take(120).copied().fold(f32::INFINITY, f32::min);
+        for command_n in &commands[120..] {
             let least_n = from_n * (f32::from(ms) / 320.0).exp();
             prop_assert!(*command_n >= least_n.min(60.0), "{command_n} N, {ms} ms after {from_n} N");
             ms += 1;

@@ -427,7 +427,8 @@ impl GripController {
     /// Down to what is to be held.
     fn give_back(&mut self, dt_s: f32) {
         let fall = self.config.backoff_n_s * dt_s;
-        let kept = self.hold_n.max(self.least_n).min(self.command_n);
+        let least_n = self.least_n.max(self.config.least_force_n);
+        let kept = self.hold_n.max(least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
         if self.finding == Finding::Coming && self.command_n <= kept {
             // What somebody asked for shows nothing.
