@@ -139,6 +139,8 @@ fn a_wish_raises_within_the_limits_and_is_taken_back_slowly() {
     assert!(!grip.is_steady());
     assert!(grip.step(&calm()) > 59.9);
     rest(&mut grip, 3000);
+    assert_eq!((grip.command_n(), grip.is_steady()), (2.0, false), "its force has not come yet");
+    rest(&mut grip, 250);
     assert_eq!((grip.command_n(), grip.is_steady()), (2.0, true));
 }
 
@@ -228,22 +230,44 @@ fn press(grip: &mut GripController, input: &GripInput, applied_n: &mut f32, step
 #[test]
 fn the_force_follows_what_is_needed_and_what_the_slip_has_shown_is_held() {
     let (mut grip, mut applied_n) = (holding(), 2.0);
+    let fast = |need_n| Forecast { travel_m_s: 0.03, ..slips(2.0, need_n) };
     press(&mut grip, &slipping(slips(2.0, 2.0)), &mut applied_n, 100);
-    assert!((applied_n - 2.6).abs() < 0.01, "a margin over what was enough: {applied_n}");
-    let needs = |need_n| slipping(slips(2.0, need_n));
-    press(&mut grip, &needs(8.0), &mut applied_n, 25);
-    assert!((applied_n - 10.4).abs() < 0.1, "1.3 of the median: {applied_n}");
-    press(&mut grip, &needs(6.0), &mut applied_n, 100);
-    assert!((applied_n - 7.8).abs() < 0.1, "it is lighter than it seemed: {applied_n}");
-    let unsure = Forecast { low_n: 4.0, ..slips(2.0, 6.0) };
-    press(&mut grip, &slipping(unsure), &mut applied_n, 100);
-    assert!((applied_n - 6.2).abs() < 0.1, "1.55 of the low quantile: {applied_n}");
+    assert!((applied_n - 2.12).abs() < 0.01, "a margin over what was enough: {applied_n}");
+    press(&mut grip, &slipping(slips(2.0, 8.0)), &mut applied_n, 25);
+    assert!((applied_n - 8.48).abs() < 0.1, "what is slow stops soon: {applied_n}");
+    press(&mut grip, &slipping(fast(8.0)), &mut applied_n, 25);
+    assert!((applied_n - 9.6).abs() < 0.1, "1.2 of the median: {applied_n}");
+    press(&mut grip, &slipping(fast(6.0)), &mut applied_n, 100);
+    assert!((applied_n - 7.2).abs() < 0.1, "it is lighter than it seemed: {applied_n}");
+    let unsure = Forecast { low_n: 4.5, ..fast(6.0) };
+    press(&mut grip, &slipping(unsure), &mut applied_n, 150);
+    assert!((applied_n - 6.525).abs() < 0.1, "1.45 of the low quantile: {applied_n}");
+    let vague = Forecast { low_n: 0.1, ..fast(6.0) };
+    press(&mut grip, &slipping(vague), &mut applied_n, 200);
+    assert!((applied_n - 3.2).abs() < 0.1, "1.6 of what it slipped under: {applied_n}");
+    let doubted = Forecast { trusted: false, ..fast(6.0) };
+    press(&mut grip, &slipping(doubted), &mut applied_n, 50);
+    assert!((applied_n - 7.8).abs() < 0.1, "1.3 by the stylus alone: {applied_n}");
+    press(&mut grip, &slipping(fast(6.0)), &mut applied_n, 48);
+    assert!((applied_n - 7.8).abs() < 0.1, "nothing falls with a change of trust: {applied_n}");
+    press(&mut grip, &slipping(fast(5.2)), &mut applied_n, 150);
+    assert!((applied_n - 6.24).abs() < 0.1, "{applied_n}");
     let end = ended(slips(2.0, 4.8), Some(4.8));
     press(&mut grip, &end, &mut applied_n, 1);
     assert_eq!(grip.state(), GripState::Holding);
     press(&mut grip, &calm(), &mut applied_n, 500);
     assert!((grip.command_n() - 6.0).abs() < 1e-3, "a quarter more: {}", grip.command_n());
     assert_eq!(grip.trials(), Trials { trials: 2, moved_m: 1e-4 });
+}
+
+/// A first slip is held with at most what stopped it.
+#[test]
+fn what_has_stopped_an_object_is_enough() {
+    let (mut grip, mut applied_n) = (holding(), 2.0);
+    press(&mut grip, &slipping(slips(2.0, 6.0)), &mut applied_n, 100);
+    press(&mut grip, &ended(slips(2.0, 6.0), Some(6.0)), &mut applied_n, 1);
+    press(&mut grip, &calm(), &mut applied_n, 500);
+    assert!((grip.command_n() - 6.36).abs() < 0.01, "{}", grip.command_n());
 }
 
 /// The first answer, and how fast it rises from there, whatever is stated to be needed.
@@ -380,8 +404,12 @@ fn a_force_on_its_way_back_goes_on_after_a_fault() {
 
 #[test]
 fn a_fault_in_a_slip_keeps_the_command_and_the_lead_is_given_back_after_it() {
-    let (mut grip, mut applied_n) = (holding(), 2.0);
-    press(&mut grip, &slipping(slips(2.0, 8.0)), &mut applied_n, 8);
+    // The lag is learned while the fingers close.
+    let (mut grip, mut applied_n) = (GripController::new(config()), 0.0);
+    grip.grasp(None);
+    press(&mut grip, &calm(), &mut applied_n, 400);
+    assert_eq!((grip.state(), grip.command_n()), (GripState::Holding, 2.0));
+    press(&mut grip, &slipping(slips(2.0, 8.0)), &mut applied_n, 6);
     let (led_n, target_n) = (grip.command_n(), grip.answer.target_n());
     assert!(led_n > target_n + 1.0, "led: {applied_n} N are measured");
     for _ in 0..100 {
@@ -449,23 +477,6 @@ fn old_evidence_raises_nothing() {
     assert!((0..1000).all(|_| answer(&mut grip, &stale, 1) <= reached));
 }
 
-/// Hard fingers on a heavy drive: what is on its way is not asked for again, and what may be another force is led by less.
-#[test]
-fn a_gripper_that_answers_late_is_led_by_less() {
-    let led = |dead_s, lag_s| {
-        let mut grip = holding();
-        let input = GripInput { dead_s, lag_s, ..slipping(slips(2.0, 10.0)) };
-        (0..200).for_each(|_| {
-            grip.step(&GripInput { predicted_n: 10.0, ..input });
-        });
-        grip.command_n()
-    };
-    let (prompt, slow, late) = (led(0.0, 5e-3), led(0.0, 20e-3), led(6e-3, 5e-3));
-    assert!((prompt - 19.0).abs() < 0.6, "half of what is wanted: {prompt}");
-    assert!(slow > prompt + 2.0, "a lag is led by more: {slow}");
-    assert!(late < prompt - 3.0, "{late}");
-}
-
 /// Closes while the fingers are still on their way, since they can do no less than 20 N; the force comes behind a lag of 15 ms from touch on.
 #[test]
 fn the_way_to_the_object_is_no_delay_of_the_force() {
@@ -514,8 +525,8 @@ fn a_lost_object_is_reported_once_and_keeps_the_force_until_it_is_touched_again(
     let kept = grip.command_n();
     for _ in 0..1000 {
         assert_eq!((grip.step(&air), grip.event()), (kept, None), "nothing slips in the air");
-        assert!(grip.is_steady());
     }
+    assert!(grip.is_steady());
     grip.step(&GripInput { slip: SlipNow::No, ..calm() });
     assert_eq!((grip.state(), grip.event()), (GripState::Settling, Some(GripEvent::Regrasped)));
     assert_eq!(grip.trials(), Trials { trials: 1, moved_m: 0.0 });

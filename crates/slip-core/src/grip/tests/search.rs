@@ -1,6 +1,6 @@
 //! The search for the smallest force that is enough.
 
-use super::{DT_S, answer, calm, config, ended, held_with, slipping, slips};
+use super::{DT_S, answer, calm, config, ended, held_with, slipping, slips, stopped};
 use crate::grip::{GripConfig, GripController, GripInput, GripState, Trials};
 use crate::load::Forecast;
 
@@ -165,7 +165,7 @@ fn a_need_that_one_slip_has_shown_is_not_searched_for() {
     let mut grip = held(searching());
     slip(&mut grip, 12.0, false);
     wait(&mut grip, 3.0);
-    assert!((grip.command_n() - 15.0).abs() < 0.01 && grip.is_steady(), "{}", grip.command_n());
+    assert!((grip.command_n() - 12.72).abs() < 0.01 && grip.is_steady(), "{}", grip.command_n());
 }
 
 /// What its static friction held until now is stopped by what sliding needs, whatever the ratio of both.
@@ -181,7 +181,10 @@ fn what_slips_again_is_given_time_to_slide_and_then_held_with_what_that_needs() 
     assert!((answer(&mut grip, &input, 7) / before - 1.0).abs() < 1e-3, "{}", grip.command_n());
     let fast = Forecast { since_s: 0.012, travel_m_s: 7e-3, ..slow };
     answer(&mut grip, &GripInput { travel: true, ..slipping(fast) }, 20);
-    assert!((grip.command_n() - 15.6).abs() < 0.1, "{}", grip.command_n());
+    assert!((grip.command_n() - 13.2).abs() < 0.1, "{}", grip.command_n());
+    // What a slow fall has shown is known well: more than has stopped it while a slip still shows.
+    let still = GripInput { travel: true, ..slipping(stopped(fast, Some(12.0))) };
+    answer(&mut grip, &still, 200);
     answer(&mut grip, &GripInput { travel: true, ..ended(fast, Some(12.0)) }, 1);
     wait(&mut grip, 3.0);
     assert!((grip.command_n() - 15.0).abs() < 0.1 && grip.is_steady(), "{}", grip.command_n());

@@ -98,6 +98,7 @@ struct Reference {
     filters: [Filter; 2],
     power: f64,
     weight: f64,
+    silent: bool,
     turns: f64,
 }
 
@@ -134,7 +135,7 @@ impl Reference {
         }
         let track = [bank.track.x, bank.track.v, bank.track.u].map(f64::from);
         let filters = [Filter::new(0.1), Filter::new(0.03)];
-        Self { cells, track, filters, power: 0.0, weight: 0.0, turns: 0.0 }
+        Self { cells, track, filters, power: 0.0, weight: 0.0, silent: false, turns: 0.0 }
     }
 
     fn each(&mut self, mut act: impl FnMut(&Hypothesis, &mut Cell, usize)) {
@@ -180,20 +181,21 @@ impl Reference {
         }
         let ll = |e: f64, s: f64| -0.5 * ((e * e / s).min(30.0) + (s * 1e12).ln());
         let smooth = ll(e, comes.s);
+        let against = if self.silent && self.track[1] > 5e-3 { 400.0 } else { 100.0 };
         self.each(|h, cell, mode| {
             let before = cell.travel * (1.0 - D_S / 0.08);
             if mode == FREE {
-                cell.travel = before + smooth - 100.0 * D_S;
+                cell.travel = before + smooth - against * D_S;
                 return;
             }
-            let filter = if cell.u >= 0.999 * h.most || h.rate == 0.0 { there } else { comes };
+            let filter = if h.rate == 0.0 { there } else { comes };
             let e = y - cell.x;
             cell.x += filter.k[0] * e;
             cell.v += filter.k[1] * e;
             cell.z += cell.shears * filter.k[0] * e;
-            cell.u = (cell.u + (filter.k[2] * e).clamp(-0.2, 0.2)).clamp(0.0, 1.15 * h.most);
+            cell.u = (cell.u + (filter.k[2] * e).clamp(-0.2, 0.2)).clamp(0.0, 1.08 * h.most);
             let over = (cell.u - h.most).max(0.0);
-            let own = ll(e, filter.s) - 1.6 * over * over;
+            let own = ll(e, filter.s) - 10.0 * over * over;
             cell.travel = before + smooth + (1.0 - 0.8 * cell.shears) * (own - smooth);
         });
     }
@@ -203,6 +205,7 @@ impl Reference {
         let keep = 1.0 - D_S / 0.08;
         self.power = self.power * keep + w * (square - noise);
         self.weight = self.weight * keep + w;
+        self.silent = self.power < self.weight * noise;
         let signal = self.power.max(0.0) + 1e-3 * noise;
         let per_signal = noise / signal.max(0.05 * noise * w);
         self.each(|_, cell, _| {
@@ -227,6 +230,7 @@ impl Reference {
             if ends {
                 let back = cell.extreme_v < 2e-3;
                 let way = (cell.extreme - cell.turn).abs().max(1e-7).ln();
+                let way = way.clamp(1e-4_f64.ln() - 1.6, 1e-4_f64.ln() + 1.6);
                 let way = if back { (cell.ln + 1e-4_f64.ln()) * mean } else { way };
                 cell.ln += way;
                 cell.ln2 += way * way;
