@@ -539,7 +539,7 @@ impl<const H: usize> Load<H> {
         let stylus = !self.hears || self.stylus.stands();
         let travel = !there || (!fine && self.hears) || p_travel < 0.5 || self.travel.stands();
         let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
-        if !self.hears && !there {
+        if !self.hears && (!there || p_travel < 0.5) {
             return !reading.evident;
         }
         (stylus && travel) || trusted
@@ -602,8 +602,8 @@ impl<const H: usize> Load<H> {
         // Where no sensor shows the course of a slip, the methods show that it goes on.
         let alarms = match (self.hears, there) {
             (true, _) => self.stylus.moves_again(self.block_s, soon, stands),
-            (false, true) => false,
-            (false, false) => reading.evident,
+            (false, true) if self.trust > 0.5 => false,
+            (false, _) => reading.evident,
         };
         // The hypotheses, which go on, know whether the object needs more than it has.
         let needs = !self.runs || !fine || self.bank.summary.p_null < HELD || y > FAR_M;
