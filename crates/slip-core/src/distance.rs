@@ -270,8 +270,8 @@ impl MovedDistance {
         moved_m * self.per_limit
     }
 
-    /// Smallest step between two readings since the object was taken (m); infinite before the first. Where no reading has shown yet how it stands, the
-    /// step may be the motion, and is the resolution at most.
+    /// Smallest step between two readings since the object was taken (m); infinite before the first. Where no reading
+    /// has shown yet how it stands, the step may be the motion, and is the resolution at most.
     #[must_use]
     pub fn smallest_step_m(&self) -> f32 {
         let stood = self.longest > 0 || self.noise().0 > 0.0 || self.smallest_m == f32::INFINITY;

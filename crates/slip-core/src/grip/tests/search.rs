@@ -1,6 +1,6 @@
 //! The search for the smallest force that is enough.
 
-use super::{DT_S, answer, calm, config, ended, held_with, slipping, slips, stopped};
+use super::{DT_S, answer, calm, config, ended, slipping, slips, stopped};
 use crate::grip::{GripConfig, GripController, GripInput, GripState, Trials};
 use crate::load::Forecast;
 
