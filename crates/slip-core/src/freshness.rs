@@ -2,7 +2,7 @@
 //!
 //! The controller counts device time. After a stall of the line or of the computer many samples come at once, and what they ask for in
 //! sequence would be commanded in one moment. So a rise counts host time: samples that arrive together share the time since the arrival
-//! before them, at most [`MOST`], plus what of it was left over, at most [`SLACK`]. And evidence whose age exceeds [`FRESH`] plus what the
+//! before them, at most `MOST`, plus what of it was left over, at most `SLACK`. And evidence whose age exceeds `FRESH` plus what the
 //! line usually takes, plus its own period, raises nothing. The pipeline counts so for what it wants, the session for what it sends.
 
 use crate::{sample::Arrival, units::Micros};
@@ -15,7 +15,7 @@ const SLACK: Micros = Micros(2000);
 const FRESH: Micros = Micros(20_000);
 /// ... which count this much at most.
 const USUAL: Micros = Micros(40_000);
-/// The usual age is the least one of one to two of these, in which a gap counts [`MOST`] at most: a few stalls are not usual.
+/// The usual age is the least one of one to two of these, in which a gap counts `MOST` at most: a few stalls are not usual.
 const WINDOW: Micros = Micros(1_000_000);
 /// The largest age is forgotten by this share of the time.
 const FORGETS: u64 = 10;

@@ -1,6 +1,6 @@
 //! The load: one posterior over the force that an object needs, from every sensor of its slips.
 //!
-//! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
+//! A bank of simulated objects is weighed by what the sensors show (`bank`); [`Forecast`] is what a controller may ask of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
 mod bank;
