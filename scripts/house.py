@@ -49,7 +49,7 @@ PATH_FILES = {
         pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm fusion distance course
         crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
         detector/rest detector/sum detector/envelope isolated pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
-        need/mod need/candidate need/readings grip/mod grip/object grip/response drive freshness grip/input grip/feeling load/mod load/bank load/gains load/grid load/prior load/stylus load/travel load/turns
+        need/mod need/candidate need/readings grip/mod grip/object grip/response drive freshness grip/input grip/feeling load/mod load/bank load/gains load/grid load/prior load/stylus load/travel turns
     """,
     "mlp-core": """
         model network activation tanh

@@ -33,6 +33,7 @@ pub mod pipeline;
 pub mod pressure;
 pub mod sample;
 mod settings;
+mod turns;
 pub mod velocity;
 
 pub use alarm::{Cause, CauseSet, Causes};

@@ -520,7 +520,7 @@ impl<const H: usize> Bank<H> {
         }
     }
 
-    /// A travel that is absent since its last reading tells nothing of the object from here on.
+    /// A travel that is absent since its last reading is no evidence of the object from here on.
     pub(super) fn lose_travel(&mut self) {
         for l in &mut self.modes[FOLLOWED].travel {
             *l -= 5.0;
@@ -680,7 +680,7 @@ impl<const H: usize> Bank<H> {
         let (least2, most2, believed) = (least * least, most * most, SLOPE_BLOCKS * least * most);
         let per_weight = 1.0 / (self.weight + SLOPE_BLOCKS);
         let half = 0.5 * self.weight;
-        let (heard, counted) =
+        let (by_power, counted) =
             (if self.law.is_some() { 1.0 } else { 0.0 }, if law.turns { 1.0 } else { 0.0 });
         let constant = TURN_LN * TURN_LN * surface;
         // Without a stylus nothing contradicts the travel.
@@ -696,7 +696,7 @@ impl<const H: usize> Bank<H> {
                 let late = at_least(open - mean - LATE_TURN, 0.0);
                 let squares = mode.ln2[h] * each + constant - sum * mean;
                 let turns = mode.jacobian[h] - 0.5 * (squares + late * late * sharpness2);
-                let without = self.prior[h] + alone + heard * amplitude + counted * turns;
+                let without = self.prior[h] + alone + by_power * amplitude + counted * turns;
                 mode.w[h] = without;
                 mode.l[h] = without + mode.travel[h];
             }

@@ -10,18 +10,16 @@ mod math;
 mod prior;
 mod stylus;
 mod travel;
-mod turns;
 
 pub use grid::{Contact, Grid, Ramp};
 pub use travel::TravelSensor;
 
-use crate::{needed::NeededForce, sample::Signal};
+use crate::{needed::NeededForce, sample::Signal, turns::Turn};
 use bank::{AHEAD_S, Bank, Start};
 use math::{at_least, at_most};
 use prior::Prior;
 use stylus::{Stylus, alarm_m};
 use travel::Travel;
-use turns::Turn;
 
 /// Hypotheses of the pipeline.
 pub const CELLS: usize = Grid::MICRO.cells();
@@ -197,7 +195,7 @@ pub struct Load<const H: usize> {
     block_s: f32,
     samples: u16,
     filled: u16,
-    hears: bool,
+    has_stylus: bool,
     missing_s: f32,
     last: Option<f32>,
     /// Force at the end of the last block (N).
@@ -247,7 +245,7 @@ impl<const H: usize> Load<H> {
             block_s: BLOCK_S,
             samples: 3,
             filled: 0,
-            hears: false,
+            has_stylus: false,
             missing_s: 0.0,
             last: None,
             last_n: 0.0,
@@ -328,14 +326,14 @@ impl<const H: usize> Load<H> {
         self.last = None;
         self.rested_s += alarm.rested_s;
         self.known_s += alarm.rested_s;
-        self.hears = alarm.sigma.is_some();
+        self.has_stylus = alarm.sigma.is_some();
         self.stylus.begin(alarm.signal, alarm.sigma.unwrap_or(1.0), alarm.dt_s, samples);
         self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
         self.stage = Stage::Rests;
         self.runs = false;
         self.resumed = false;
         self.forecast = Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
-        if self.rested_s > AGAIN_S || !self.hears {
+        if self.rested_s > AGAIN_S || !self.has_stylus {
             self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
         } else {
             self.stylus.rest();
@@ -348,7 +346,7 @@ impl<const H: usize> Load<H> {
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
-        let law = self.stylus.law().filter(|_| self.hears);
+        let law = self.stylus.law().filter(|_| self.has_stylus);
         let mut trust = self.trust;
         if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
             let odds = UNMOVED * trust / (1.0 - trust);
@@ -425,14 +423,14 @@ impl<const H: usize> Load<H> {
         let reading = &Reading { force_n, ..*reading };
         let dt_s = self.alarm.dt_s;
         self.travel.push(reading.travel_m, dt_s);
-        let heard = reading.stylus.filter(|x| self.last != Some(*x));
+        let fresh = reading.stylus.filter(|x| self.last != Some(*x));
         self.last = reading.stylus;
-        self.missing_s = if heard.is_some() { 0.0 } else { self.missing_s + dt_s };
-        if self.hears && self.missing_s >= LOST_S {
-            self.hears = false;
+        self.missing_s = if fresh.is_some() { 0.0 } else { self.missing_s + dt_s };
+        if self.has_stylus && self.missing_s >= LOST_S {
+            self.has_stylus = false;
             self.bank.lose_stylus(TRUST);
         }
-        if let Some(x) = reading.stylus.filter(|_| self.hears) {
+        if let Some(x) = reading.stylus.filter(|_| self.has_stylus) {
             let seen = self.stylus.push(x);
             if let Some(seen) = seen.filter(|_| self.stage == Stage::Moves) {
                 if let Turn::Turned { ends } = seen.turn {
@@ -457,7 +455,7 @@ impl<const H: usize> Load<H> {
         self.impulses[self.at] = self.impulse;
         let sunk = reading.sinks_per_n * (reading.force_n - self.last_n);
         self.last_n = reading.force_n;
-        let power = self.stylus.block(sunk).filter(|_| self.hears);
+        let power = self.stylus.block(sunk).filter(|_| self.has_stylus);
         let travel = self.travel.block();
         match self.stage {
             Stage::Rests if !self.runs => self.rest(reading),
@@ -485,7 +483,7 @@ impl<const H: usize> Load<H> {
                     self.rest(reading);
                     return;
                 }
-                self.tell(reading);
+                self.report(reading);
                 if self.is_over(reading) {
                     self.stop();
                 }
@@ -494,13 +492,13 @@ impl<const H: usize> Load<H> {
     }
 
     /// What the bank says, with what the sensors show.
-    fn tell(&mut self, reading: &Reading) {
+    fn report(&mut self, reading: &Reading) {
         let summary = self.bank.summary;
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let trusted = fine && summary.p_travel > 0.5;
-        let stylus = self.hears && self.stylus.moves();
-        let moves = match (trusted, self.hears, there) {
+        let stylus = self.has_stylus && self.stylus.moves();
+        let moves = match (trusted, self.has_stylus, there) {
             (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
             (_, true, _) => stylus,
             (_, _, true) => self.travel.moves(),
@@ -510,11 +508,11 @@ impl<const H: usize> Load<H> {
         self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         self.forecast = Forecast {
             moves,
-            unexplained: self.hears
+            unexplained: self.has_stylus
                 && summary.p_travel < 0.5
                 && summary.speed_m_s < UNEXPLAINED_M_S
                 && self.stylus.vibrates(),
-            informed: there || self.hears,
+            informed: there || self.has_stylus,
             trusted,
             since_s: self.since_s,
             moved_m: trusted.then_some(y),
@@ -541,10 +539,10 @@ impl<const H: usize> Load<H> {
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let p_travel = self.forecast.p_travel;
-        let stylus = !self.hears || self.stylus.stands();
-        let travel = !there || (!fine && self.hears) || p_travel < 0.5 || self.travel.stands();
+        let stylus = !self.has_stylus || self.stylus.stands();
+        let travel = !there || (!fine && self.has_stylus) || p_travel < 0.5 || self.travel.stands();
         let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
-        if !self.hears && (!there || p_travel < 0.5) {
+        if !self.has_stylus && (!there || p_travel < 0.5) {
             return !reading.evident;
         }
         (stylus && travel) || trusted
@@ -600,12 +598,12 @@ impl<const H: usize> Load<H> {
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine() && self.trust > 0.5;
         let y = self.travel.y().abs();
-        let least_m = self.travel.moved_again_m(self.hears);
+        let least_m = self.travel.moved_again_m(self.has_stylus);
         let advances = there && self.trust > ALARMS_FROM && y > least_m && self.rested_s > 4e-3;
         let stands = fine && y < 0.5 * least_m;
         let soon = self.rested_s < AGAIN_S;
         // Where no sensor shows the course of a slip, the methods show that it goes on.
-        let alarms = match (self.hears, there) {
+        let alarms = match (self.has_stylus, there) {
             (true, _) => self.stylus.moves_again(self.block_s, soon, stands),
             (false, true) if self.trust > 0.5 => false,
             (false, _) => reading.evident,

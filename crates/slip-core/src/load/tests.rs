@@ -177,7 +177,7 @@ fn what_is_needed_is_reported_until_another_object_is_in_hand() {
     assert!(load.forecast().known, "a memory states it");
 }
 
-/// A stylus that is gone leaves the travel, a travel that is gone the stylus, and where both are it is told.
+/// A stylus that is gone leaves the travel, a travel that is gone the stylus, and where both are gone it is reported.
 #[test]
 fn sensors_that_are_lost_in_a_slip_are_left_out() {
     for (stylus, travel) in [(false, true), (true, false), (false, false)] {

@@ -279,7 +279,7 @@ impl Need {
             least2: least * least,
             most2: most * most,
         };
-        let surface = Surface::after(self.swings.turns);
+        let surface = Surface::after(self.swings.count());
         let extreme_s = self.extreme_s.take();
         let mut best = f32::NEG_INFINITY;
         for (row, (ramp_s, ramp_ln)) in self.rows.iter_mut().zip(RAMPS) {

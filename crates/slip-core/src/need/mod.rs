@@ -19,11 +19,14 @@
 mod candidate;
 mod readings;
 
-use crate::sample::Signal;
+use crate::{
+    sample::Signal,
+    turns::{Turn, Turns},
+};
 use core::f32::consts::LN_2;
 
 use candidate::{Row, balance};
-use readings::{History, Seen, Swings, Vibration};
+use readings::{History, Vibration};
 
 /// Needed forces that are tried, each larger than the one before by [`STEP`] in the logarithm, from the force at the alarm on; all as probable.
 const FORCES: usize = 24;
@@ -210,7 +213,7 @@ pub struct Need {
     power: f32,
     weight: f32,
     speed_m_s: f32,
-    swings: Swings,
+    swings: Turns,
     /// When in this block the stylus was at the extreme (s); `None` where it was before.
     extreme_s: Option<f32>,
     /// Whether it follows a stop, and the range of the readings (m).
@@ -246,7 +249,7 @@ impl Default for Need {
             power: 0.0,
             weight: 0.0,
             speed_m_s: FIRST_M_S,
-            swings: Swings::default(),
+            swings: Turns::NEW,
             extreme_s: None,
             again: false,
             low_m: 0.0,
@@ -360,7 +363,7 @@ impl Need {
         let force_n = force_n.max(1e-3);
         (self.impulse, self.power, self.weight, self.kept) = (0.0, 0.0, 0.0, 0);
         self.speed_m_s = FIRST_M_S;
-        (self.swings, self.extreme_s) = (Swings::default(), None);
+        (self.swings, self.extreme_s) = (Turns::NEW, None);
         self.vibration.start();
         for (row, (ramp_s, _)) in self.rows.iter_mut().zip(RAMPS) {
             row.start(force_n, ramp_s, self.law.alarm_m);
@@ -382,12 +385,12 @@ impl Need {
     fn swing(&mut self, x_m: f32) {
         let within_s = self.block_s * f32::from(self.filled) / f32::from(self.samples);
         let seen = self.swings.push(x_m, self.noise.sigma);
-        if seen == Seen::Between {
+        if seen == Turn::Between {
             return;
         }
         // Within a block the candidates stand: of its extremes only the last before a turn and the last of all count.
         let before_s = self.extreme_s.replace(within_s);
-        if let Seen::Turn { ends } = seen {
+        if let Turn::Turned { ends } = seen {
             for row in &mut self.rows {
                 if let Some(before_s) = before_s {
                     row.extreme(before_s);
@@ -448,7 +451,7 @@ impl Need {
 
     /// Whether peaks are hardly above the noise.
     fn is_faint(&self) -> bool {
-        self.swings.mean_m > 0.0 && self.swings.mean_m < FAINT * self.noise.mean
+        self.swings.swing() > 0.0 && self.swings.swing() < FAINT * self.noise.mean
     }
 
     /// Whether the stylus stands.
@@ -471,10 +474,10 @@ impl Need {
 
     /// The object has stopped: the needed force by the balance of impulse.
     fn stop(&mut self, force_n: f32, middle_m: f32) {
-        let mean_m = self.swings.mean_m;
+        let mean_m = self.swings.swing();
         let swung = self.again
             && self.stopped.swung < SWUNG_TIMES
-            && self.swings.turns < SWUNG_TURNS
+            && self.swings.count() < SWUNG_TURNS
             && self.high_m - self.low_m < SWUNG_SPAN * self.stopped.swing_m;
         let before = self.stopped;
         self.stopped = if swung {
@@ -486,7 +489,7 @@ impl Need {
                 ..before
             }
         } else {
-            let swing_m = if mean_m > 0.0 { mean_m } else { 0.5 * self.swings.range_m() };
+            let swing_m = if mean_m > 0.0 { mean_m } else { 0.5 * self.swings.range() };
             let held_n = self.held_n(force_n);
             Stopped { swing_m, held_n, swung: 0, since_s: 0.0, low_m: middle_m, high_m: middle_m }
         };
@@ -529,7 +532,7 @@ impl Need {
         let w = (self.speed_m_s * d_s / CHANGES_M).clamp(LEAST_SHARE, 1.0);
         self.believe(square, noise, w, force_n);
         self.felt = Felt {
-            turns: self.swings.turns,
+            turns: self.swings.count(),
             vibrates: self.range_m(MOVING_BLOCKS) > MOVING * self.noise.mean,
             unexplained: self.speed_m_s < SLOW_M_S && self.fast > VIBRATES * self.noise.fast,
             ..self.felt

@@ -329,7 +329,7 @@ fn the_bank_is_the_slow_one_over_random_slips() {
             } else {
                 bank.travel(None);
                 for (filter, load_s) in slow.filters.iter_mut().zip([1.0, 0.04]) {
-                    // A reading that tells nothing.
+                    // A reading that is no evidence.
                     filter.step(load_s, 1e6);
                 }
             }
