@@ -104,8 +104,6 @@ pub(super) struct Start<'a> {
     pub(super) trust: f32,
     /// What is known of the object.
     pub(super) prior: &'a Prior,
-    /// Compliance of the pads over that of the grid.
-    pub(super) pads: f32,
     /// Weight of a need below the force at the alarm.
     pub(super) below: f32,
     /// How the signal follows the distance; `None`: it has no part.
@@ -315,10 +313,8 @@ impl<const H: usize> Bank<H> {
         let mut h = 0;
         let grid = self.grid;
         for contact in grid.contacts {
-            let shear = contact.shear_m_n * start.pads;
-            // Pads that are not known are hardly the stiffest.
-            let stiff = start.pads > 1.5 && shear < 8e-6;
-            let p = if stiff { 0.5 * contact.p } else { contact.p };
+            let shear = contact.shear_m_n;
+            let p = contact.p;
             for (ramp, searched) in grid.ramps.iter().zip(grid.ratios) {
                 let ratio = if start.prior.is_searched() { *searched } else { contact.ratio };
                 let ramp_s = if start.prior.is_searched() { 0.0 } else { ramp.s };

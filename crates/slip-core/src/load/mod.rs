@@ -46,8 +46,6 @@ const UNMOVED: f32 = 0.12;
 const ALARMS_FROM: f32 = 0.3;
 /// Weight of a need below the force at the alarm, where the stylus has raised it.
 const BELOW: f32 = 0.3;
-/// Compliance of pads that are not known, over that of the grid.
-const PADS: f32 = 1.0;
 /// Forces (N) that there are.
 const LEAST_N: f32 = 1e-3;
 const MOST_N: f32 = 1e4;
@@ -59,10 +57,6 @@ const FAR_M: f32 = 1.5e-4;
 const HELD: f32 = 0.9;
 /// An object that moves on the pads only is slower than this (m/s).
 const SLOW_M_S: f32 = 2e-3;
-/// What is slower than this (m/s) stands.
-const SLIDES_M_S: f32 = 5e-4;
-/// A mean speed below this (m/s) explains no vibration.
-const UNEXPLAINED_M_S: f32 = 0.01;
 
 /// What is known when a slip is noticed.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +67,7 @@ pub struct Alarm {
     pub sigma: Option<f32>,
     /// Time between two samples (s).
     pub dt_s: f32,
-    /// Force of a finger (N), and the largest that may be commanded.
+    /// Force of a finger (N).
     pub force_n: f32,
     /// The largest force that may be commanded (N).
     pub most_n: f32,
@@ -116,8 +110,6 @@ pub struct Forecast {
     pub slips: bool,
     /// Whether the object moves now.
     pub moves: bool,
-    /// Whether the stylus vibrates and no hypothesis explains it.
-    pub unexplained: bool,
     /// Whether any sensor shows the course of the slip.
     pub informed: bool,
     /// Whether the travel is fine and believed.
@@ -156,22 +148,6 @@ pub struct Forecast {
     pub slips_seen: u32,
     /// Whether it went further than pads swing.
     pub far: bool,
-    /// Whether it gets faster.
-    pub accelerates: bool,
-}
-
-impl Forecast {
-    /// Whether a trusted travel shows that the object slides.
-    #[must_use]
-    pub fn slides(&self) -> bool {
-        self.trusted && self.slips && self.travel_m_s > SLIDES_M_S
-    }
-
-    /// Whether the object gets faster: it needs more than it has.
-    #[must_use]
-    pub fn speeds_up(&self) -> bool {
-        self.trusted && self.accelerates
-    }
 }
 
 /// Where a slip is.
@@ -294,18 +270,6 @@ impl<const H: usize> Load<H> {
         &self.forecast
     }
 
-    /// Whether the travel shows the object, as of the last slip.
-    #[must_use]
-    pub fn trusts_travel(&self) -> bool {
-        self.trust > ALARMS_FROM
-    }
-
-    /// Whether the travel is too coarse to show the start of a slip, as of the last slip.
-    #[must_use]
-    pub fn is_coarse(&self) -> bool {
-        self.alarm.travel.is_some() && !self.travel.is_fine()
-    }
-
     /// A slip was noticed. One that follows a stop so closely that pads may swing is none before it is seen to move.
     pub fn begin(&mut self, alarm: &Alarm) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 300")]
@@ -362,7 +326,6 @@ impl<const H: usize> Load<H> {
             d_s: self.block_s,
             trust: if there { trust } else { 1e-6 },
             prior: &self.prior,
-            pads: PADS,
             below: if by_stylus { BELOW } else { 1.0 },
             law,
         };
@@ -508,10 +471,6 @@ impl<const H: usize> Load<H> {
         self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         self.forecast = Forecast {
             moves,
-            unexplained: self.has_stylus
-                && summary.p_travel < 0.5
-                && summary.speed_m_s < UNEXPLAINED_M_S
-                && self.stylus.vibrates(),
             informed: there || self.has_stylus,
             trusted,
             since_s: self.since_s,
@@ -526,7 +485,6 @@ impl<const H: usize> Load<H> {
             p_travel: summary.p_travel,
             p_null: summary.p_null,
             far: trusted && y > FAR_M,
-            accelerates: self.bank.track_m_s() > self.forecast.travel_m_s,
             ..self.forecast
         };
     }
@@ -628,7 +586,6 @@ impl<const H: usize> Load<H> {
 const FORECAST: Forecast = Forecast {
     slips: false,
     moves: false,
-    unexplained: false,
     informed: false,
     trusted: false,
     known: false,
@@ -648,7 +605,6 @@ const FORECAST: Forecast = Forecast {
     held_n: None,
     slips_seen: 0,
     far: false,
-    accelerates: false,
 };
 
 #[cfg(test)]

@@ -301,7 +301,6 @@ fn alarm(prior: &Prior) -> Start<'_> {
         d_s: 3e-4,
         trust: 0.9,
         prior,
-        pads: 1.0,
         below: 0.3,
         law: Some(Law { slope: [0.005, 0.3], turns: true, rings: 0.0, weight: None }),
     }
