@@ -112,10 +112,10 @@ impl Freshness {
         self.at.map(|_| seconds(self.rise))
     }
 
-    /// For how long (s) the force may rise on the samples of the latest arrival that were not taken into account yet: no longer than since the
-    /// arrival before.
+    /// For how long (s) the force may rise on the samples of the latest arrival: no longer than since the arrival before, and once.
     pub fn take_s(&mut self) -> f32 {
-        seconds(core::mem::take(&mut self.granted).min(self.waited))
+        let (granted, waited) = (&mut self.granted, &mut self.waited);
+        seconds(core::mem::take(granted).min(core::mem::take(waited)))
     }
 
     /// The largest age of late (s), 40 ms at most. So much later than the drive makes it a command shows in the samples: what a batch asks for
@@ -188,6 +188,20 @@ mod tests {
         }
         assert!((rise_s - 0.152).abs() < 1e-6, "all of it but the first frame: {rise_s}");
         assert!((taken_s - 0.143).abs() < 1e-6, "{taken_s}");
+    }
+
+    /// Two commands at one host time, the first of them on an old row: the second has no time to rise.
+    #[test]
+    fn the_time_of_an_arrival_is_taken_once() {
+        let mut fresh = Freshness::new(PERIOD);
+        let mut taken_s = |at, t| {
+            fresh.arrive(Some(Arrival { at: Micros(at), age: Micros(0) }), Micros(t));
+            fresh.take_s()
+        };
+        assert_eq!(taken_s(20_000, 1000), 0.0, "nothing before it");
+        assert_eq!(taken_s(40_000, 1000), 0.0, "no newer row");
+        assert_eq!(taken_s(40_000, 41_000), 0.0, "no host time since");
+        assert!((taken_s(44_000, 45_000) - 0.004).abs() < 1e-6);
     }
 
     #[test]
