@@ -53,6 +53,8 @@ const LATE_TURN: f32 = 0.35;
 /// A distance that is further from it than this (logarithm) counts as this: an outlier.
 const OUTLIER: f32 = 1.6;
 const LEAST_M: f32 = 1e-7;
+/// What moves less in a block (m) shears the pad as the load on it states.
+const LEAST_WAY_M: f32 = 1e-9;
 /// What is slower than this (m/s) at a turn may be turning back, which the pads do about so often a second (logarithm).
 const REVERSES_M_S: f32 = 2e-3;
 const REVERSES_LN: f32 = 3.0;
@@ -459,8 +461,11 @@ impl<const H: usize> Bank<H> {
                 let most = friction / stiffness;
                 let load = at_most(at_least(z / most, -1.0), 1.0);
                 let ahead = if load * v > 0.0 { 1.0 } else { 0.0 };
-                let shears = 1.0 - load * load * ahead;
                 let held = load * most;
+                // Never further than to where all of a motion slides: a block may be longer than that takes.
+                let left = most - held.abs() * ahead;
+                let shears = 1.0 - load * load * ahead;
+                let shears = at_most(shears, left / at_least(v.abs() * d, LEAST_WAY_M));
                 let after = (v + d * (G_M_S2 * u - stiffness * held))
                     / (1.0 + d * shears * (damping + stiffness * d));
                 mode.z[h] = held + shears * after * d;
