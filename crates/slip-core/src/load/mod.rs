@@ -468,7 +468,9 @@ impl<const H: usize> Load<H> {
             _ => reading.evident,
         };
         let y = self.travel.y();
-        self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
+        if there || self.has_stylus {
+            self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
+        }
         self.forecast = Forecast {
             moves,
             informed: there || self.has_stylus,
@@ -522,14 +524,17 @@ impl<const H: usize> Load<H> {
         let back = back.min(KEPT - 1);
         #[expect(clippy::cast_precision_loss, reason = "at most 64")]
         let lasted_s = self.since_s - back as f32 * self.block_s;
-        let held_n = if forecast.trusted || self.resumed {
+        let held_n = if !forecast.informed {
+            // No sensor has shown the course: what has stopped it is what it needs.
+            self.last_n
+        } else if forecast.trusted || self.resumed {
             forecast.whole_n
         } else {
             let impulse = self.impulses[(self.at + KEPT - back) % KEPT];
             self.bank.balance_n(impulse, lasted_s).max(forecast.from_n)
         };
         let held = forecast.p_null > if self.prior.is_known() { 0.4 } else { 0.5 };
-        let null = held && !forecast.far;
+        let null = held && !forecast.far && forecast.informed;
         forecast.held_n = Some(held_n).filter(|_| !null);
         forecast.slips = false;
         forecast.moves = false;
@@ -538,7 +543,7 @@ impl<const H: usize> Load<H> {
         } else {
             self.trust
         };
-        if !null {
+        if !null && forecast.informed {
             self.bank.learn(&mut self.prior);
         }
         self.stage = Stage::Rests;
