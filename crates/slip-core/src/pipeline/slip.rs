@@ -404,7 +404,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             travel_m: self.fusion.travel_m(travel_m),
             force_n,
             sinks_per_n: self.sink.per_n().abs(),
-            dead_s: 0.0,
+            dead_s: grip.drive().dead_s(),
             evident: self.is_fresh(sample.t),
         });
     }
