@@ -112,10 +112,12 @@ impl Freshness {
         self.at.map(|_| seconds(self.rise))
     }
 
-    /// For how long (s) the force may rise on the samples of the latest arrival: no longer than since the arrival before, and once.
+    /// For how long (s) the force may rise on the samples of the latest arrival that were not taken into account yet: in all no longer than since
+    /// the arrival before.
     pub fn take_s(&mut self) -> f32 {
-        let (granted, waited) = (&mut self.granted, &mut self.waited);
-        seconds(core::mem::take(granted).min(core::mem::take(waited)))
+        let taken = core::mem::take(&mut self.granted).min(self.waited);
+        self.waited = self.waited.since(taken);
+        seconds(taken)
     }
 
     /// The largest age of late (s), 40 ms at most. So much later than the drive makes it a command shows in the samples: what a batch asks for
@@ -190,18 +192,20 @@ mod tests {
         assert!((taken_s - 0.143).abs() < 1e-6, "{taken_s}");
     }
 
-    /// Two commands at one host time, the first of them on an old row: the second has no time to rise.
+    /// Commands at one host time, as of frames that came in one read: they share the time since the read before, whatever they leave over.
     #[test]
-    fn the_time_of_an_arrival_is_taken_once() {
+    fn commands_of_one_arrival_share_its_time() {
         let mut fresh = Freshness::new(PERIOD);
         let mut taken_s = |at, t| {
             fresh.arrive(Some(Arrival { at: Micros(at), age: Micros(0) }), Micros(t));
             fresh.take_s()
         };
         assert_eq!(taken_s(20_000, 1000), 0.0, "nothing before it");
-        assert_eq!(taken_s(40_000, 1000), 0.0, "no newer row");
-        assert_eq!(taken_s(40_000, 41_000), 0.0, "no host time since");
-        assert!((taken_s(44_000, 45_000) - 0.004).abs() < 1e-6);
+        assert!((taken_s(26_000, 4000) - 0.003).abs() < 1e-6);
+        assert!((taken_s(26_000, 7000) - 0.003).abs() < 1e-6, "a second frame");
+        assert_eq!(taken_s(26_000, 17_000), 0.0, "no more than 6 ms, nor what may be left over");
+        assert_eq!(taken_s(36_000, 17_000), 0.0, "no newer row");
+        assert!((taken_s(36_000, 57_000) - 0.01).abs() < 1e-6, "the newer row is not too late");
     }
 
     #[test]

@@ -130,16 +130,24 @@ mod tests {
         ) {
             let mut sender = Sender::new(carried_n, 500.0);
             let (mut now_us, mut last) = (0, carried_n);
+            // The command before this host time, and when it was sent: frames that came in one read share the time since then.
+            let (mut before, mut before_us) = (carried_n, None);
             let mut last_us = None;
             for (gap_us, force_n, aged, behind_us, held_n) in turns {
                 now_us += gap_us / if gap_us % 3 == 0 { 100 } else { 1 };
+                if last_us != Some(now_us) {
+                    (before, before_us) = (last, last_us);
+                }
                 let row_us = now_us.saturating_sub(behind_us);
                 let Some(sent_n) = sender.send(now_us, row_us, force_n, None, aged) else { continue };
                 prop_assert!(sent_n <= force_n);
-                if let Some(before_n) = last {
-                    prop_assert!(sent_n >= force_n.min(before_n), "a stall lowered it: {before_n} to {sent_n}");
-                    let gap_us = (now_us - last_us.unwrap_or(now_us)).min(10_000);
-                    let most_n = if aged { 0.0 } else { 500e-6 * gap_us as f32 };
+                if let Some(last_n) = last {
+                    prop_assert!(sent_n >= force_n.min(last_n), "a stall lowered it: {last_n} to {sent_n}");
+                    prop_assert!(!aged || sent_n <= last_n + 1e-5, "on an old row: {last_n} to {sent_n}");
+                }
+                if let Some(before_n) = before {
+                    let gap_us = (now_us - before_us.unwrap_or(now_us)).min(10_000);
+                    let most_n = 500e-6 * gap_us as f32;
                     prop_assert!(sent_n - before_n <= most_n * 1.0001 + 1e-5, "{before_n} to {sent_n} in {gap_us} us");
                 }
                 let held_n = held_n.unwrap_or(f32::INFINITY);
