@@ -1,7 +1,7 @@
 #!/bin/sh
 # The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which docs/commands.md shows too).
-# GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The recordings for `gripctl score`
-# stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md).
+# GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The example control_fan is built in any
+# case. The recordings for `gripctl score` stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md).
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/missing.sh
@@ -26,6 +26,8 @@ else
 fi
 
 "$bin/gripctl" grasp --all --trials 20 --plot "$images/grasp.svg" > /dev/null
+
+cargo run --quiet --release --locked -p grip-eval --example control_fan -- "$images/control-fan.svg"
 
 "$bin/gripctl" profile docs/profile.csv --speed 0.05 --force 2 --cutoff-mm 0.8 --form-degree 2 --plot docs/profile.svg > /dev/null
 scripts/drawings.py "$bin/gripctl" "$images"

@@ -46,10 +46,11 @@ PATH_FILES = {
         wire message
     """,
     "slip-core": """
-        pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm fusion distance course
-        crosscheck floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
+        pipeline pipeline/detect pipeline/slip pipeline/control sample health drift alarm fusion distance
+        freshness drive floor filter detector/slip detector/lanes detector/coupling detector/evidence detector/reference
         detector/rest detector/sum detector/envelope isolated pressure/mod pressure/frames velocity/mod observation irregularity esc/mod estimate
-        need/mod need/candidate need/readings grip/mod grip/object grip/response drive freshness grip/input grip/feeling load/mod load/bank load/gains load/grid load/prior load/stylus load/travel turns
+        needed load/mod load/bank load/gains load/grid load/math load/prior load/stylus load/travel load/turns
+        grip/mod grip/object grip/answer grip/input
     """,
     "mlp-core": """
         model network activation tanh
@@ -57,8 +58,8 @@ PATH_FILES = {
 }
 # Types that carry a sample's content from one of these files to the next, by hand: their values are made for each sample or frame.
 PATH_TYPES = """
-Header Frame HostEvent SamplesHeader Samples Row Sample SlipState Rested Detection Features Velocity ForceEstimate Sliding
-GripInput Newtons Step SlipReport Event Update Item GripCommand Grip
+Header Frame HostEvent SamplesHeader Samples Row Sample SlipState Rested Detection Features Velocity ForceEstimate
+Reading Forecast NeededForce GripInput Newtons Step SlipReport Event Update Item GripCommand Grip
 """.split()
 
 

@@ -25,7 +25,7 @@ pub struct Explanation {
     pub saw: Vec<String>,
     /// Other causes, those that are ruled out and those that are possible.
     pub causes: Vec<String>,
-    /// What the force did and by which law, estimate or limit.
+    /// What the force did, what was needed, and the limit.
     pub force: Vec<String>,
 }
 
@@ -151,7 +151,7 @@ fn force(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
         newton(most_n),
         newton(end_n)
     )];
-    lines.extend(law(marks, &commands, &estimates(model, span, marks)));
+    lines.extend(needed(model, span, marks));
     let limit = model.series(Channel::ForceLimit).and_then(|series| series.stats(span));
     if let Some(limit_n) = limit.map(|limit| f64::from(limit.min)) {
         let reached = most_n >= limit_n * (1.0 - SAME);
@@ -168,63 +168,32 @@ fn force(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
     lines
 }
 
-/// Which law moved the force: the reflex until there is an estimate, then that.
-fn law(marks: &[&EventMark], commands: &[[f64; 2]], estimates: &[[f64; 2]]) -> Vec<String> {
-    let from_n = commands.first().map_or(f64::NAN, |point| point[1]);
-    let most_n = commands.iter().map(|point| point[1]).fold(from_n, f64::max);
-    if most_n <= from_n * (1.0 + SAME) {
-        return vec!["law: none raised the force".to_owned()];
-    }
-    let extrapolated = |slip: &SlipReport| slip.is_extrapolated() && slip.estimate_n.is_some();
-    let mut lines = Vec::new();
-    if marks.iter().filter_map(|mark| mark.slip).any(|slip| extrapolated(&slip)) {
-        let why = "outside what the network was trained on, not used";
-        lines.push(format!("estimate: {why}"));
-    }
-    let (Some([known_s, first_n]), Some([_, last_n])) = (estimates.first(), estimates.last())
-    else {
-        lines.push(format!(
-            "law: reflex, without an estimate; it raised the force to {}",
-            newton(most_n)
-        ));
-        return lines;
-    };
-    let at_n = commands.iter().take_while(|point| point[0] < *known_s).last();
-    let at_n = at_n.map_or(from_n, |point| point[1]);
-    if at_n > from_n * (1.0 + SAME) {
-        let way = format!("from {} to {}", newton(from_n), newton(at_n));
-        lines.push(format!("law: reflex until an estimate came, {way}"));
-    }
-    lines.push(format!(
-        "law: estimate of the adequate force, {} at first, {} at last; command {} at most",
-        newton(*first_n),
-        newton(*last_n),
-        newton(most_n)
-    ));
-    lines
-}
-
-/// Estimates of the adequate force during a slip (s, N): those of the states from the first that is another one than before the slip,
-/// else those that the events report. What the network does not know is none.
-fn estimates(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<[f64; 2]> {
-    let slips = || marks.iter().filter_map(|mark| Some((mark.t_s, mark.slip?)));
-    let known = slips().filter(|(_, slip)| !slip.is_extrapolated());
-    let reported: Vec<[f64; 2]> =
-        known.filter_map(|(t_s, slip)| Some([t_s, f64::from(slip.estimate_n?)])).collect();
-    let unknown = slips().any(|(_, slip)| slip.is_extrapolated() && slip.estimate_n.is_some());
-    let Some(series) =
-        model.series(Channel::Estimate).filter(|_| !(unknown && reported.is_empty()))
-    else {
-        return reported;
-    };
-    let before_n = series.at(span.from_s.next_down()).map(f64::from);
+/// What the slip has shown of the needed force, and what the network answered.
+fn needed(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<String> {
     let mut points = Vec::new();
-    series.copy(span, &mut points);
-    let is_old = |point: &&[f64; 2]| !point[1].is_finite() || Some(point[1]) == before_n;
-    let old = points.iter().take_while(is_old).count();
-    points.drain(..old);
+    let whole = model.series(Channel::Need).is_some_and(|series| series.copy(span, &mut points));
     points.retain(|point| point[1].is_finite());
-    if points.is_empty() { reported } else { points }
+    let at_end =
+        |channel| model.series(channel)?.at(span.to_s).filter(|force_n| force_n.is_finite());
+    let mut lines = Vec::new();
+    if let Some(last_n) = at_end(Channel::Need) {
+        let first = points.first().filter(|_| whole);
+        let first = first.map(|point| format!("{} at first, ", newton(point[1])));
+        let range =
+            at_end(Channel::NeedLow).zip(at_end(Channel::NeedHigh)).map(|(low_n, high_n)| {
+                format!(", from {} to {} with 80 %", newton(low_n.into()), newton(high_n.into()))
+            });
+        let [first, range] = [first, range].map(Option::unwrap_or_default);
+        lines.push(format!("needed force: {first}{} at last{range}", newton(last_n.into())));
+    } else {
+        lines.push("needed force: not known".to_owned());
+    }
+    let reported = marks.iter().rev().filter_map(|mark| mark.slip);
+    if let Some((slip, estimate_n)) = reported.filter_map(|s| Some((s, s.estimate_n?))).next() {
+        let beyond = if slip.is_extrapolated() { ", outside what it was trained on" } else { "" };
+        lines.push(format!("answer of the network: {}{beyond}", newton(estimate_n.into())));
+    }
+    lines
 }
 
 /// Commands of a slip (s, N), the last one before it first.
@@ -311,51 +280,43 @@ mod tests {
         assert_eq!(found.causes, ["ruled out: knock"]);
         let force = [
             "command: from 5.00 N to 12.00 N at most, 10.00 N at the end",
-            "law: reflex until an estimate came, from 5.00 N to 7.00 N",
-            "law: estimate of the adequate force, 9.50 N at first, 9.50 N at last; command 12.00 N at most",
+            "needed force: not known",
+            "answer of the network: 9.50 N",
         ];
         assert_eq!(found.force, force);
     }
 
     #[test]
-    fn an_estimate_of_a_state_counts_from_where_it_is_another_one_than_before() {
+    fn the_needed_force_is_stated_by_its_first_median_and_its_last_quantiles() {
         let mut model = Model::new(1 << 20);
         for i in 0..40 {
             let t_s = 0.8 + 0.01 * f64::from(i);
-            // That of the last slip stays until there is another one, which the events report at the end only.
-            let (command_n, estimate_n) = match t_s {
-                0.0..1.015 => (2.0, 22.0),
-                1.015..1.035 => (3.0, 22.0),
-                1.035..1.1 => (8.0, 9.0),
-                _ => (11.0, 10.0),
+            let mut state = PipelineState {
+                t: Micros::from_seconds(t_s),
+                command_n: Some(2.0),
+                ..PipelineState::UNKNOWN
             };
-            let mut state =
-                PipelineState { t: Micros::from_seconds(t_s), ..PipelineState::UNKNOWN };
-            (state.command_n, state.estimate_n) = (Some(command_n), Some(estimate_n));
+            if t_s > 1.015 {
+                let wide = if t_s < 1.1 { 2.0 } else { 1.0 };
+                state.need_low_n = Some(9.0 - wide);
+                state.need_n = Some(8.0 + wide);
+                state.need_high_n = Some(9.0 + 2.0 * wide);
+            }
             model.take(Feed::State(state));
         }
         model.take(mark(1.0, EventKind::Gross, SlipReport::UNKNOWN));
-        let ended = SlipReport { estimate_n: Some(10.0), ..SlipReport::UNKNOWN };
-        model.take(mark(1.15, EventKind::Ended, ended));
-        let force = [
-            "command: from 2.00 N to 11.00 N at most, 11.00 N at the end",
-            "law: reflex until an estimate came, from 2.00 N to 3.00 N",
-            "law: estimate of the adequate force, 9.00 N at first, 10.00 N at last; command 11.00 N at most",
-        ];
-        assert_eq!(slip(&model, 1.1).unwrap().force, force);
-    }
-
-    #[test]
-    fn without_an_estimate_that_is_used_the_reflex_has_raised_the_force() {
-        let reflex = "law: reflex, without an estimate; it raised the force to 12.00 N";
-        assert_eq!(explained(SlipReport::UNKNOWN).force[1], reflex);
         let report = SlipReport {
             estimate_n: Some(99.0),
             notes: slip_msg::EXTRAPOLATED,
             ..SlipReport::UNKNOWN
         };
-        let unused = "estimate: outside what the network was trained on, not used";
-        assert_eq!(explained(report).force[1..], [unused, reflex]);
+        model.take(mark(1.15, EventKind::Ended, report));
+        let force = [
+            "command: from 2.00 N to 2.00 N at most, 2.00 N at the end",
+            "needed force: 10.00 N at first, 9.00 N at last, from 8.00 N to 11.00 N with 80 %",
+            "answer of the network: 99.00 N, outside what it was trained on",
+        ];
+        assert_eq!(slip(&model, 1.1).unwrap().force, force);
     }
 
     #[test]

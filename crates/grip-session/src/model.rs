@@ -279,13 +279,13 @@ fn mean_deviation(members: &[ModelFile]) -> [f32; 2] {
     squares.map(|sum| (sum / known.max(1.0)).sqrt())
 }
 
-/// What a user should know of an estimator that knows too little to be trusted with the force.
+/// What a user should know of an estimator whose answers say little.
 #[must_use]
 pub fn weakness<W: AsRef<[f32]>>(estimator: &Estimator<W>) -> Option<String> {
     let (share, _) = estimator.deviation();
     (!estimator.is_trustworthy()).then(|| {
         format!(
-            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, but none moves the fingers, and slips are answered by the reflex alone",
+            "this model missed its test rows by {:.0} % (one standard deviation): its estimates are shown, and none moves the fingers",
             100.0 * share
         )
     })

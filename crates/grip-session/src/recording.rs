@@ -1,6 +1,11 @@
 //! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
 
-use crate::{config::THRESHOLDS, report::Event, session::Beginning, tape::TapeError};
+use crate::{
+    config::{FORCE_RULES, THRESHOLDS},
+    report::Event,
+    session::Beginning,
+    tape::TapeError,
+};
 use grip_record::{
     Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
     mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
@@ -75,7 +80,7 @@ pub fn pipeline_record<'a>(
     })
 }
 
-/// What a recorded pipeline began with. Thresholds of an older version are left out: its samples are what counts.
+/// What a recorded pipeline began with. Thresholds and rules of an older version are left out: its samples are what counts.
 ///
 /// # Errors
 /// Where its settings are not those of this version.
@@ -83,6 +88,9 @@ pub fn beginning(record: &PipelineRecord<'_>) -> Result<Beginning, serde_json::E
     let mut config: serde_json::Value = serde_json::from_str(record.config)?;
     if let Some(detector) = config.get_mut("detector") {
         leave_out(detector);
+    }
+    if let Some(grip) = config.get_mut("grip").and_then(serde_json::Value::as_object_mut) {
+        grip.retain(|key, _| !FORCE_RULES.contains(&key.as_str()));
     }
     Ok(Beginning {
         config: serde_json::from_value(config)?,
@@ -187,7 +195,8 @@ mod tests {
         let older = record
             .config
             .replacen("\"low_hz\"", "\"threshold\":25.0,\"low_hz\"", 1)
-            .replacen("\"gross\"", "\"tail\":4.0,\"test\":\"fused\",\"gross\"", 1);
+            .replacen("\"gross\"", "\"tail\":4.0,\"test\":\"fused\",\"gross\"", 1)
+            .replacen("\"settle_ms\"", "\"reflex_step\":0.25,\"lead\":2.0,\"settle_ms\"", 1);
         assert_ne!(older, record.config);
         assert_eq!(beginning(&PipelineRecord { config: &older, ..record }).unwrap(), begun);
         for config in [config, PipelineConfig::observing(Signal::Vibration, Hertz(2200.0))] {

@@ -270,10 +270,12 @@ impl MovedDistance {
         moved_m * self.per_limit
     }
 
-    /// Smallest step between two readings since the object was taken (m); infinite before the first.
+    /// Smallest step between two readings since the object was taken (m); infinite before the first. Where no reading
+    /// has shown yet how it stands, the step may be the motion, and is the resolution at most.
     #[must_use]
     pub fn smallest_step_m(&self) -> f32 {
-        self.smallest_m
+        let stood = self.longest > 0 || self.noise().0 > 0.0 || self.smallest_m == f32::INFINITY;
+        if stood { self.smallest_m } else { self.smallest_m.min(self.config.resolution_m) }
     }
 
     /// Deviation of one reading as the object rests (m), a first guess where few were seen, and 0 before; and the time between two readings,

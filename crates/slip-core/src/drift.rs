@@ -345,11 +345,6 @@ impl Sink {
     pub(crate) fn per_n(&self) -> f32 {
         self.per_n
     }
-
-    /// The last reading as it came.
-    pub(crate) fn raw(&self) -> f32 {
-        self.raw
-    }
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The delay is learned while the fingers close. At the end of a ramp of r N/s the force lacks r delay, and what it lacks from there on has the area
-//! A = r (delay^2 + lag^2) / 2: less of the delay is lag where the force settles sooner. Where the area does not show it, the begin of the answer to
-//! the first slip does. What is learned goes through the line, which is a dead time of its own.
+//! A = r (delay^2 + lag^2) / 2: less of the delay is lag where the force settles sooner. What is learned goes through the line, which is a dead
+//! time of its own.
 //!
 //! P is one prediction for two things. The command that brings the force to a target soonest is that of a Smith predictor: what is on its way is not
 //! asked for again. And the force sensor is judged by its innovation, the reading less F ([`ForceSensor`]).
@@ -19,9 +19,13 @@ const UNKNOWN_S: f32 = 0.02;
 const UNSEEN_S: f32 = 0.035;
 /// Time constant (s) of the mean that the force has settled to.
 const SETTLED_S: f32 = 0.005;
+/// The shortest lag (s).
+const LEAST_LAG_S: f32 = 2e-3;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
+/// A command that has been the same for this long (s) has arrived, through the longest dead time and lag.
+const STANDS_S: f32 = 0.25;
 
 /// The command leads the target by this multiple of what is missing, or by the lag over this time (s) where that is more ...
 const LEAD: f32 = 2.0;
@@ -33,7 +37,7 @@ const SHY_S: f32 = 0.006;
 const PROMPT_S: f32 = 0.008;
 
 /// The force of the fingers, by sensor and command.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Drive {
     /// From a command to its force, as it was measured (s), the part of it that is dead time, and how late samples arrived then.
     delay_s: Option<f32>,
@@ -45,17 +49,18 @@ pub struct Drive {
     /// The last command (N), the prediction (N), and what it was before, the newest at `place`.
     command_n: f32,
     predicted_n: f32,
-    past: Past,
+    past_n: [f32; SLOTS],
     place: usize,
     slot_s: f32,
-    answer: Answer,
+    /// For how long the command has been the same (s), up to [`STANDS_S`].
+    stands_s: f32,
     reading: Reading,
     /// Dead time of the line when the slip began (s).
     line_s: f32,
 }
 
 /// Fingers that have closed: their force since the command reached the trial force.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Closing {
     /// Then (N), and about now.
     risen_n: f32,
@@ -65,13 +70,23 @@ struct Closing {
     integral_n_s: f32,
 }
 
-/// What was predicted (N).
-#[derive(Clone, Copy, Debug)]
-struct Past([f32; SLOTS]);
-
-impl Default for Past {
+impl Default for Drive {
     fn default() -> Self {
-        Self([0.0; SLOTS])
+        Self {
+            delay_s: None,
+            dead_s: None,
+            late_s: 0.0,
+            unseen: false,
+            closing: None,
+            command_n: 0.0,
+            predicted_n: 0.0,
+            past_n: [0.0; SLOTS],
+            place: 0,
+            slot_s: 0.0,
+            stands_s: 0.0,
+            reading: Reading::default(),
+            line_s: 0.0,
+        }
     }
 }
 
@@ -112,25 +127,46 @@ impl Drive {
         self.reading.sensor
     }
 
-    /// The command (N), `most_n` at most, that brings the force to `target_n` (N) soonest. A drive whose dead time is not known is not led.
+    /// The command (N), `most_n` at most, that brings the force to `target_n` (N) soonest where samples arrive `late_s` (s) late: what is on its way is
+    /// not asked for again. It never leads by more than brings the force there within `dt_s` (s): a drive that follows at once would swing. One whose dead
+    /// time is not known is not led.
     #[must_use]
-    pub fn command_n(&self, target_n: f32, most_n: f32) -> f32 {
-        let Some(dead_s) = self.dead_s else { return target_n.min(most_n) };
-        let lag_s = self.lag_s();
-        let lead = LEAD.max(lag_s / LEADS_IN_S) * (1.0 - SHY * (dead_s / SHY_S).min(1.0));
+    pub fn command_n(&self, target_n: f32, most_n: f32, late_s: f32, dt_s: f32) -> f32 {
+        if self.dead_s.is_none() {
+            return target_n.min(most_n);
+        }
+        let lag_s = self.drive_lag_s();
+        let late = (self.line_dead_s(late_s) / SHY_S).min(1.0);
+        let lead = LEAD.max(lag_s / LEADS_IN_S) * (1.0 - SHY * late);
+        let lead = lead.min(lag_s / dt_s.max(1e-6));
         let up = if lag_s > PROMPT_S { 1.0 } else { 0.5 };
-        let lead_n = lead * (target_n - self.predicted_n);
+        let lead_n = lead * (target_n - self.on_way_n());
         (target_n + lead_n.min(up * target_n).max(-0.5 * target_n)).min(most_n)
     }
 
-    /// The last command (N).
-    pub(crate) fn commanded_n(&self) -> f32 {
-        self.command_n
+    /// Dead time (s) where samples arrive `late_s` (s) late: commands do too, so of the delay twice that is no lag.
+    #[must_use]
+    pub fn line_dead_s(&self, late_s: f32) -> f32 {
+        let later_s = 2.0 * (late_s - self.late_s).max(0.0);
+        let line_s = (2.0 * self.late_s).min(self.delay_s() - LEAST_LAG_S);
+        self.dead_s().max(line_s) + later_s
+    }
+
+    /// Lag (s) without what the line makes of the delay.
+    #[must_use]
+    pub fn drive_lag_s(&self) -> f32 {
+        (self.delay_s() - self.line_dead_s(self.late_s)).max(LEAST_LAG_S)
+    }
+
+    /// Force of the fingers (N) when everything commanded so far has come through the dead time, by the sensor and the model.
+    #[must_use]
+    pub fn on_way_n(&self) -> f32 {
+        (self.predicted_n + self.force_n() - self.modelled_n()).max(0.0)
     }
 
     /// By the command alone (N): the prediction of a dead time ago, between two slots in proportion.
     fn modelled_n(&self) -> f32 {
-        let slots = (self.dead_s() + self.line_s - self.slot_s) / SLOT_S;
+        let slots = (self.line_dead_s(self.line_s) - self.slot_s) / SLOT_S;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -139,7 +175,7 @@ impl Drive {
         let whole = (slots.max(0.0) as usize).min(SLOTS - 2);
         let past_n = |slots: usize| {
             let place = (self.place + SLOTS - slots) % SLOTS;
-            self.past.0.get(place).copied().unwrap_or(self.predicted_n)
+            self.past_n.get(place).copied().unwrap_or(self.predicted_n)
         };
         if slots < 0.0 {
             let share = 1.0 + slots * SLOT_S / self.slot_s;
@@ -153,24 +189,41 @@ impl Drive {
     /// `command_n` (N) is in force for `dt_s` (s).
     #[inline]
     pub(crate) fn follow(&mut self, command_n: f32, dt_s: f32) {
+        if command_n.to_bits() != self.command_n.to_bits() {
+            self.stands_s = 0.0;
+        } else if self.is_settled() {
+            return;
+        }
         self.command_n = command_n;
-        let lag_s = self.lag_s();
+        self.stands_s += dt_s;
+        if self.is_settled() {
+            self.hold_on(command_n);
+            return;
+        }
+        let lag_s = self.drive_lag_s();
         approach(&mut self.predicted_n, command_n, dt_s, lag_s);
         self.slot_s += dt_s;
         while self.slot_s >= 0.999 * SLOT_S {
             self.slot_s = (self.slot_s - SLOT_S).max(0.0);
             self.place = (self.place + 1) % SLOTS;
-            if let Some(past_n) = self.past.0.get_mut(self.place) {
+            if let Some(past_n) = self.past_n.get_mut(self.place) {
                 *past_n = self.predicted_n;
             }
         }
     }
 
+    /// Whether the command has been the same for so long that more time changes nothing.
+    #[inline]
+    pub(crate) fn is_settled(&self) -> bool {
+        self.stands_s >= STANDS_S
+    }
+
     /// The fingers press with `force_n` (N) under `command_n` (N); what is on its way stays on its way.
     fn restart(&mut self, command_n: f32, force_n: f32) {
         self.command_n = command_n;
+        self.stands_s = 0.0;
         let modelled_n = self.modelled_n();
-        for past_n in self.past.0.iter_mut().chain([&mut self.predicted_n]) {
+        for past_n in self.past_n.iter_mut().chain([&mut self.predicted_n]) {
             *past_n = force_n + (*past_n - modelled_n);
         }
     }
@@ -184,7 +237,8 @@ impl Drive {
     /// The fingers have pressed with `command_n` (N) for long.
     pub(crate) fn hold_on(&mut self, command_n: f32) {
         (self.command_n, self.predicted_n) = (command_n, command_n);
-        self.past = Past([command_n; SLOTS]);
+        self.past_n = [command_n; SLOTS];
+        (self.slot_s, self.stands_s) = (0.0, STANDS_S);
     }
 
     /// The command had reached the trial force before the fingers touched.
@@ -192,18 +246,29 @@ impl Drive {
         self.unseen = true;
     }
 
-    /// The command has reached the trial force while `applied_n` (N) was measured.
-    pub(crate) fn risen(&mut self, applied_n: Option<f32>) {
-        let begin = |n| Closing { risen_n: n, end_n: n, ..Closing::default() };
-        self.closing = self.closing.or(applied_n.map(begin));
+    /// Whether the command has reached the trial force, and the force may not have settled yet.
+    pub(crate) fn has_risen(&self) -> bool {
+        self.closing.is_some()
     }
 
-    /// What is measured from there on (N).
-    pub(crate) fn settle(&mut self, applied_n: Option<f32>, dt_s: f32) {
-        let Some((closing, applied_n)) = self.closing.as_mut().zip(applied_n) else { return };
-        approach(&mut closing.end_n, applied_n, dt_s, SETTLED_S);
-        closing.since_s += dt_s;
-        closing.integral_n_s += applied_n * dt_s;
+    /// The command has reached the trial force: what the fingers press with then, and from there on (N).
+    pub(crate) fn risen(&mut self, applied_n: Option<f32>, dt_s: f32) {
+        let Some(applied_n) = applied_n else { return };
+        match &mut self.closing {
+            None => {
+                self.closing = Some(Closing {
+                    risen_n: applied_n,
+                    end_n: applied_n,
+                    since_s: 0.0,
+                    integral_n_s: 0.0,
+                });
+            }
+            Some(closing) => {
+                approach(&mut closing.end_n, applied_n, dt_s, SETTLED_S);
+                closing.since_s += dt_s;
+                closing.integral_n_s += applied_n * dt_s;
+            }
+        }
     }
 
     /// The force has settled after a rise by `rate_n_s` (N/s), while samples arrived `late_s` (s) late.
@@ -213,7 +278,7 @@ impl Drive {
         let area_n_s = closing.end_n * closing.since_s - closing.integral_n_s;
         let lag_s = libm::sqrtf((2.0 * area_n_s / rate_n_s - delay_s * delay_s).max(0.0));
         (self.delay_s, self.late_s) = (Some(delay_s), late_s);
-        self.dead_s = Some((delay_s - lag_s).max(0.0));
+        self.dead_s = (closing.since_s > 0.0).then_some((delay_s - lag_s).max(0.0));
     }
 }
 
@@ -222,117 +287,6 @@ impl Drive {
 fn approach(value: &mut f32, to: f32, dt_s: f32, lag_s: f32) {
     if dt_s > 0.0 {
         *value += dt_s / (lag_s + dt_s) * (to - *value);
-    }
-}
-
-// How far the command may lead a drive, by its delay and by how its force begins to rise.
-
-/// Beyond this delay (s), and the more up to twice of it, an object falls too far unless the command runs ahead all the same ...
-const LATE_S: f32 = 0.02;
-/// ... by up to this share of what is known.
-const LATE_REACH: f32 = 0.3;
-/// Nothing runs ahead further than by this share: fingers that lose the object measure no force.
-const LARGEST: f32 = 0.5;
-/// A force that was commanded this many delays ago has arrived, if it ever does ...
-const ARRIVES_AFTER: f32 = 3.0;
-/// ... within these bounds (s).
-const ARRIVES_S: [f32; 2] = [0.01, 0.1];
-/// A force that has risen by this share, and at least this much (N), answers the command.
-const ANSWERS: f32 = 0.1;
-const ANSWERS_N: f32 = 0.03;
-/// A force that has not risen by this share for this long (s) does not follow any longer.
-const RISES: f32 = 0.02;
-const LEVEL_S: f32 = 0.01;
-/// By this much (s) later the controller knows of a force.
-const KNOWN_S: f32 = 0.003;
-/// What is on its way when the target is measured may exceed it by this share.
-const EXCESS: f32 = 0.05;
-/// Drives that are later by this (s) than [`LATE_S`] are led in full; less late ones in proportion.
-const SLOWER_S: f32 = 0.01;
-/// Where the stylus alone shows what is needed, that is known only as the force rises: a drive that is later than this (s)
-/// is led so that it rises as one of that lag does.
-const ALONE_S: f32 = 0.005;
-
-/// How the measured force answers in a slip.
-#[derive(Clone, Copy, Debug, Default)]
-struct Answer {
-    /// Force of the model and measured force when the slip began (N).
-    from_n: f32,
-    start_n: Option<f32>,
-    /// The greatest measured force (N), and since when it has not become greater (s).
-    most_n: f32,
-    level_s: f32,
-    /// By how much it answers later than the model (s).
-    later_s: f32,
-    answered: bool,
-}
-
-impl Drive {
-    /// A slip begins to be answered.
-    pub(crate) fn begin_answer(&mut self) {
-        self.answer = Answer { from_n: self.modelled_n(), ..Answer::default() };
-    }
-
-    /// The force measured in a slip (N). A drive moves from the first moment on, or after a dead time; both are equally late when the fingers close. What
-    /// the force answers later by than a lag of the whole delay is dead time.
-    pub(crate) fn answer(&mut self, applied_n: Option<f32>, dt_s: f32) {
-        let Some(applied_n) = applied_n else { return };
-        let model_n = self.modelled_n();
-        let answer = &mut self.answer;
-        let start_n = *answer.start_n.get_or_insert(applied_n);
-        let rise_n = (ANSWERS * start_n).max(ANSWERS_N);
-        if !answer.answered && model_n - answer.from_n >= rise_n {
-            answer.answered = applied_n - start_n >= rise_n;
-            answer.later_s += dt_s;
-        }
-        answer.level_s += dt_s;
-        if applied_n >= answer.most_n * (1.0 + RISES) {
-            (answer.most_n, answer.level_s) = (applied_n, 0.0);
-        }
-        if answer.answered && self.delay_s.is_some() {
-            self.dead_s = self.dead_s.or(Some(answer.later_s.min(self.delay_s())));
-        }
-    }
-
-    /// How far the command may lead the target while `applied_n` is measured (N), so that what is still on its way when the target is measured is
-    /// little; `alone`: only the stylus gives the target.
-    /// ```text
-    /// command <= F + (target - F) lag / (dead + 3 ms)
-    /// ```
-    pub(crate) fn lead_n(&self, target_n: f32, applied_n: f32, alone: bool) -> f32 {
-        let (late_s, known_s) = if alone { (ALONE_S, ALONE_S) } else { (LATE_S, KNOWN_S) };
-        let slower = ((self.delay_s() - late_s) / SLOWER_S).clamp(0.0, 1.0);
-        if !self.answer.answered || self.answer.level_s > LEVEL_S || slower <= 0.0 {
-            return 0.0;
-        }
-        let dead_s = self.dead_s.unwrap_or(self.answer.later_s);
-        let lag_s = (self.delay_s() - dead_s).max(0.0);
-        let missing_n = (1.0 + EXCESS) * target_n - applied_n;
-        let driven_n = applied_n + missing_n * lag_s / (dead_s + known_s);
-        (driven_n - target_n).min(slower * target_n).max(0.0)
-    }
-
-    /// How much more than `known_n` (N) may be commanded where `wish_n` (N) more is wished for: all of it where the gripper answers at once; less, with
-    /// the square of the delay, where it is later and would press too hard before that is seen; and where it is so late that objects fall meanwhile
-    /// at least some.
-    pub(crate) fn beyond(&self, known_n: f32, wish_n: f32) -> f32 {
-        let delay_s = self.delay_s();
-        let promptness = PROMPT_S / delay_s.max(PROMPT_S);
-        let late = LATE_REACH * ((delay_s - LATE_S) / LATE_S).clamp(0.0, 1.0);
-        let wish_n = wish_n.max(0.0);
-        let late_n = wish_n.min(late * known_n);
-        (promptness * promptness * wish_n).max(late_n).min(LARGEST * known_n.max(0.0))
-    }
-
-    /// After this long (s) a commanded force has arrived, measured or not, where samples arrive `late_s` (s) late: commands do too.
-    pub(crate) fn wait_s(&self, late_s: f32) -> f32 {
-        let [least_s, most_s] = ARRIVES_S;
-        (ARRIVES_AFTER * self.delayed_s(late_s)).clamp(least_s, most_s)
-    }
-
-    /// How late the measured force follows where samples arrive `late_s` late (s).
-    pub(crate) fn delayed_s(&self, late_s: f32) -> f32 {
-        self.delay_s() + 2.0 * (late_s - self.late_s).max(0.0)
     }
 }
 
@@ -360,6 +314,8 @@ const CONTRADICTIONS: f32 = 5.0;
 /// The latest drive that is believed, a lag of second order: each of its two lags over the known delay, and more (s).
 const LATER: f32 = 1.5;
 const LATER_S: f32 = 0.005;
+/// A force that was commanded this many delays ago has arrived, if it ever does.
+const ARRIVES_AFTER: f32 = 3.0;
 /// A delay is at least so long (s) where the motion of the object is weighed against it.
 const LEAST_DELAY_S: f32 = 0.01;
 
@@ -414,13 +370,16 @@ impl Reading {
         matches!(self.sensor, ForceSensor::Late | ForceSensor::Scaled)
     }
 
-    /// Judges a reading (N) over the gain by the model (N), in a drive with this delay (s) with its line; the object may get faster meanwhile.
-    fn judge(&mut self, read_n: f32, model_n: f32, dt_s: f32, delay_s: f32, speeds_up: bool) {
+    /// Judges a reading (N) over the gain.
+    fn judge(&mut self, read_n: f32, model_n: f32, dt_s: f32, seen: &Seen) {
         let low = read_n < LOW * self.late_n[1] - LEAST_N;
         let high = read_n > HIGH * self.most_n + LEAST_N;
-        let missing = speeds_up && read_n < (1.0 - SOUND) * model_n;
-        let patience_s =
-            if low || high { CONTRADICTED_S } else { ARRIVES_AFTER * delay_s.max(LEAST_DELAY_S) };
+        let missing = seen.speeds_up && read_n < (1.0 - SOUND) * model_n;
+        let patience_s = if low || high {
+            CONTRADICTED_S
+        } else {
+            ARRIVES_AFTER * seen.delay_s.max(LEAST_DELAY_S)
+        };
         let counted = (dt_s / patience_s).min(1.0 / CONTRADICTIONS);
         self.contradicted = if low || high || missing { self.contradicted + counted } else { 0.0 };
         if self.contradicted >= 1.0 && !self.is_wrong() {
@@ -435,7 +394,7 @@ impl Reading {
         }
         self.same_s += dt_s;
         let moved_n = (model_n + self.innovation_n - read_n).abs();
-        let stands = self.same_s >= FROZEN_S.max(FROZEN_DELAYS * delay_s);
+        let stands = self.same_s >= FROZEN_S.max(FROZEN_DELAYS * seen.delay_s);
         if self.sensor == ForceSensor::InTime
             && stands
             && moved_n > (FROZEN_SHARE * read_n).max(FROZEN_N)
@@ -443,6 +402,15 @@ impl Reading {
             self.sensor = ForceSensor::Frozen;
         }
     }
+}
+
+/// What a reading is weighed against.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// Delay of the drive with its line (s).
+    delay_s: f32,
+    /// Whether the object gets faster.
+    speeds_up: bool,
 }
 
 impl Drive {
@@ -529,18 +497,18 @@ impl Drive {
         line_s: f32,
         speeds_up: bool,
     ) -> f32 {
-        let delay_s = self.delay_s() + line_s;
+        let seen = Seen { delay_s: self.delay_s() + line_s, speeds_up };
         let (model_n, command_n) = (self.modelled_n(), self.command_n);
         let reading = &mut self.reading;
         let [first_n, late_n] = &mut reading.late_n;
-        let later_s = LATER * delay_s + LATER_S;
+        let later_s = LATER * seen.delay_s + LATER_S;
         approach(first_n, command_n, dt_s, later_s);
         approach(late_n, *first_n, dt_s, later_s);
         reading.most_n = reading.most_n.max(command_n);
-        approach(&mut reading.innovation_n, 0.0, dt_s, delay_s);
+        approach(&mut reading.innovation_n, 0.0, dt_s, seen.delay_s);
         let read_n = reading_n.map(|force_n| force_n / reading.gain);
         match read_n {
-            Some(read_n) => reading.judge(read_n, model_n, dt_s, delay_s, speeds_up),
+            Some(read_n) => reading.judge(read_n, model_n, dt_s, &seen),
             None => {
                 reading.last_n = None;
                 if !reading.is_wrong() {

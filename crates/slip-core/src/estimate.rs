@@ -25,7 +25,7 @@ pub struct ForceEstimate {
     /// Its standard deviation (N): `noise_n`, and what is known of answers in physics that the network was not trained on (its model
     /// discrepancy), taken as independent.
     pub sigma_n: f32,
-    /// What of it varies from estimate to estimate, so that the margin has to cover it (N): what the networks of an ensemble differ by, what
+    /// What of it varies from estimate to estimate (N): what the networks of an ensemble differ by, what
     /// they missed by on rows they were not trained on, and the noise of the sensor of travel or speed, each taken as independent.
     pub noise_n: f32,
     /// Whether a feature lay outside the range the network was trained on.
@@ -39,8 +39,8 @@ impl ForceEstimate {
         Self { force_n, sigma_n: noise_n, noise_n, extrapolated: false }
     }
 
-    /// Whether it may move the fingers: made within the range that the network knows, with a noise of at most half of itself. What may not is
-    /// shown all the same.
+    /// Whether it is a measure: made within the range that the network knows, with a noise of at most half of itself. What is none is shown all the
+    /// same.
     #[must_use]
     pub fn is_trusted(&self) -> bool {
         !self.extrapolated && self.noise_n <= MOST_UNSURE * self.force_n
@@ -148,7 +148,7 @@ impl<W: AsRef<[f32]>> Estimator<W> {
     }
 
     /// The same where answers are known to be off by this share of them (one standard deviation) in physics that the network was not trained
-    /// on. It is stated and moves nothing: a margin for it would raise every force.
+    /// on.
     #[must_use]
     pub fn with_discrepancy(self, share: f32) -> Self {
         Self { discrepancy: share.max(0.0), ..self }

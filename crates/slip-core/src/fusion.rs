@@ -14,7 +14,6 @@
 
 use crate::{
     alarm::{Method, Methods},
-    crosscheck::{CrossCheck, Seen},
     detector::SlipState,
     distance::{DistanceConfig, Fingers, MovedDistance, TravelReading},
     error::ConfigError,
@@ -50,7 +49,8 @@ pub struct Fusion {
     travel: MovedDistance,
     pressure: PressurePattern<MAX_TAXELS>,
     healths: (SensorHealth, SensorHealth),
-    check: CrossCheck,
+    /// Whether the travel shows the object, as far as its slips have shown.
+    trusts_travel: bool,
     put_by: PutBy,
     /// Whether the evidence has shown a slip that goes on.
     slips: bool,
@@ -87,7 +87,7 @@ impl Fusion {
             travel: MovedDistance::new(travel)?,
             pressure: PressurePattern::new(pressure)?,
             healths: Default::default(),
-            check: CrossCheck::default(),
+            trusts_travel: true,
             put_by: PutBy { readings: [(Micros(0), 0.0); MOST], len: 0 },
             slips: false,
         })
@@ -104,105 +104,20 @@ impl Fusion {
     pub fn prime(&mut self) {
         self.travel.prime();
         self.pressure.prime();
-        self.check.prime();
+        self.trusts_travel = true;
         self.slips = false;
     }
 
-    /// A slip begins.
-    pub fn slip_began(&mut self) {
-        self.check.begin();
+    /// States whether the travel shows the object.
+    pub fn trust_travel(&mut self, trusts: bool) {
+        self.trusts_travel = trusts;
     }
 
-    /// Compares stylus and travel in a slip; the leaps of the travel are counted and left out here.
-    pub fn compare(&mut self, mut seen: Seen) {
-        if self.uses(Method::Travel) && self.uses(Method::Stylus) {
-            seen.travel_m = seen.travel_m.map(|travel_m| self.travel.without_leaps(travel_m));
-            seen.leaps = self.travel.leaps();
-            self.check.step(&seen);
-        }
-    }
-
-    /// Whether the stylus contradicts a travel that is usable.
-    #[must_use]
-    #[inline]
-    pub fn doubts_stylus(&self) -> bool {
-        self.check.doubts_stylus()
-    }
-
-    /// Whether the stylus is believed and the travel is not.
+    /// Whether a travel that is usable is not believed.
     #[must_use]
     #[inline]
     pub fn doubts_travel(&self) -> bool {
-        self.check.doubts_travel()
-    }
-
-    /// Whether the stylus shows a slip that the travel, good so far, does not confirm.
-    #[must_use]
-    #[inline]
-    pub fn is_undecided(&self) -> bool {
-        self.check.is_undecided()
-    }
-
-    /// Force (N) from which on only the travel shows a movement, until the force has shown whether it is one.
-    #[must_use]
-    #[inline]
-    pub fn alone_n(&self) -> Option<f32> {
-        self.check.alone_n()
-    }
-
-    /// Whether what the travel shows in this slip was found to be no movement.
-    #[must_use]
-    #[inline]
-    pub fn drifts(&self) -> bool {
-        self.check.drifts()
-    }
-
-    /// Whether the travel has a part.
-    #[inline]
-    fn trusts_travel(&self) -> bool {
-        self.healths.0 != SensorHealth::Frozen && !self.check.doubts_travel()
-    }
-
-    /// A slip has ended: the distance counts from here.
-    pub fn slip_ended(&mut self) {
-        self.travel.stand();
-    }
-
-    /// States of the travel channel and of the taxel array while an object was last held.
-    #[must_use]
-    #[inline]
-    pub fn healths(&self) -> (SensorHealth, SensorHealth) {
-        self.healths
-    }
-
-    /// Whether every channel that may speak beside the stylus can be believed.
-    #[must_use]
-    pub fn healthy(&self) -> bool {
-        let (travel, pressure) = self.healths;
-        ((travel == SensorHealth::Good && !self.check.doubts_travel())
-            || !self.uses(Method::Travel))
-            && (pressure == SensorHealth::Good || !self.uses(Method::Pressure))
-    }
-
-    /// Whether travel or pressure could show a slip at `t`: it may speak, has lately had readings, and is not frozen or failed.
-    #[must_use]
-    pub fn is_usable(&self, t: Micros) -> bool {
-        let pressure = self.healths.1;
-        let travel = self.trusts_travel() && self.travel.is_live(t, TRAVEL_GONE);
-        let pressure = pressure == SensorHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
-        (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
-    }
-
-    /// Smallest step between two readings of the travel since the object was taken (m); infinite before the first.
-    #[must_use]
-    pub fn travel_step_m(&self) -> f32 {
-        self.travel.smallest_step_m()
-    }
-
-    /// Deviation of one reading of the travel as the object rests (m), and the time between two, as [`MovedDistance::noise`] has them.
-    #[must_use]
-    pub fn travel_noise(&self) -> (f32, Option<Micros>) {
-        self.travel.noise()
+        !self.trusts_travel
     }
 
     /// The travel as it was at rest, and how far it has moved since (m, with its sign); `None` without readings.
@@ -229,20 +144,53 @@ impl Fusion {
         Some(self.travel.without_leaps(travel_m))
     }
 
+    /// Whether the travel has a part.
+    #[inline]
+    fn has_travel(&self) -> bool {
+        self.healths.0 != SensorHealth::Frozen && self.trusts_travel
+    }
+
+    /// A slip has ended: the distance counts from here.
+    pub fn slip_ended(&mut self) {
+        self.travel.stand();
+    }
+
+    /// States of the travel channel and of the taxel array while an object was last held.
+    #[must_use]
+    #[inline]
+    pub fn healths(&self) -> (SensorHealth, SensorHealth) {
+        self.healths
+    }
+
+    /// Whether every channel that may speak beside the stylus can be believed.
+    #[must_use]
+    pub fn healthy(&self) -> bool {
+        let (travel, pressure) = self.healths;
+        ((travel == SensorHealth::Good && self.trusts_travel) || !self.uses(Method::Travel))
+            && (pressure == SensorHealth::Good || !self.uses(Method::Pressure))
+    }
+
+    /// Whether travel or pressure could show a slip at `t`: it may speak, has lately had readings, and is not frozen or failed.
+    #[must_use]
+    pub fn is_usable(&self, t: Micros) -> bool {
+        let pressure = self.healths.1;
+        let travel = self.has_travel() && self.travel.is_live(t, TRAVEL_GONE);
+        let pressure = pressure == SensorHealth::Good && self.pressure.is_live(t, PATTERN_GONE);
+        (self.uses(Method::Travel) && travel) || (self.uses(Method::Pressure) && pressure)
+    }
+
     /// The travel to measure with: without the leaps of the sensor, and absent where it is frozen.
     #[must_use]
     #[inline]
     pub fn believed_travel(&self, travel_m: Option<f32>) -> Option<f32> {
-        travel_m
-            .filter(|_| self.trusts_travel() && !self.check.suspects_travel())
-            .map(|travel_m| self.travel.without_leaps(travel_m))
+        travel_m.filter(|_| self.has_travel()).map(|travel_m| self.travel.without_leaps(travel_m))
     }
 
     /// Whether travel or pressure shows the slip going on right now.
     #[must_use]
     pub fn is_fresh(&self, t: Micros) -> bool {
         (self.uses(Method::Travel)
-            && self.trusts_travel()
+            && self.has_travel()
             && self.travel.advancing(t, ADVANCED_WITHIN))
             || (self.uses(Method::Pressure) && self.pressure.changing(t, CHANGED_WITHIN))
     }
@@ -299,7 +247,7 @@ impl Fusion {
     #[inline]
     pub fn detect(&mut self, stylus: Option<(f32, SlipState)>) -> Option<Detection> {
         self.healths = (self.travel.health(), self.pressure.health());
-        self.join(stylus.filter(|_| !self.check.doubts_stylus()))
+        self.join(stylus)
     }
 
     #[inline]
@@ -309,7 +257,7 @@ impl Fusion {
             let others = f32::from(self.travel.has_begun()) + f32::from(self.pressure.has_begun());
             joined.add(evidence * (1.0 - WEIGHT * others), state, Method::Stylus);
         }
-        if self.uses(Method::Travel) && self.trusts_travel() {
+        if self.uses(Method::Travel) && self.has_travel() {
             let evidence = at_limit(self.travel.statistic(), AT_LIMIT);
             joined.add(evidence, self.travel.state(), Method::Travel);
         }

@@ -8,8 +8,6 @@
 
 pub mod alarm;
 pub mod config;
-pub mod course;
-pub mod crosscheck;
 pub mod detector;
 pub mod distance;
 pub mod drift;
@@ -26,15 +24,15 @@ pub mod health;
 pub mod irregularity;
 pub mod isolated;
 pub mod load;
-pub mod need;
 mod needed;
 pub mod observation;
 pub mod pipeline;
 pub mod pressure;
 pub mod sample;
 mod settings;
-mod turns;
+mod travel_noise;
 pub mod velocity;
+pub mod whiteness;
 
 pub use alarm::{Cause, CauseSet, Causes};
 pub use config::PipelineConfig;

@@ -10,12 +10,12 @@
 //! than [`ObservationConfig::longest_ms`]; a speed carries more noise than a distance.
 
 use crate::{
-    course::TravelNoise,
     esc::{EscSum, Reading, Trial},
     estimate::Features,
     irregularity::IrregularityExtractor,
     sample::Sample,
     settings::settings,
+    travel_noise::TravelNoise,
     units::Micros,
     velocity::{SpeedConfig, SpeedReading, SpeedWindow},
 };

@@ -11,8 +11,6 @@ mod slip;
 use crate::{
     ClientCommand,
     config::PipelineConfig,
-    course::{Course, TravelQuality, Turns},
-    crosscheck::Whiteness,
     detector::{FloorHealth, SlipDetector},
     drift::Sink,
     esc::Esc,
@@ -22,13 +20,13 @@ use crate::{
     grip::{GripController, GripEvent, GripState, Trials},
     health::{HealthCheck, HealthCounters, Passed, SensorHealth},
     load::{CELLS, Load},
-    need::Need,
     needed::NeededForce,
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Sample, Scene},
     units::{Micros, Newtons},
     velocity::{Velocity, VelocityMeter},
+    whiteness::Whiteness,
 };
 use detect::{Rest, Rested};
 use slip::{Grasp, Slip};
@@ -45,16 +43,12 @@ pub struct Pipeline<W> {
     standing: Standing,
     grasp: Grasp,
     observation: SlipObservation,
-    course: Course,
     velocity: VelocityMeter,
     friction: FrictionMeter,
     freshness: Freshness,
     whiteness: Whiteness,
-    turns: Turns,
     sink: Sink,
-    need: Need,
     load: Load<CELLS>,
-    travel_quality: TravelQuality,
     /// When the last slip ended.
     ended: Option<Micros>,
     estimator: Option<Estimator<W>>,
@@ -140,20 +134,19 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = detection.map_or(0.0, |detection| detection.statistic);
         let slips = self.slip.is_some() || self.config.no_skip;
         // Evidence, while the object slips: force and travel only as far as they are believed.
-        let believed = if slips { &self.believe(sample, dt, stylus, begins) } else { sample };
+        let believed = if slips { &self.believe(sample, dt, stylus) } else { sample };
         // One step, made where the caller wants it: an event is large, and rare.
         let mut step = self.unchanged(sample.t, statistic);
         if event.is_some() {
             step.event = event;
         }
         if slips {
+            self.weigh(believed, sample.travel_m, begins);
             self.observe(believed);
             self.estimate(believed, &mut step);
-            self.weigh_need(believed, begins);
-            self.weigh_load(believed, sample.travel_m, begins);
         }
-        (step.command, step.grip) = self.control(believed, dt, slips.then_some(&step));
-        step.need = self.needed(step.command);
+        (step.command, step.grip) = self.control(believed, dt);
+        step.need = self.load.needed(step.command.map_or(0.0, |command| command.0));
         self.rest = self.rest_after();
         step
     }

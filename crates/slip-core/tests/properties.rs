@@ -4,8 +4,8 @@
 use proptest::prelude::*;
 use slip_core::{
     Phase, Pipeline, PipelineConfig, Sample,
-    estimate::ForceEstimate,
-    grip::{GripConfig, GripController, GripInput, GripState, Sliding, SlipNow},
+    grip::{GripConfig, GripController, GripInput, GripState, SlipNow},
+    load::Forecast,
     units::{Hertz, Micros},
 };
 
@@ -37,6 +37,45 @@ fn any_sample() -> impl Strategy<Value = Sample> {
             reference,
             motion,
             ..Sample::default()
+        },
+    )
+}
+
+/// Whatever a posterior states, and what none does.
+fn any_forecast() -> impl Strategy<Value = Forecast> {
+    let number = || prop_oneof![4 => 0.0_f32..60.0, 1 => any_reading(), 1 => any::<f32>()];
+    let forces = [(); 6].map(|()| number());
+    (any::<[bool; 8]>(), forces, prop::option::of(number()), 0_u32..4).prop_map(
+        |(
+            [slips, moves, unexplained, informed, trusted, known, by_stylus, far],
+            forces,
+            held_n,
+            slips_seen,
+        )| {
+            let [from_n, low_n, median_n, whole_low_n, travel_m_s, since_s] = forces;
+            Forecast {
+                slips,
+                moves,
+                unexplained,
+                informed,
+                trusted,
+                known,
+                by_stylus,
+                far,
+                from_n,
+                low_n,
+                median_n,
+                whole_low_n,
+                travel_m_s,
+                since_s,
+                whole_n: median_n,
+                whole_high_n: median_n,
+                speed_m_s: travel_m_s,
+                moved_m: held_n,
+                held_n,
+                slips_seen,
+                ..Forecast::default()
+            }
         },
     )
 }
@@ -110,8 +149,8 @@ proptest! {
     fn the_force_rises_only_on_evidence_from_a_good_sensor_and_within_the_slew(
         inputs in prop::collection::vec(
             (
-                0_u8..3, prop::option::of(any_reading()), prop::option::of(any::<f32>()), any::<[bool; 2]>(), -1e-3_f32..0.1,
-                prop::option::of(any::<[f32; 2]>())
+                0_u8..3, prop::option::of(any_reading()), any::<[bool; 2]>(), -1e-3_f32..0.1,
+                prop::option::of(any_forecast()), any_reading()
             ),
             1..400
         )
@@ -121,16 +160,14 @@ proptest! {
         grip.grasp(None);
         let mut last = 0.0;
         let (mut stale_s, mut open) = (1.0_f32, true);
-        for (slip, moved_m, estimate_n, [healthy, touching], dt_s, slides) in inputs {
+        for (slip, moved_m, [healthy, touching], dt_s, forecast, predicted_n) in inputs {
             let slip = [SlipNow::No, SlipNow::Fading, SlipNow::Evident][usize::from(slip)];
             let closing = grip.state() == GripState::Closing;
-            let estimate = estimate_n.map(|estimate_n| ForceEstimate::new(estimate_n, 0.1));
-            let sliding = slides.map(|[force_n, acceleration_g]| Sliding { force_n, acceleration_g });
-            let command = grip.step(&GripInput { dt_s, slip, moved_m, estimate, sliding, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy, ..GripInput::default() });
+            let command = grip.step(&GripInput { dt_s, slip, moved_m, forecast, predicted_n, travel: moved_m.is_some(), applied_n: moved_m, touching, healthy, ..GripInput::default() });
             prop_assert!((0.0..=config.f_max_n).contains(&command), "{command}");
             let rise = command - last;
             prop_assert!(rise <= config.slew_n_s * dt_s.clamp(0.0, 0.01) * 1.000_01 + 1e-5, "{rise} in {dt_s} s");
-            let evident = slip == SlipNow::Evident || estimate_n.is_some();
+            let evident = slip == SlipNow::Evident;
             stale_s = if evident || grip.state() != GripState::Slipping { 0.0 } else { stale_s + dt_s.clamp(0.0, 0.01) };
             prop_assert!(rise <= 0.0 || closing || (slip != SlipNow::No && healthy && stale_s < 0.0301));
             // Nothing that a sensor does opens fingers that have closed.

@@ -125,7 +125,7 @@ enum {
   SLIP_SENSOR_HEALTH_LOST = 7,
   // contradicted by another sensor.
   SLIP_SENSOR_HEALTH_DOUBTED = 8,
-  // steps or noise too coarse to show an acceleration.
+  // steps or noise too coarse to show the start of a slip.
   SLIP_SENSOR_HEALTH_COARSE = 9,
   // another sensor shows the same at another time: a motion reference is late or early.
   SLIP_SENSOR_HEALTH_LATE = 10,

@@ -88,7 +88,7 @@ codes! {
         6 => Backwards "backwards" "runs the other way.",
         7 => Lost "lost" "no readings, where there were some before.",
         8 => Doubted "doubted" "contradicted by another sensor.",
-        9 => Coarse "coarse" "steps or noise too coarse to show an acceleration.",
+        9 => Coarse "coarse" "steps or noise too coarse to show the start of a slip.",
         10 => Late "late" "another sensor shows the same at another time: a motion reference is late or early.",
         11 => Uncoupled "uncoupled" "other sensors show nothing of what it shows: a motion reference of another robot.",
         12 => Absent "absent" "the gripper sends nothing of such a sensor.",

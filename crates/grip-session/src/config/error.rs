@@ -132,6 +132,10 @@ impl HostConfigError {
 pub(crate) const THRESHOLDS: [&str; 7] =
     ["test", "threshold", "cusum_threshold", "cusum_ratio", "glrt_threshold", "tail", "release"];
 
+/// Keys of the force controller of older versions, which had rules where the needed force now has a distribution.
+pub(crate) const FORCE_RULES: [&str; 7] =
+    ["reflex_step", "measured_tau_ms", "brake_gain", "margin_sigmas", "lead", "ahead", "confirm_m"];
+
 /// What an unknown field was meant to be: a key of another table, or one that is spelt alike.
 fn unknown(message: &str) -> Option<String> {
     let mut names = message.split('`').skip(1).step_by(2);
@@ -141,6 +145,11 @@ fn unknown(message: &str) -> Option<String> {
     if of_detector && THRESHOLDS.contains(&name) {
         return Some(advice(
             ": the detector has one threshold, detector.interval_s; leave it out".to_owned(),
+        ));
+    }
+    if message.contains("`f_max_n`") && FORCE_RULES.contains(&name) {
+        return Some(advice(
+            ": the force follows what slips show to be needed, without it; leave it out".to_owned(),
         ));
     }
     let all = toml::Table::try_from(HostConfig::default()).unwrap_or_default();

@@ -12,7 +12,7 @@ mod template;
 pub use address::{AddressError, Listen, Site, Uid};
 pub use change::{Change, NEEDS_RESTART, needs_restart};
 pub use check::BOOT_LOADER_BAUD;
-pub(crate) use error::THRESHOLDS;
+pub(crate) use error::{FORCE_RULES, THRESHOLDS};
 pub use error::{HostConfigError, Place, ValueError};
 pub use keys::{
     FleetConfig, LinkConfig, LogLevel, MemoryConfig, RealtimeConfig, RealtimeMode, RecordingConfig,

@@ -209,3 +209,18 @@ fn noise_that_nobody_configured_is_learned_at_rest() {
         assert!(ended, "{sigma_m}");
     }
 }
+
+/// An object that slides from the first reading on shows no step of its sensor; one that has rested does.
+#[test]
+fn a_motion_without_a_rest_before_it_is_no_step_of_the_sensor() {
+    let step_m = |rests: u16| {
+        let (mut method, _) = method(DistanceConfig::default());
+        for i in 0..20_u16 {
+            let travel_m = 1e-5 * f32::from(i.saturating_sub(rests));
+            give(&mut method, (Micros(1000 * u64::from(i)), travel_m), Fingers::Still);
+        }
+        method.smallest_step_m()
+    };
+    assert!(step_m(0) <= DistanceConfig::default().resolution_m, "{}", step_m(0));
+    assert!((step_m(10) / 1e-5 - 1.0).abs() < 1e-3, "{}", step_m(10));
+}

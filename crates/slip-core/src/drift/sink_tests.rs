@@ -102,7 +102,7 @@ fn after_a_slip_and_in_the_next_one_the_reading_does_not_jump() {
     sink.begin(Some(20.0), 20.0, 1e-7, DT_S);
     sink.follow(20.0, 20.0, DT_S);
     assert_eq!(stylus(&mut sink), ended);
-    assert_eq!(sink.raw(), way(20.0));
+    assert_eq!(sink.raw, way(20.0));
 }
 
 /// A deviation of 0.1 N is 0.2 um at the stylus: taken away as it comes it would double the noise.

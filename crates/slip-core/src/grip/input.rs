@@ -1,10 +1,6 @@
 //! The input of the controller with each sample, and the names of what it does.
 
-use crate::{
-    course::{Motion, Passing},
-    estimate::ForceEstimate,
-    need::Felt,
-};
+use crate::load::Forecast;
 
 /// A slip as the controller sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,15 +14,6 @@ pub enum SlipNow {
     Evident,
 }
 
-/// How the object slid over the last milliseconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sliding {
-    /// Mean normal force of one finger (N).
-    pub force_n: f32,
-    /// Acceleration over that of gravity.
-    pub acceleration_g: f32,
-}
-
 /// What the controller is given with each sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "states of sensors that change one by one")]
@@ -37,24 +24,14 @@ pub struct GripInput {
     pub slip: SlipNow,
     /// Distance moved since the slip began (m); `None` where no sensor shows.
     pub moved_m: Option<f32>,
-    /// A new estimate of the force that is needed, one that may move the fingers.
-    pub estimate: Option<ForceEstimate>,
-    /// How the object slides, where the moved distance shows it.
-    pub sliding: Option<Sliding>,
-    /// How the object moved over the last milliseconds, by a coarse but robust measure; `None` where the moved distance is not measured.
-    pub motion: Option<Motion>,
-    /// What the stylus shows of the needed force; `None` where another sensor shows how the object moves.
-    pub felt: Option<Felt>,
-    /// Peaks and valleys that the stylus passes; `None` where they cannot be counted.
-    pub passing: Option<Passing>,
-    /// Deviation of one reading of the moved distance (m).
-    pub travel_sigma_m: f32,
-    /// Whether the stylus shows a slip that the moved distance, good so far, does not confirm.
-    pub undecided: bool,
-    /// Force (N) from which on only the moved distance shows the slip, until it is known whether that answers to the force.
-    pub alone_n: Option<f32>,
-    /// Whether it did not: what it shows is no movement.
-    pub drifts: bool,
+    /// What the posterior says of the slip, where there is one.
+    pub forecast: Option<Forecast>,
+    /// Force that is on its way (N), dead time and lag of the drive (s).
+    pub predicted_n: f32,
+    /// Dead time of the drive (s).
+    pub dead_s: f32,
+    /// Its lag (s).
+    pub lag_s: f32,
     /// Time for which the force may rise (s), by the clock of the computer; `None` where that is `dt_s`.
     pub rise_s: Option<f32>,
     /// Whether the sample is too old to raise the force on it.

@@ -1,4 +1,4 @@
-//! Slip evidence and force estimates in, the commanded grip force out.
+//! Slip evidence and the posterior of the needed force in, the commanded grip force out.
 //!
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
@@ -9,29 +9,27 @@
 //!
 //! `docs/control.md` has every transition with its condition and its test.
 //!
-//! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor shows that nothing has moved yet,
-//! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the
-//! command leads it by what is missing. Without an estimate the force grows exponentially as long as
-//! the slip shows. After the slip the force falls slowly to what the slip has shown, and then, until it just slips, to what is really needed.
+//! On a slip the force follows quantiles of the needed force ([`crate::load`], `answer.rs`): they are what the measured force should become, and
+//! the command leads it by what is missing. Where neither stylus nor travel shows the course, it grows exponentially as long as the slip shows. After
+//! the slip the force falls to what the slip has shown, and then, until it just slips, to what is really needed.
 //!
 //! The command never exceeds `f_max_n` or `fragile_n`, never rises faster than `slew_n_s` of host time, and rises only while closing to the trial
 //! force, on slip evidence that is not older than 20 ms, or towards a force that somebody asked for with [`GripController::at_least`]. No fault of
 //! a sensor lowers it. Nothing that a sensor does opens the fingers.
 
+mod answer;
 mod config;
-mod feeling;
 mod input;
 mod object;
-mod response;
 
 pub use config::GripConfig;
-pub use input::{GripInput, Sliding, SlipNow, Trials};
+pub use input::{GripInput, SlipNow, Trials};
 pub use object::GripEvent;
 pub use slip_msg::GripState;
 
-use crate::drive::Drive;
+use crate::{drive::Drive, load::Forecast};
+use answer::Answer;
 use object::{Search, Touch};
-use response::{HeldBy, Known, SlipResponse};
 
 /// The force controller.
 #[derive(Clone, Copy, Debug)]
@@ -40,27 +38,17 @@ pub struct GripController {
     state: GripState,
     command_n: f32,
     hold_n: f32,
-    /// What the weight of the object needs by its slips, with its margin (N).
-    weight_n: Option<f32>,
     search: Search,
-    /// By how much the object comes back when it swings on its pads (m).
-    swing_m: f32,
     /// Since the last reading of the moved distance (s).
     unmeasured_s: f32,
     /// Time for which the force may rise in this step (s).
     rise_s: f32,
-    /// Whether the command is on its way back from an alarm in which nothing moved.
-    ebbing: bool,
-    /// Whether it is on its way back from a slip that only a drifting travel has shown.
-    drifted: bool,
     /// Force that somebody asked for (N).
     least_n: f32,
     /// Force that the next object is known to be held with (N); 0 where nothing is known of it.
     expected_n: f32,
     /// Force that the object in hand is known to be held with (N); 0 where nothing is known of it.
     known_n: f32,
-    /// Slips that were taken for pads which give way as the load comes.
-    excused: u8,
     /// Whether the force that the object needs is known.
     finding: Finding,
     settle_s: f32,
@@ -73,7 +61,7 @@ pub struct GripController {
     /// Length of the slip so far (s), and whether it has just become too long.
     slip_s: f32,
     persists: bool,
-    response: SlipResponse,
+    answer: Answer,
     moved_m: f32,
     trials: Trials,
     touch: Touch,
@@ -95,14 +83,6 @@ const REACHED_S: f32 = 0.3;
 /// A force that has changed by no more than this share of the trial force for so long (s) does not get closer to it: a drive with friction.
 const STANDS: f32 = 0.05;
 const STANDS_S: f32 = 0.08;
-/// Margin of a force that a memory states over the need.
-const MARGIN: f32 = 1.2;
-/// Above this share of what is expected a known object does not slip.
-const AS_KNOWN: f32 = 0.8;
-/// Trials of an object that has slipped once: the grasp is the first.
-const FIRST_SLIP: u32 = 2;
-/// So many slips in which it moved by no more than pads give way are none.
-const EXCUSED: u8 = 3;
 /// From touch on a known object is pressed with what is expected within this time (s).
 const EXPECTED_IN_S: f32 = 0.15;
 /// Without a reading of the moved distance for this long (s) it is not measured.
@@ -111,6 +91,12 @@ const UNMEASURED_S: f32 = 0.05;
 const MAX_DT_S: f32 = 0.01;
 /// A slip that lasts longer than this (s) is reported.
 const PERSISTENT_S: f32 = 2.0;
+/// Margin of a force that a memory states over the need.
+const MARGIN: f32 = 1.25;
+/// Largest ratio of static and kinetic friction that the search allows for.
+const MOST_RATIO: f32 = 1.7;
+/// A need known within this factor is known.
+const SHARP: f32 = 1.3;
 /// Evidence of a slip that is older than this (s) raises nothing.
 const FRESH_S: f32 = 0.02;
 
@@ -123,17 +109,12 @@ impl GripController {
             state: GripState::Open,
             command_n: 0.0,
             hold_n: 0.0,
-            weight_n: None,
             search: Search::default(),
-            swing_m: 0.0,
             unmeasured_s: f32::INFINITY,
             rise_s: 0.0,
-            ebbing: false,
-            drifted: false,
             least_n: 0.0,
             expected_n: 0.0,
             known_n: 0.0,
-            excused: 0,
             finding: Finding::No,
             settle_s: 0.0,
             stood_n: 0.0,
@@ -142,7 +123,7 @@ impl GripController {
             quiet_s: 0.0,
             slip_s: 0.0,
             persists: false,
-            response: SlipResponse::default(),
+            answer: Answer::default(),
             moved_m: 0.0,
             trials: Trials::default(),
             touch: Touch::default(),
@@ -291,14 +272,15 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        match self.state {
-            GripState::Released => self.is_travel_settled(),
-            GripState::Holding => self.touch.is_lost() || self.is_kept(),
-            GripState::Closing => {
-                self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
+        self.drive.is_settled()
+            && match self.state {
+                GripState::Released => self.is_travel_settled(),
+                GripState::Holding => self.touch.is_lost() || self.is_kept(),
+                GripState::Closing => {
+                    self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
+                }
+                _ => false,
             }
-            _ => false,
-        }
     }
 
     /// Whether fingers without touch press as they will until there is some.
@@ -340,12 +322,7 @@ impl GripController {
     pub fn step(&mut self, input: &GripInput) -> f32 {
         let dt_s = if input.dt_s >= 0.0 { input.dt_s.min(MAX_DT_S) } else { 0.0 };
         self.act(dt_s, input);
-        // What stays has arrived: at rest no sample need be looked at for it.
-        if self.is_steady() {
-            self.drive.hold_on(self.command_n);
-        } else {
-            self.drive.follow(self.command_n, dt_s);
-        }
+        self.drive.follow(self.command_n, dt_s);
         self.command_n
     }
 
@@ -376,12 +353,13 @@ impl GripController {
                 self.raise_towards(self.least_n, self.config.close_rate_n_s);
             }
             // What fails to show a slip must not lead to less force.
-            GripState::Holding if input.stale || (input.impaired && !self.drifted) => {}
-            // What a fault has raised, it does not keep.
-            GripState::Holding if input.impaired => self.give_back(dt_s),
+            GripState::Holding if input.stale || input.impaired => {}
             GripState::Holding => self.ease(dt_s),
             GripState::Slipping if input.slip != SlipNow::No => self.brake(dt_s, input),
-            GripState::Slipping => self.end_slip(),
+            GripState::Slipping => {
+                self.answer.finish(input.forecast.as_ref(), &self.config);
+                self.end_slip(input.forecast.as_ref());
+            }
         }
     }
 
@@ -451,7 +429,6 @@ impl GripController {
         let fall = self.config.backoff_n_s * dt_s;
         let kept = self.hold_n.max(self.least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
-        self.ebbing &= self.command_n > kept;
         if self.finding == Finding::Coming && self.command_n <= kept {
             // What somebody asked for shows nothing.
             self.finding = if kept > self.least_n { Finding::Arrived } else { Finding::No };
@@ -461,10 +438,7 @@ impl GripController {
     /// Nothing is known of the object in hand but what is expected of it.
     fn forget(&mut self) {
         self.known_n = self.expected_n;
-        self.weight_n = (self.known_n > 0.0).then_some(self.known_n);
-        (self.finding, self.excused) = (Finding::No, 0);
-        self.swing_m = 0.0;
-        self.ebbing = false;
+        self.finding = Finding::No;
     }
 
     fn hold(&mut self, force_n: f32) {
@@ -498,11 +472,10 @@ impl GripController {
         if self.command_n < trial_n {
             return;
         }
-        self.drive.settle(input.applied_n, dt_s);
-        if rises && input.touching {
-            self.drive.risen(input.applied_n);
-        } else if rises {
+        if rises && !input.touching {
             self.drive.unseen();
+        } else if rises || self.drive.has_risen() {
+            self.drive.risen(input.applied_n, dt_s);
         }
         self.settle_s = if input.touching { self.settle_s + dt_s } else { 0.0 };
         // A sensor that shows too little, or a gripper that cannot do more, must not leave the object unwatched.
@@ -528,7 +501,9 @@ impl GripController {
 
     fn settle(&mut self, dt_s: f32, input: &GripInput) {
         self.settle_s += dt_s;
-        self.drive.settle(input.applied_n, dt_s);
+        if self.drive.has_risen() {
+            self.drive.risen(input.applied_n, dt_s);
+        }
         if self.settle_s >= 1e-3 * self.config.settle_ms {
             self.drive.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
             self.hold(self.command_n);
@@ -538,12 +513,6 @@ impl GripController {
     /// Whether it is held as somebody asked for.
     fn is_requested(&self) -> bool {
         self.state == GripState::Holding && self.least_n > 0.0 && self.command_n <= self.least_n
-    }
-
-    /// Whether it is held with about what it is known to need, and has not shown that it needs more.
-    fn is_held_as_known(&self) -> bool {
-        let untried = self.trials.trials <= 1 && self.known_n > 0.0;
-        untried && self.excused < EXCUSED && self.command_n >= AS_KNOWN * self.known_n
     }
 
     /// Whether less than `force_n` (N) may be tried. Where nothing shows how an object slides it costs too much to let it.
@@ -557,51 +526,33 @@ impl GripController {
     }
 
     fn begin_slip(&mut self, dt_s: f32, input: &GripInput) {
-        let held_by = if self.is_requested() {
-            HeldBy::Request
-        } else if self.is_held_as_known() {
-            HeldBy::Memory
-        } else if self.searches() {
-            HeldBy::Search
-        } else {
-            HeldBy::Slips
-        };
-        let known = Known {
-            weight_n: self.weight_n,
-            held_by,
-            ebbing: self.ebbing,
-            loaded: self.search.is_loaded(),
-            swing_m: self.swing_m,
-            gives: self.excused < EXCUSED,
-        };
-        self.response = SlipResponse::begin(&self.config, self.command_n, self.hold_n, &known);
-        if input.felt.is_some_and(|felt| !felt.moves) {
-            self.response.wait();
-        }
-        self.drive.begin_answer();
+        self.answer = Answer::begin(self.command_n, self.hold_n, self.searches());
         self.state = GripState::Slipping;
         self.quiet_s = if input.stale { f32::INFINITY } else { 0.0 };
         self.slip_s = 0.0;
         self.moved_m = 0.0;
         self.trials.trials = self.trials.trials.saturating_add(1);
-        self.press(dt_s, input);
+        self.answer(dt_s, input);
     }
 
     fn brake(&mut self, dt_s: f32, input: &GripInput) {
         self.moved_m = input.moved_m.map_or(self.moved_m, |moved| self.moved_m.max(moved));
-        let evident = input.slip == SlipNow::Evident || input.estimate.is_some();
-        let evident = evident && !input.stale;
+        let evident = input.slip == SlipNow::Evident && !input.stale;
         self.persists = self.slip_s < PERSISTENT_S && self.slip_s + dt_s >= PERSISTENT_S;
         self.slip_s += dt_s;
         self.quiet_s = if evident { 0.0 } else { self.quiet_s + dt_s };
-        self.drive.answer(input.applied_n, dt_s);
-        self.response.follow(&self.config, input, &self.drive, dt_s, self.rise_s);
-        self.press(dt_s, input);
+        self.answer(dt_s, input);
     }
 
     /// Towards the target of the slip, within the slew. Old evidence raises nothing; what the command leads by falls with what is missing.
-    fn press(&mut self, dt_s: f32, input: &GripInput) {
-        let wanted_n = self.response.command_n(&self.config, input.applied_n, &self.drive);
+    fn answer(&mut self, dt_s: f32, input: &GripInput) {
+        let forecast = input.forecast.unwrap_or_default();
+        self.answer.follow(&self.config, input, &forecast, dt_s, self.rise_s);
+        // With less than this nothing would be felt any longer.
+        let least_n = self.config.least_force_n.min(self.command_n);
+        let target_n = self.answer.target_n();
+        let wanted_n = self.drive.command_n(target_n, self.config.ceiling_n(), input.late_s, dt_s);
+        let wanted_n = wanted_n.max(least_n);
         if wanted_n > self.command_n {
             if self.quiet_s <= FRESH_S && !input.stale {
                 let reach_n = self.config.slew_n_s * self.rise_s;
@@ -616,9 +567,7 @@ impl GripController {
     fn leave_slip(&mut self) {
         if self.state == GripState::Slipping {
             self.end_moving();
-            self.hold_n = self.response.left_n().min(self.command_n);
-            self.drifted = self.response.drifted();
-            self.ebbing = self.command_n > self.hold_n;
+            self.hold_n = self.answer.hold_n().min(self.command_n);
         }
     }
 
@@ -629,37 +578,19 @@ impl GripController {
     }
 
     /// The slip has ended: what is the force to hold with?
-    fn end_slip(&mut self) {
+    fn end_slip(&mut self, forecast: Option<&Forecast>) {
         self.end_moving();
-        self.swing_m = self.response.swing_m();
-        self.drifted = self.response.drifted();
-        let believed = self.response.is_believed(self.search.believes(&self.config));
-        let hold_n = self.response.hold_n(&self.config, believed);
-        self.ebbing = !believed;
-        if believed {
-            self.learn(hold_n);
+        if self.answer.slipped() {
+            let sharp = forecast.is_some_and(|now| now.whole_high_n < SHARP * now.whole_low_n);
+            let least_n = forecast.map_or(0.0, |now| now.whole_low_n / MOST_RATIO);
+            self.search.found(Some(least_n).filter(|_| !sharp && self.trials.trials == 2));
+            let goes_on = self.may_search_below(self.answer.hold_n());
+            self.finding = if goes_on { Finding::No } else { Finding::Coming };
         } else {
-            self.excused = self.excused.saturating_add(1);
             // Nothing has moved: an alarm, not a trial.
             self.trials.trials = self.trials.trials.saturating_sub(1).max(1);
         }
-        self.hold(hold_n);
-    }
-
-    /// A slip that `hold_n` (N) has stopped shows what the object needs, unless it was hit or pulled. A known object that moves and needs more from the
-    /// start is hit, or is another one: its weight is unknown, and the search goes on.
-    fn learn(&mut self, hold_n: f32) {
-        let more = self.response.was_more_than_weight(hold_n);
-        let first = self.known_n > 0.0 && self.trials.trials == FIRST_SLIP;
-        let anew = more && first && self.response.is_confirmed();
-        if anew && self.may_search_below(hold_n) {
-            self.weight_n = None;
-            return;
-        }
-        self.weight_n = self.response.weight_n();
-        self.search.found(self.response.least_n());
-        let goes_on = self.may_search_below(hold_n);
-        self.finding = if goes_on || (more && !anew) { Finding::No } else { Finding::Coming };
+        self.hold(self.answer.hold_n());
     }
 }
 

@@ -181,16 +181,6 @@ impl Search {
         (hold_n * (1.0 - (per_s * dt_s).min(1.0))).max(least_n).min(hold_n)
     }
 
-    /// Whether a slip in which nothing was seen to move is believed all the same: where less and less is held it is what the search waits for.
-    pub(super) fn believes(&self, config: &GripConfig) -> bool {
-        self.fall(config).1 > 0.0
-    }
-
-    /// Whether the object has slid before or is known, so that its load is there and nothing but the falling force makes it slip.
-    pub(super) fn is_loaded(&self) -> bool {
-        matches!(self.mode, Mode::Above(_) | Mode::Known)
-    }
-
     /// A slip that was believed has shown what is needed; where it did roughly only, `least_n` (N) is the least that may do.
     pub(super) fn found(&mut self, least_n: Option<f32>) {
         self.mode = least_n.map_or(Mode::Found, Mode::Above);

@@ -104,6 +104,8 @@ pub(super) struct Start<'a> {
     pub(super) trust: f32,
     /// What is known of the object.
     pub(super) prior: &'a Prior,
+    /// Compliance of the pads over that of the grid.
+    pub(super) pads: f32,
     /// Weight of a need below the force at the alarm.
     pub(super) below: f32,
     /// How the signal follows the distance; `None`: it has no part.
@@ -250,7 +252,7 @@ const FREE: usize = 1;
 impl<const H: usize> Bank<H> {
     /// An empty one; `H` has to be the cells of the grid.
     pub(super) const fn new(grid: Grid) -> Self {
-        assert!(grid.cells() == H && H.is_multiple_of(8));
+        assert!(grid.cells() == H && H % 8 == 0);
         let z = [0.0; H];
         Self {
             grid,
@@ -313,8 +315,10 @@ impl<const H: usize> Bank<H> {
         let mut h = 0;
         let grid = self.grid;
         for contact in grid.contacts {
-            let shear = contact.shear_m_n;
-            let p = contact.p;
+            let shear = contact.shear_m_n * start.pads;
+            // Pads that are not known are hardly the stiffest.
+            let stiff = start.pads > 1.5 && shear < 8e-6;
+            let p = if stiff { 0.5 * contact.p } else { contact.p };
             for (ramp, searched) in grid.ramps.iter().zip(grid.ratios) {
                 let ratio = if start.prior.is_searched() { *searched } else { contact.ratio };
                 let ramp_s = if start.prior.is_searched() { 0.0 } else { ramp.s };
@@ -516,7 +520,7 @@ impl<const H: usize> Bank<H> {
         }
     }
 
-    /// A travel that is absent since its last reading is no evidence of the object from here on.
+    /// A travel that is absent since its last reading tells nothing of the object from here on.
     pub(super) fn lose_travel(&mut self) {
         for l in &mut self.modes[FOLLOWED].travel {
             *l -= 5.0;
@@ -676,7 +680,7 @@ impl<const H: usize> Bank<H> {
         let (least2, most2, believed) = (least * least, most * most, SLOPE_BLOCKS * least * most);
         let per_weight = 1.0 / (self.weight + SLOPE_BLOCKS);
         let half = 0.5 * self.weight;
-        let (by_power, counted) =
+        let (heard, counted) =
             (if self.law.is_some() { 1.0 } else { 0.0 }, if law.turns { 1.0 } else { 0.0 });
         let constant = TURN_LN * TURN_LN * surface;
         // Without a stylus nothing contradicts the travel.
@@ -692,7 +696,7 @@ impl<const H: usize> Bank<H> {
                 let late = at_least(open - mean - LATE_TURN, 0.0);
                 let squares = mode.ln2[h] * each + constant - sum * mean;
                 let turns = mode.jacobian[h] - 0.5 * (squares + late * late * sharpness2);
-                let without = self.prior[h] + alone + by_power * amplitude + counted * turns;
+                let without = self.prior[h] + alone + heard * amplitude + counted * turns;
                 mode.w[h] = without;
                 mode.l[h] = without + mode.travel[h];
             }

@@ -1,6 +1,6 @@
 //! The load: one posterior over the force that an object needs, from every sensor of its slips.
 //!
-//! A bank of simulated objects is weighed by what the sensors show (`bank`); [`Forecast`] is what a controller may ask of it. Nothing is looked at
+//! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
 mod bank;
@@ -10,16 +10,17 @@ mod math;
 mod prior;
 mod stylus;
 mod travel;
+mod turns;
 
 pub use grid::{Contact, Grid, Ramp};
 pub use travel::TravelSensor;
 
-use crate::{needed::NeededForce, sample::Signal, turns::Turn};
+use crate::{needed::NeededForce, sample::Signal};
 use bank::{AHEAD_S, Bank, Start};
-use math::{at_least, at_most};
 use prior::Prior;
 use stylus::{Stylus, alarm_m};
 use travel::Travel;
+use turns::Turn;
 
 /// Hypotheses of the pipeline.
 pub const CELLS: usize = Grid::MICRO.cells();
@@ -46,6 +47,8 @@ const UNMOVED: f32 = 0.12;
 const ALARMS_FROM: f32 = 0.3;
 /// Weight of a need below the force at the alarm, where the stylus has raised it.
 const BELOW: f32 = 0.3;
+/// Compliance of pads that are not known, over that of the grid.
+const PADS: f32 = 1.0;
 /// Forces (N) that there are.
 const LEAST_N: f32 = 1e-3;
 const MOST_N: f32 = 1e4;
@@ -57,6 +60,10 @@ const FAR_M: f32 = 1.5e-4;
 const HELD: f32 = 0.9;
 /// An object that moves on the pads only is slower than this (m/s).
 const SLOW_M_S: f32 = 2e-3;
+/// What is slower than this (m/s) stands.
+const SLIDES_M_S: f32 = 5e-4;
+/// A mean speed below this (m/s) explains no vibration.
+const UNEXPLAINED_M_S: f32 = 0.01;
 
 /// What is known when a slip is noticed.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +74,7 @@ pub struct Alarm {
     pub sigma: Option<f32>,
     /// Time between two samples (s).
     pub dt_s: f32,
-    /// Force of a finger (N).
+    /// Force of a finger (N), and the largest that may be commanded.
     pub force_n: f32,
     /// The largest force that may be commanded (N).
     pub most_n: f32,
@@ -110,6 +117,8 @@ pub struct Forecast {
     pub slips: bool,
     /// Whether the object moves now.
     pub moves: bool,
+    /// Whether the stylus vibrates and no hypothesis explains it.
+    pub unexplained: bool,
     /// Whether any sensor shows the course of the slip.
     pub informed: bool,
     /// Whether the travel is fine and believed.
@@ -148,6 +157,22 @@ pub struct Forecast {
     pub slips_seen: u32,
     /// Whether it went further than pads swing.
     pub far: bool,
+    /// Whether it gets faster.
+    pub accelerates: bool,
+}
+
+impl Forecast {
+    /// Whether a trusted travel shows that the object slides.
+    #[must_use]
+    pub fn slides(&self) -> bool {
+        self.trusted && self.slips && self.travel_m_s > SLIDES_M_S
+    }
+
+    /// Whether the object gets faster: it needs more than it has.
+    #[must_use]
+    pub fn speeds_up(&self) -> bool {
+        self.trusted && self.accelerates
+    }
 }
 
 /// Where a slip is.
@@ -171,7 +196,7 @@ pub struct Load<const H: usize> {
     block_s: f32,
     samples: u16,
     filled: u16,
-    has_stylus: bool,
+    hears: bool,
     missing_s: f32,
     last: Option<f32>,
     /// Force at the end of the last block (N).
@@ -221,7 +246,7 @@ impl<const H: usize> Load<H> {
             block_s: BLOCK_S,
             samples: 3,
             filled: 0,
-            has_stylus: false,
+            hears: false,
             missing_s: 0.0,
             last: None,
             last_n: 0.0,
@@ -270,17 +295,25 @@ impl<const H: usize> Load<H> {
         &self.forecast
     }
 
+    /// Whether the travel shows the object, as of the last slip.
+    #[must_use]
+    pub fn trusts_travel(&self) -> bool {
+        self.trust > ALARMS_FROM
+    }
+
+    /// Whether the travel is too coarse to show the start of a slip, as of the last slip.
+    #[must_use]
+    pub fn is_coarse(&self) -> bool {
+        self.alarm.travel.is_some() && !self.travel.is_fine()
+    }
+
     /// A slip was noticed. One that follows a stop so closely that pads may swing is none before it is seen to move.
     pub fn begin(&mut self, alarm: &Alarm) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to 300")]
         let samples = libm::roundf(BLOCK_S / alarm.dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
         // What is no force is hardly any, and what is no distance none.
         let moved_m = if alarm.moved_m.is_finite() { alarm.moved_m } else { 0.0 };
-        let alarm = &Alarm {
-            force_n: at_most(at_least(alarm.force_n, LEAST_N), MOST_N),
-            moved_m,
-            ..*alarm
-        };
+        let alarm = &Alarm { force_n: alarm.force_n.max(LEAST_N).min(MOST_N), moved_m, ..*alarm };
         self.alarm = *alarm;
         self.samples = samples;
         self.block_s = f32::from(samples) * alarm.dt_s;
@@ -290,14 +323,14 @@ impl<const H: usize> Load<H> {
         self.last = None;
         self.rested_s += alarm.rested_s;
         self.known_s += alarm.rested_s;
-        self.has_stylus = alarm.sigma.is_some();
+        self.hears = alarm.sigma.is_some();
         self.stylus.begin(alarm.signal, alarm.sigma.unwrap_or(1.0), alarm.dt_s, samples);
         self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
         self.stage = Stage::Rests;
         self.runs = false;
         self.resumed = false;
         self.forecast = Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
-        if self.rested_s > AGAIN_S || !self.has_stylus {
+        if self.rested_s > AGAIN_S || !self.hears {
             self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
         } else {
             self.stylus.rest();
@@ -310,7 +343,7 @@ impl<const H: usize> Load<H> {
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
-        let law = self.stylus.law().filter(|_| self.has_stylus);
+        let law = self.stylus.law().filter(|_| self.hears);
         let mut trust = self.trust;
         if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
             let odds = UNMOVED * trust / (1.0 - trust);
@@ -326,6 +359,7 @@ impl<const H: usize> Load<H> {
             d_s: self.block_s,
             trust: if there { trust } else { 1e-6 },
             prior: &self.prior,
+            pads: PADS,
             below: if by_stylus { BELOW } else { 1.0 },
             law,
         };
@@ -386,14 +420,14 @@ impl<const H: usize> Load<H> {
         let reading = &Reading { force_n, ..*reading };
         let dt_s = self.alarm.dt_s;
         self.travel.push(reading.travel_m, dt_s);
-        let fresh = reading.stylus.filter(|x| self.last != Some(*x));
+        let heard = reading.stylus.filter(|x| self.last != Some(*x));
         self.last = reading.stylus;
-        self.missing_s = if fresh.is_some() { 0.0 } else { self.missing_s + dt_s };
-        if self.has_stylus && self.missing_s >= LOST_S {
-            self.has_stylus = false;
+        self.missing_s = if heard.is_some() { 0.0 } else { self.missing_s + dt_s };
+        if self.hears && self.missing_s >= LOST_S {
+            self.hears = false;
             self.bank.lose_stylus(TRUST);
         }
-        if let Some(x) = reading.stylus.filter(|_| self.has_stylus) {
+        if let Some(x) = reading.stylus.filter(|_| self.hears) {
             let seen = self.stylus.push(x);
             if let Some(seen) = seen.filter(|_| self.stage == Stage::Moves) {
                 if let Turn::Turned { ends } = seen.turn {
@@ -418,7 +452,7 @@ impl<const H: usize> Load<H> {
         self.impulses[self.at] = self.impulse;
         let sunk = reading.sinks_per_n * (reading.force_n - self.last_n);
         self.last_n = reading.force_n;
-        let power = self.stylus.block(sunk).filter(|_| self.has_stylus);
+        let power = self.stylus.block(sunk).filter(|_| self.hears);
         let travel = self.travel.block();
         match self.stage {
             Stage::Rests if !self.runs => self.rest(reading),
@@ -446,7 +480,7 @@ impl<const H: usize> Load<H> {
                     self.rest(reading);
                     return;
                 }
-                self.report(reading);
+                self.tell(reading);
                 if self.is_over(reading) {
                     self.stop();
                 }
@@ -455,13 +489,13 @@ impl<const H: usize> Load<H> {
     }
 
     /// What the bank says, with what the sensors show.
-    fn report(&mut self, reading: &Reading) {
+    fn tell(&mut self, reading: &Reading) {
         let summary = self.bank.summary;
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let trusted = fine && summary.p_travel > 0.5;
-        let stylus = self.has_stylus && self.stylus.moves();
-        let moves = match (trusted, self.has_stylus, there) {
+        let stylus = self.hears && self.stylus.moves();
+        let moves = match (trusted, self.hears, there) {
             (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
             (_, true, _) => stylus,
             (_, _, true) => self.travel.moves(),
@@ -471,7 +505,11 @@ impl<const H: usize> Load<H> {
         self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         self.forecast = Forecast {
             moves,
-            informed: there || self.has_stylus,
+            unexplained: self.hears
+                && summary.p_travel < 0.5
+                && summary.speed_m_s < UNEXPLAINED_M_S
+                && self.stylus.vibrates(),
+            informed: there || self.hears,
             trusted,
             since_s: self.since_s,
             moved_m: trusted.then_some(y),
@@ -485,6 +523,7 @@ impl<const H: usize> Load<H> {
             p_travel: summary.p_travel,
             p_null: summary.p_null,
             far: trusted && y > FAR_M,
+            accelerates: self.bank.track_m_s() > self.forecast.travel_m_s,
             ..self.forecast
         };
     }
@@ -497,10 +536,10 @@ impl<const H: usize> Load<H> {
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let p_travel = self.forecast.p_travel;
-        let stylus = !self.has_stylus || self.stylus.stands();
-        let travel = !there || (!fine && self.has_stylus) || p_travel < 0.5 || self.travel.stands();
+        let stylus = !self.hears || self.stylus.stands();
+        let travel = !there || (!fine && self.hears) || p_travel < 0.5 || self.travel.stands();
         let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
-        if !self.has_stylus && (!there || p_travel < 0.5) {
+        if !self.hears && (!there || p_travel < 0.5) {
             return !reading.evident;
         }
         (stylus && travel) || trusted
@@ -556,12 +595,12 @@ impl<const H: usize> Load<H> {
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine() && self.trust > 0.5;
         let y = self.travel.y().abs();
-        let least_m = self.travel.moved_again_m(self.has_stylus);
+        let least_m = self.travel.moved_again_m(self.hears);
         let advances = there && self.trust > ALARMS_FROM && y > least_m && self.rested_s > 4e-3;
         let stands = fine && y < 0.5 * least_m;
         let soon = self.rested_s < AGAIN_S;
         // Where no sensor shows the course of a slip, the methods show that it goes on.
-        let alarms = match (self.has_stylus, there) {
+        let alarms = match (self.hears, there) {
             (true, _) => self.stylus.moves_again(self.block_s, soon, stands),
             (false, true) if self.trust > 0.5 => false,
             (false, _) => reading.evident,
@@ -586,6 +625,7 @@ impl<const H: usize> Load<H> {
 const FORECAST: Forecast = Forecast {
     slips: false,
     moves: false,
+    unexplained: false,
     informed: false,
     trusted: false,
     known: false,
@@ -605,6 +645,7 @@ const FORECAST: Forecast = Forecast {
     held_n: None,
     slips_seen: 0,
     far: false,
+    accelerates: false,
 };
 
 #[cfg(test)]

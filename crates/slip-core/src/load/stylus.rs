@@ -1,10 +1,10 @@
 //! What the signal of a slip shows block by block: its power, whether it moves, and whether it stands.
 
-use super::bank::Law;
-use crate::{
-    sample::Signal,
+use super::{
+    bank::Law,
     turns::{Turn, Turns},
 };
+use crate::sample::Signal;
 
 /// Block means that are kept.
 const KEPT: usize = 64;
@@ -19,9 +19,10 @@ const STANDS_S: f32 = 6e-3;
 const STANDS_FAINT_S: f32 = 11.4e-3;
 /// A mean swing below this many deviations of a block mean is faint.
 const FAINT: f32 = 25.0;
-/// Squared differences of readings over those of the noise: so fast that block means blur it, moves again, moves again although a fine
+/// Squared differences of readings over those of the noise: so fast that block means blur it, vibrates, moves again, moves again although a fine
 /// travel shows nothing, and stands no longer.
 const BLURRED: f32 = 6.7;
+const VIBRATES: f32 = 3.3;
 const AGAIN: f32 = 4.4;
 const AGAIN_ALONE: f32 = 6.7;
 const NOT_STILL: f32 = 2.35;
@@ -266,6 +267,14 @@ impl Stylus {
         match self.signal {
             Signal::Displacement => self.range(MOVES_S) > MOVES * self.mean_noise(),
             Signal::Vibration => self.power() > POWER[0],
+        }
+    }
+
+    /// Whether it vibrates, so that a slow object does not explain it.
+    pub(super) fn vibrates(&self) -> bool {
+        match self.signal {
+            Signal::Displacement => self.fast > VIBRATES * self.fast_noise(),
+            Signal::Vibration => self.power() > POWER[1],
         }
     }
 

@@ -4,8 +4,6 @@ use super::{Pipeline, StageCounters, detect::Rest, slip::Grasp};
 use crate::{
     Signal,
     config::PipelineConfig,
-    course::{Course, TravelQuality, Turns},
-    crosscheck::Whiteness,
     detector::{KnownFloors, SlipDetector},
     drift::Sink,
     error::ConfigError,
@@ -15,12 +13,12 @@ use crate::{
     grip::GripController,
     health::{self, HealthCheck},
     load::{Grid, Load},
-    need::Need,
     observation::SlipObservation,
     pressure::Standing,
     sample::{Contact, Scene},
     units::Micros,
     velocity::VelocityMeter,
+    whiteness::Whiteness,
 };
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
@@ -54,16 +52,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             grasp: Grasp::default(),
             observation: SlipObservation::new(config.observation, rate_hz)
                 .with_travel_sigma(config.velocity.travel_sigma_m(config.travel.resolution_m)),
-            course: Course::default(),
             velocity: VelocityMeter::new(config.velocity, rate_hz)?,
             friction: FrictionMeter::new(rate_hz),
             freshness: Freshness::new(Micros::from_ms(1e3 / rate_hz)),
             whiteness: Whiteness::default(),
-            turns: Turns::default(),
             sink: Sink::default(),
-            need: Need::default(),
             load: Load::new(Grid::MICRO),
-            travel_quality: TravelQuality::default(),
             ended: None,
             estimator,
             grip: config.grip.map(GripController::new),

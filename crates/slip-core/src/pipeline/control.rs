@@ -1,30 +1,23 @@
 //! What is known of the slip in, the commanded force out, by the force of the fingers and the time that the host allows.
 
-use super::{Pipeline, Step, detect::Rest};
+use super::{Pipeline, detect::Rest};
 use crate::{
     alarm::Method,
-    course::{Passing, Turns},
-    estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2},
-    grip::{GripEvent, GripInput, Sliding, SlipNow},
+    estimate::FrictionMeter,
+    grip::{GripEvent, GripInput, GripState, SlipNow},
     health::SensorHealth,
-    need::Felt,
     sample::Sample,
     units::{Micros, Newtons},
 };
 
-/// A mean over at most this long (s) states how an object slides now.
-const LATELY_S: f32 = 0.01;
-
 impl<W: AsRef<[f32]>> Pipeline<W> {
-    /// The command after this sample, of which `slip` is the step where one may be going on; `None` in a pipeline that only observes.
+    /// The command after this sample; `None` in a pipeline that only observes.
     #[inline]
     pub(super) fn control(
         &mut self,
         sample: &Sample,
         dt: Micros,
-        slip: Option<&Step>,
     ) -> (Option<Newtons>, Option<GripEvent>) {
-        let passing = self.passing();
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
         let stylus = self.fusion.uses(Method::Stylus);
         if !(stylus && self.detector.is_learning()) {
@@ -44,11 +37,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         );
         let mut input = GripInput {
             dt_s,
-            passing,
-            undecided: self.fusion.is_undecided(),
-            alone_n: self.fusion.alone_n(),
-            drifts: self.fusion.drifts(),
-            travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.freshness.rise_s(),
             stale: self.freshness.is_stale(),
             late_s,
@@ -61,45 +49,35 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             impaired,
             slip: SlipNow::No,
             moved_m: None,
-            estimate: None,
-            sliding: None,
-            motion: None,
-            felt: None,
+            forecast: None,
+            predicted_n: 0.0,
+            dead_s: 0.0,
+            lag_s: 0.0,
         };
-        if let Some(step) = slip.filter(|_| self.slip.is_some()) {
-            self.add_slip(sample, step, &mut input);
+        if self.slip.is_some() || grip.state() == GripState::Slipping {
+            self.add_slip(sample, &mut input);
         }
         let Some(grip) = self.grip.as_mut() else { return (None, None) };
         (Some(Newtons(grip.step(&input))), grip.event())
     }
 
     /// What the controller has to know of the slip.
-    fn add_slip(&self, sample: &Sample, step: &Step, input: &mut GripInput) {
-        input.motion = sample.travel_m.and_then(|_| self.course.motion(sample.t));
-        let sigma_m = self.observation.travel_sigma_m();
-        let slides = input.motion.is_some_and(|motion| motion.slides(sigma_m));
-        let stands = self.observation.advancing() == Some(false) && !self.fusion.is_undecided();
-        let goes_on = self.is_fresh(sample.t) && !stands;
-        input.slip = if goes_on || slides { SlipNow::Evident } else { SlipNow::Fading };
-        input.felt = self.felt();
-        // Without estimates the controller must not wait for one.
-        let waits = self.estimator.as_ref().is_none_or(Estimator::is_trustworthy);
-        input.moved_m = self.observation.moved_m(sample).filter(|_| waits);
-        // An answer that nothing vouches for must not move the fingers.
-        input.estimate = step.estimate.filter(ForceEstimate::is_trusted);
-        input.sliding = step.features.as_ref().and_then(sliding_of);
-    }
-
-    fn felt(&self) -> Option<Felt> {
-        let slip = self.slip.filter(|slip| slip.feels && slip.alone);
-        slip.and_then(|_| self.need.felt())
-    }
-
-    /// Peaks and valleys that the stylus passes, where they are those of the surface: not the robot's motion, and not folded by a low rate.
-    fn passing(&self) -> Option<Passing> {
-        let counts =
-            self.config.sample_rate.0 >= Turns::LEAST_RATE_HZ && !self.detector.is_moving();
-        self.turns.passing().filter(|_| counts)
+    fn add_slip(&self, sample: &Sample, input: &mut GripInput) {
+        let forecast = *self.load.forecast();
+        let evident = self.is_fresh(sample.t) || forecast.moves;
+        input.slip = match self.slip {
+            Some(_) if evident => SlipNow::Evident,
+            Some(_) => SlipNow::Fading,
+            None => SlipNow::No,
+        };
+        input.moved_m = self.observation.moved_m(sample);
+        input.forecast = Some(forecast);
+        if let Some(grip) = &self.grip {
+            let drive = grip.drive();
+            input.lag_s = drive.drive_lag_s();
+            input.dead_s = drive.line_dead_s(input.late_s);
+            input.predicted_n = drive.on_way_n();
+        }
     }
 
     /// Holds with at least `force_n` (N) from the next sample on; see [`GripController::at_least`](crate::grip::GripController::at_least).
@@ -140,12 +118,4 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 fn loaded_n(friction: &mut FrictionMeter, sample: &Sample) -> Option<f32> {
     friction.watch(sample.normal_force_n?, sample.tangential_n?);
     friction.loaded_n()
-}
-
-/// How the object slides. A mean over more than some milliseconds states too little of now.
-fn sliding_of(features: &Features) -> Option<Sliding> {
-    (features.contact_time_s <= LATELY_S).then(|| Sliding {
-        force_n: features.trial_force_n,
-        acceleration_g: features.slip_acceleration_m_s2 / G_M_S2,
-    })
 }

@@ -1,16 +1,15 @@
 //! A sample in; its scene, and what stylus, travel and pressure detect, out; with the guard that lets a sample pass by where nothing happens.
 
+use super::slip::LEAST_RATE_HZ;
 use super::{Pipeline, Step};
 use crate::{
     Signal,
     alarm::Method,
-    course::Turns,
     detector::SlipState,
     drift::Hold,
     fusion::Detection,
     grip::{GripController, GripState},
     health::SensorHealth,
-    needed::NeededForce,
     sample::{Sample, Scene},
     units::{Micros, Newtons},
 };
@@ -27,7 +26,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.fusion.catch_up();
         self.contact.learn(sample.normal_force_n);
         let touches = self.contact.would_touch(sample.normal_force_n);
-        let slides = !touches && self.slides_on(sample.t);
+        let slides = !touches && self.slides_on();
         let force_n = match &mut self.grip {
             Some(grip) => grip.drive_mut().touch(sample.normal_force_n, touches, slides),
             None => sample.normal_force_n,
@@ -45,7 +44,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         if wakes || dt > self.gap {
             self.detector.prime();
-            self.travel_quality.begin();
         }
         if wakes {
             self.friction.prime();
@@ -70,10 +68,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     /// Whether the travel shows that the object slides.
     #[cold]
-    fn slides_on(&self, t: Micros) -> bool {
-        let sigma_m = self.observation.travel_sigma_m();
-        let motion = self.course.motion(t).filter(|_| self.slip.is_some());
-        motion.is_some_and(|motion| motion.slides(sigma_m))
+    fn slides_on(&self) -> bool {
+        self.slip.is_some() && self.load.forecast().slides()
     }
 
     /// Follows the drift of the stylus and the error of the force sensor; `before` is the health at the sample before.
@@ -136,7 +132,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn is_sound(&mut self, sample: &Sample) -> bool {
         let asked = self.slip.is_some() || self.whiteness.is_noisy();
         let heights = self.config.signal == Signal::Displacement;
-        if asked && heights && self.config.sample_rate.0 >= Turns::LEAST_RATE_HZ {
+        if asked && heights && self.config.sample_rate.0 >= LEAST_RATE_HZ {
             self.whiteness.step(sample.stylus, self.detector.noise_rms());
         }
         !self.whiteness.is_noisy()
@@ -187,7 +183,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     // Always: a step is large, and made where the caller wants it (instructions on a Cortex-M4: idle 1950 -> 1570).
     #[inline(always)]
     pub(super) fn unchanged(&self, t: Micros, statistic: f32) -> Step {
-        let command = self.grip.map(|grip| Newtons(grip.command_n()));
+        let command_n = self.grip.map(|grip| grip.command_n());
         Step {
             t,
             scene: self.scene,
@@ -196,8 +192,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             features: None,
             velocity: None,
             estimate: None,
-            need: self.needed(command),
-            command,
+            need: self.load.needed(command_n.unwrap_or(0.0)),
+            command: command_n.map(Newtons),
             grip: None,
             sensors: [
                 self.stylus_health(),
@@ -210,18 +206,10 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// The health of the sensor, and where nothing is wrong with that, whether it has a part.
-    /// What the object needs by its slips so far, with what the command allows.
-    #[inline]
-    pub(super) fn needed(&self, command: Option<Newtons>) -> Option<NeededForce> {
-        self.load.needed(command?.0)
-    }
-
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
-            SensorHealth::Good if self.fusion.doubts_stylus() || self.whiteness.is_noisy() => {
-                SensorHealth::Doubted
-            }
+            SensorHealth::Good if self.whiteness.is_noisy() => SensorHealth::Doubted,
             health => health,
         }
     }
@@ -230,7 +218,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn travel_health(&self) -> SensorHealth {
         match self.fusion.healths().0 {
             SensorHealth::Good if self.fusion.doubts_travel() => SensorHealth::Doubted,
-            SensorHealth::Good if self.travel_quality.is_coarse() => SensorHealth::Coarse,
+            SensorHealth::Good if self.load.is_coarse() => SensorHealth::Coarse,
             health => health,
         }
     }

@@ -4,12 +4,9 @@ use super::{Pipeline, Step};
 use crate::{
     Phase, Signal, SlipReport,
     alarm::{Cause, Causes, Method, confidence},
-    course::Turns,
-    crosscheck::Seen,
     detector::SlipState,
     fusion::Detection,
-    load,
-    need::Alarm,
+    load::{Alarm, Reading},
     pressure::Standing,
     sample::{Sample, Scene},
     units::Micros,
@@ -18,8 +15,8 @@ use crate::{
 
 /// A slip without touch ends after this long.
 const LET_GO: Micros = Micros(30_000);
-/// So early in a slip the stylus can still take over from the travel.
-const CAUGHT_UP: Micros = Micros(50_000);
+/// Below this sample rate (Hz) a stylus does not resolve a fast surface.
+pub(super) const LEAST_RATE_HZ: f32 = 6000.0;
 /// The power of a vibration is followed from this sample rate on (Hz).
 const VIBRATION_HZ: f32 = 2000.0;
 
@@ -31,10 +28,6 @@ pub(super) struct Slip {
     pub(super) gross: bool,
     /// Whether the stylus sees it now.
     pub(super) felt: bool,
-    /// Whether the stylus can show the needed force, whether it is the only sensor that does, and whether it has been in this slip.
-    pub(super) feels: bool,
-    pub(super) alone: bool,
-    followed: bool,
     pub(super) next_evidence: Micros,
     /// The interval it is certified with (s).
     pub(super) certified_s: Option<f32>,
@@ -72,7 +65,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         stylus: Option<(f32, SlipState)>,
         detection: Option<Detection>,
     ) -> Option<SlipReport> {
-        let received = stylus.filter(|_| !self.fusion.doubts_stylus());
+        let received = stylus;
         let certified_s = received.and_then(|_| self.detector.certified_s());
         let state = detection.map_or(SlipState::Quiet, |detection| detection.state);
         let method = detection.map_or(Method::Stylus, |detection| detection.method);
@@ -120,10 +113,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn begin_slip(&mut self, sample: &Sample, gross: bool, certified_s: Option<f32>) {
         let heights = self.config.signal == Signal::Displacement;
         self.observation.begin(heights.then(|| self.detector.noise_rms()));
-        self.course.reset();
-        self.fusion.slip_began();
         self.whiteness.begin();
-        self.turns = Turns::default();
         self.velocity.begin();
         self.friction.begin();
         let line_s = self.freshness.late_s();
@@ -142,9 +132,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             since: sample.t,
             gross,
             felt: false,
-            feels: false,
-            alone: false,
-            followed: false,
             next_evidence: sample.t.plus(self.evidence_every),
             certified_s,
             grip_causes: Causes::default(),
@@ -162,6 +149,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let slip = self.slip.take()?;
         self.ended = Some(t);
         self.load.end();
+        self.fusion.trust_travel(self.load.trusts_travel());
         self.fusion.slip_ended();
         self.sink.end();
         self.untouched = None;
@@ -202,13 +190,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.detector.add_causes(grip, feels, certified, sample.motion.is_some())
     }
 
-    /// The sample of a slip with its force and its travel as far as they are believed; stylus and travel are compared.
+    /// The sample of a slip with its force and its travel as far as they are believed.
     pub(super) fn believe(
         &mut self,
         sample: &Sample,
         dt: Micros,
         stylus: Option<(f32, SlipState)>,
-        begins: bool,
     ) -> Sample {
         if let Some(slip) = &mut self.slip {
             slip.felt = stylus.is_some_and(|(_, state)| state != SlipState::Quiet);
@@ -222,32 +209,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             let drive = grip.drive();
             self.sink.follow(drive.as_read(force_n), drive.modelled_as_read_n(), dt_s);
         }
-        if self.slip.is_some() {
-            let noise = self.detector.noise_rms();
-            self.turns.step(sample.stylus, noise, dt_s);
-            self.fusion.compare(Seen {
-                t: sample.t,
-                dt_s: dt_s.min(0.01),
-                travel_m: sample.travel_m,
-                sigma_m: self.observation.travel_sigma_m(),
-                leaps: 0,
-                // Behind the motion gate a stylus may be silent in a slip: nothing is weighed against the force then.
-                force_n: sample.normal_force_n.filter(|_| !self.detector.is_moving()),
-                stylus: stylus.map(|_| self.detector.loudness()),
-                reading: self.sink.raw(),
-                noise,
-                holds_alone: self.holds_alone(sample.t),
-            });
-        }
-        sample.travel_m = self.travel_of(&sample, begins);
+        sample.travel_m = self.fusion.believed_travel(sample.travel_m);
         sample
-    }
-
-    /// Whether the stylus alone can give the force from here on: nothing of the slip has been lost, and what it feels is the surface.
-    fn holds_alone(&self, t: Micros) -> bool {
-        let kept = |slip: Slip| slip.feels && (slip.followed || t.since(slip.since) < CAUGHT_UP);
-        let surface = self.whiteness.is_known() && !self.whiteness.is_noisy();
-        self.slip.is_some_and(kept) && surface && !self.detector.is_moving()
     }
 
     /// The force of a finger in a slip (N): measured, or where the sensor has failed by the command; `None` where nothing is commanded and
@@ -256,26 +219,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let Some(grip) = self.grip.as_mut().filter(|_| self.slip.is_some()) else {
             return sample.normal_force_n;
         };
-        let motion = self.course.motion(sample.t);
-        let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
+        let speeds_up = self.load.forecast().speeds_up();
         let drive = grip.drive_mut();
         Some(drive.measure(sample.normal_force_n, dt_s, self.freshness.late_s(), speeds_up))
-    }
-
-    /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.
-    pub(super) fn travel_of(&mut self, sample: &Sample, begins: bool) -> Option<f32> {
-        let travel_m = self.fusion.believed_travel(sample.travel_m)?;
-        let Some(slip) = self.slip else { return Some(travel_m) };
-        if begins {
-            self.travel_quality.begin();
-        }
-        let step_m = self.fusion.travel_step_m();
-        let (rest_m, read) = self.fusion.travel_noise();
-        let least_m = self.observation.configured_sigma_m().max(rest_m);
-        self.travel_quality.read(travel_m, least_m, step_m, read);
-        // Later in a slip the readings before are no longer kept.
-        let feels = slip.feels && (slip.alone || sample.t.since(slip.since) < CAUGHT_UP);
-        Some(travel_m).filter(|_| !(feels && self.travel_quality.is_coarse()))
     }
 
     /// Whether the slip goes on right now: by the stylus, the fastest, where it sees the slip; else by the others.
@@ -290,9 +236,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     pub(super) fn observe(&mut self, sample: &Sample) {
         self.counters.observation += 1;
         self.velocity.push(sample);
-        if let Some(travel_m) = sample.travel_m {
-            self.course.push(sample.t, travel_m);
-        }
         if let (Some(normal_n), Some(tangential_n)) = (sample.normal_force_n, sample.tangential_n) {
             self.friction.push(normal_n, tangential_n, self.is_fresh(sample.t));
         }
@@ -351,94 +294,65 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// Finds the needed force by the stylus alone, where that is the only sensor of the slip; else keeps what that takes,
-    /// should the others fail.
-    pub(super) fn weigh_need(&mut self, sample: &Sample, begins: bool) {
-        let force_n = sample.normal_force_n.unwrap_or(0.0);
-        if begins {
-            self.begin_need(sample, force_n);
+    /// What the sample shows of the needed force; `travel_m` is the travel whether it is believed or not.
+    pub(super) fn weigh(&mut self, sample: &Sample, travel_m: Option<f32>, begins: bool) {
+        if self.grip.is_none() {
+            return;
         }
-        let sound = self.health.feels() && !self.whiteness.is_noisy();
-        let Some(slip) = self.slip.as_mut().filter(|slip| slip.feels) else { return };
-        (slip.feels, slip.alone) = (sound, sample.travel_m.is_none());
-        // Once begun it goes on: a travel that comes back in the middle of a slip may go again.
-        slip.followed |= slip.alone;
-        if !slip.followed {
-            self.need.keep(sample.stylus, force_n);
-        } else {
-            self.need.push(sample.stylus, force_n);
-        }
-    }
-
-    /// What the sample shows of the load, beside the controller: reported, and commands nothing. `travel_m` is the travel whether it is believed or not.
-    pub(super) fn weigh_load(&mut self, sample: &Sample, travel_m: Option<f32>, begins: bool) {
-        let Some(grip) = self.grip else { return };
-        let force_n = sample.normal_force_n.unwrap_or(grip.command_n());
         if begins {
-            let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
-            let held_s = sample.t.since(self.grasp.since).as_seconds();
-            let travel = self.fusion.travel_sensor(sample.t);
-            let feels = self.slip.is_some_and(|slip| slip.feels);
-            #[expect(clippy::cast_possible_truncation, reason = "times of one grasp")]
-            let (held_s, rested_s) = (held_s as f32, rested_s as f32);
-            self.load.begin(&load::Alarm {
-                signal: self.config.signal,
-                sigma: feels.then(|| self.stylus_sigma()),
-                dt_s: 1.0 / self.config.sample_rate.0,
-                force_n,
-                most_n: grip.ceiling_n(),
-                travel: travel.map(|(sensor, _)| sensor),
-                moved_m: travel.map_or(0.0, |(_, moved_m)| moved_m),
-                by_stylus: self.detection.is_some_and(|now| now.method == Method::Stylus),
-                searched: grip.is_searching(),
-                held_s,
-                rested_s,
-            });
+            self.begin_load(sample);
         }
         if self.slip.is_none() {
             return;
         }
         let sound = self.health.feels() && !self.whiteness.is_noisy();
-        self.load.push(&load::Reading {
+        let late_s = self.freshness.late_s();
+        self.load.push(&Reading {
             stylus: Some(sample.stylus).filter(|_| sound),
             travel_m: self.fusion.travel_m(travel_m),
-            force_n,
+            force_n: sample.normal_force_n.unwrap_or(0.0),
             sinks_per_n: self.sink.per_n().abs(),
-            dead_s: 0.0,
+            dead_s: self.grip.map_or(0.0, |grip| grip.drive().line_dead_s(late_s)),
             evident: self.is_fresh(sample.t),
         });
     }
 
-    /// White noise of the readings of the stylus (rms, their unit).
-    fn stylus_sigma(&self) -> f32 {
+    /// A slip was noticed at this sample.
+    fn begin_load(&mut self, sample: &Sample) {
         let rate_hz = self.config.sample_rate.0;
         let band = self.config.detector.vibration;
         let share = 2.0 * (band.high_hz.min(0.4 * rate_hz) - band.low_hz) / rate_hz;
-        self.detector.noise_rms() / libm::sqrtf(share.max(1e-3))
-    }
-
-    fn begin_need(&mut self, sample: &Sample, force_n: f32) {
-        let rate_hz = self.config.sample_rate.0;
-        let sigma = self.stylus_sigma();
-        let feels = self.grip.is_some()
-            && sigma.is_normal()
+        let sigma = self.detector.noise_rms() / libm::sqrtf(share.max(1e-3));
+        let feels = sigma.is_normal()
             && rate_hz >= self.least_rate_hz()
             && self.fusion.uses(Method::Stylus)
+            && self.health.feels()
+            && !self.whiteness.is_noisy()
             && !self.detector.is_moving();
-        if let Some(slip) = self.slip.as_mut().filter(|_| feels) {
-            (slip.feels, slip.alone, slip.followed) = (true, sample.travel_m.is_none(), false);
-            let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
-            #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
-            let rested_s = rested_s as f32;
-            let signal = self.config.signal;
-            self.need.begin(&Alarm { signal, sigma, force_n, dt_s: 1.0 / rate_hz, rested_s });
-        }
+        let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
+        let travel = self.fusion.travel_sensor(sample.t);
+        let by_stylus = self.detection.is_some_and(|now| now.method == Method::Stylus);
+        #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
+        let (rested_s, held_s) = (rested_s as f32, sample.t.since(self.grasp.since).as_seconds());
+        self.load.begin(&Alarm {
+            signal: self.config.signal,
+            sigma: feels.then_some(sigma),
+            dt_s: 1.0 / rate_hz,
+            force_n: sample.normal_force_n.unwrap_or(0.0),
+            most_n: self.grip.map_or(0.0, |grip| grip.ceiling_n()),
+            travel: travel.map(|(sensor, _)| sensor),
+            moved_m: travel.map_or(0.0, |(_, moved_m)| moved_m),
+            by_stylus,
+            searched: self.grip.is_some_and(|grip| grip.is_searching()),
+            held_s: held_s as f32,
+            rested_s,
+        });
     }
 
-    /// Sample rate (Hz) from which on the signal alone gives the needed force.
+    /// Sample rate (Hz) from which on the signal shows the course of a slip.
     fn least_rate_hz(&self) -> f32 {
         match self.config.signal {
-            Signal::Displacement => Turns::LEAST_RATE_HZ,
+            Signal::Displacement => LEAST_RATE_HZ,
             Signal::Vibration => VIBRATION_HZ,
         }
     }

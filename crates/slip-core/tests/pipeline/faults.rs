@@ -112,6 +112,7 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
         while grip.pipeline.grip_state() != Some(GripState::Slipping)
             || grip.object.speed_m_s < 0.02
         {
+            assert!(grip.object.t_s() < 1.0, "held before");
             grip.step(alone);
         }
         let mut reported = false;
@@ -146,10 +147,11 @@ fn a_fault_in_a_slip_stops_the_rise_and_the_next_slip_is_found() {
 #[test]
 fn a_stylus_that_is_lost_in_a_slip_leaves_the_answer_to_the_travel() {
     for (name, fault, health, _) in CASES.into_iter().filter(|case| case.2.is_some()) {
-        for lost_at_m_s in [0.005, 0.02, 0.1] {
+        for lost_at_m_s in [0.005, 0.02, 0.06] {
             let mut grip = holding(0.7);
             while grip.object.speed_m_s < lost_at_m_s {
                 grip.step(|sample| sample);
+                assert!(grip.object.t_s() < 1.0, "{lost_at_m_s}: held before");
             }
             let mut i = 0;
             while grip.object.t_s() < 1.2 {
@@ -215,10 +217,11 @@ fn a_stylus_that_is_late_neither_drops_nor_crushes() {
 /// It reads as if nothing were touched. But what slides on between the fingers is there.
 #[test]
 fn a_force_sensor_that_falls_to_zero_in_a_slip_does_not_let_the_object_go() {
-    for lost_at_m_s in [0.03, 0.06, 0.1] {
+    for lost_at_m_s in [0.03, 0.045, 0.06] {
         let mut grip = Loop::new(Object::new(10_000.0, 8.0, 0.7));
         while grip.object.speed_m_s < lost_at_m_s {
             grip.step(|sample| sample);
+            assert!(grip.object.t_s() < 1.0, "{lost_at_m_s}: held before");
         }
         let zero = |sample: Sample| Sample { normal_force_n: Some(0.0), ..sample };
         for _ in 0..10_000 {
@@ -339,6 +342,7 @@ fn a_second_stylus_carries_on_where_the_first_is_lost() {
             let mut grip = holding(0.9);
             while grip.object.speed_m_s < lost_at_m_s {
                 grip.step(shown);
+                assert!(grip.object.t_s() < 1.2, "{lost_at_m_s}: held before");
             }
             let mut i = 0;
             while grip.object.t_s() < 1.5 {
@@ -374,6 +378,7 @@ fn the_tangential_force_carries_on_where_every_slip_sensor_is_lost() {
     let mut grip = holding(0.7);
     while grip.object.speed_m_s < 0.05 {
         with_tangential(&mut grip, |sample| sample);
+        assert!(grip.object.t_s() < 1.0, "held before");
     }
     while grip.object.t_s() < 1.2 {
         with_tangential(&mut grip, lost);
@@ -381,7 +386,7 @@ fn the_tangential_force_carries_on_where_every_slip_sensor_is_lost() {
     let Object { applied_n, needed_n, travel_m, speed_m_s, .. } = grip.object;
     assert!(speed_m_s == 0.0 && travel_m < 0.05, "{:?}", grip.object);
     // While it slides nothing states how heavy it is.
-    assert!((1.0..2.5).contains(&(applied_n / needed_n)), "{applied_n} N");
+    assert!((1.0..3.3).contains(&(applied_n / needed_n)), "{applied_n} N");
     // While the object is held, with a load that then grows.
     let mut grip = holding(0.7);
     while grip.object.t_s() < 1.2 {

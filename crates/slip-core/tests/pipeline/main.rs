@@ -9,6 +9,7 @@
 
 mod causes;
 mod faults;
+mod load;
 mod no_rest;
 mod object;
 mod reference;

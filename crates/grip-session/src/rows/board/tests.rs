@@ -325,7 +325,11 @@ fn a_gripper_of_the_program_gets_the_force() {
     assert!((1000..=20_000).contains(&most), "{most}");
     // 500 us at 200 N/s.
     assert!(forces.windows(2).all(|pair| pair[1] - pair[0] <= 101), "within the slew rate");
-    assert!(forces.windows(2).all(|pair| pair[1] >= pair[0]), "nothing lets go at the end");
+    let held: Vec<i32> = forces.into_iter().skip_while(|force| *force < 1150).collect();
+    assert!(
+        held.iter().all(|force| *force >= 1150),
+        "nothing lets go, in the slip or at the end: {held:?}"
+    );
 }
 
 /// A gripper on a line of its own that shows no force but what it was asked for.

@@ -16,7 +16,7 @@ enum Way {
 
 /// What a reading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Turn {
+pub(super) enum Turn {
     /// Neither.
     Between,
     /// Further than all since the last turn.
@@ -27,7 +27,7 @@ pub(crate) enum Turn {
 
 /// A signal that goes up and down.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turns {
+pub(super) struct Turns {
     way: Way,
     begun: bool,
     high: f32,
@@ -35,12 +35,11 @@ pub(crate) struct Turns {
     last: f32,
     turned: bool,
     mean: f32,
-    count: f32,
 }
 
 impl Turns {
     /// Nothing was read yet.
-    pub(crate) const NEW: Self = Self {
+    pub(super) const NEW: Self = Self {
         way: Way::Unknown,
         begun: false,
         high: 0.0,
@@ -48,26 +47,20 @@ impl Turns {
         last: 0.0,
         turned: false,
         mean: 0.0,
-        count: 0.0,
     };
 
     /// Mean swing, the unit of the signal; 0 before the second turn.
-    pub(crate) fn swing(&self) -> f32 {
+    pub(super) fn swing(&self) -> f32 {
         self.mean
     }
 
-    /// Turns but for the first one.
-    pub(crate) fn count(&self) -> f32 {
-        self.count
-    }
-
     /// Range since the last turns.
-    pub(crate) fn range(&self) -> f32 {
+    pub(super) fn range(&self) -> f32 {
         self.high - self.low
     }
 
     /// Takes the next reading; `sigma` is its noise (rms).
-    pub(crate) fn push(&mut self, x: f32, sigma: f32) -> Turn {
+    pub(super) fn push(&mut self, x: f32, sigma: f32) -> Turn {
         if !self.begun {
             *self = Self { begun: true, high: x, low: x, last: x, ..Self::NEW };
         }
@@ -117,7 +110,6 @@ impl Turns {
         self.last = at;
         let ends = core::mem::replace(&mut self.turned, true);
         if ends {
-            self.count += 1.0;
             self.mean += if self.mean > 0.0 { LAST * (swing - self.mean) } else { swing };
         }
         ends
