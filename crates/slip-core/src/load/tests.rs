@@ -177,7 +177,7 @@ fn what_is_needed_is_reported_until_another_object_is_in_hand() {
     assert!(load.forecast().known, "a memory states it");
 }
 
-/// A stylus that is gone leaves the travel, a travel that is gone the stylus, and where both are it is told.
+/// A stylus that is gone leaves the travel, a travel that is gone the stylus, and where both are gone it is reported.
 #[test]
 fn sensors_that_are_lost_in_a_slip_are_left_out() {
     for (stylus, travel) in [(false, true), (true, false), (false, false)] {
@@ -222,6 +222,7 @@ fn garbage_gives_numbers_in_order() {
     let mut random = Random(11);
     let mut pick = |odd: bool| -> f32 {
         let odds = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30, 0.0, 1e-42, -3.0];
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 8")]
         let place = (4.0 * (random.next() + 1.0)) as usize;
         if odd && random.next() > 0.3 { odds[place.min(7)] } else { 5.0 * (random.next() + 1.0) }
     };

@@ -70,22 +70,22 @@ impl Filter {
     fn step(&mut self, load_s: f64, r: f64) {
         let f = [[1.0, D_S, 0.0], [0.0, 1.0, G * D_S], [0.0, 0.0, 1.0]];
         let q = [1e-14, 2.4e-3 * D_S, load_s * D_S];
-        let mut next = [[0.0; 3]; 3];
-        for i in 0..3 {
-            for j in 0..3 {
-                for a in 0..3 {
-                    for b in 0..3 {
-                        next[i][j] += f[i][a] * self.p[a][b] * f[j][b];
+        let mut next = [[0.0_f64; 3]; 3];
+        for (i, row) in next.iter_mut().enumerate() {
+            for (j, place) in row.iter_mut().enumerate() {
+                for (a, covariances) in self.p.iter().enumerate() {
+                    for (b, covariance) in covariances.iter().enumerate() {
+                        *place += f[i][a] * covariance * f[j][b];
                     }
                 }
             }
-            next[i][i] += q[i];
+            row[i] += q[i];
         }
         self.s = next[0][0] + r;
         self.k = [next[0][0] / self.s, next[1][0] / self.s, next[2][0] / self.s];
-        for i in 0..3 {
-            for j in 0..3 {
-                self.p[i][j] = next[i][j] - self.k[i] * next[0][j];
+        for (i, row) in self.p.iter_mut().enumerate() {
+            for (j, place) in row.iter_mut().enumerate() {
+                *place = next[i][j] - self.k[i] * next[0][j];
             }
         }
     }
@@ -329,7 +329,7 @@ fn the_bank_is_the_slow_one_over_random_slips() {
             } else {
                 bank.travel(None);
                 for (filter, load_s) in slow.filters.iter_mut().zip([1.0, 0.04]) {
-                    // A reading that tells nothing.
+                    // A reading that is no evidence.
                     filter.step(load_s, 1e6);
                 }
             }
