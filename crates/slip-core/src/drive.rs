@@ -24,6 +24,8 @@ const LEAST_LAG_S: f32 = 2e-3;
 /// The prediction is kept at this interval (s), so many times: the longest dead time.
 const SLOT_S: f32 = 1e-3;
 const SLOTS: usize = 64;
+/// Samples that arrive later than usual by less than this (s) are not late: periods are no whole numbers of microseconds.
+const JITTER_S: f32 = 1e-4;
 /// A command that has been the same for this long (s) has arrived, through the longest dead time and lag.
 const STANDS_S: f32 = 0.25;
 
@@ -147,7 +149,7 @@ impl Drive {
     /// Dead time (s) where samples arrive `late_s` (s) late: commands do too, so of the delay twice that is no lag.
     #[must_use]
     pub fn line_dead_s(&self, late_s: f32) -> f32 {
-        let later_s = 2.0 * (late_s - self.late_s).max(0.0);
+        let later_s = 2.0 * (late_s - self.late_s - JITTER_S).max(0.0);
         let line_s = (2.0 * self.late_s).min(self.delay_s() - LEAST_LAG_S);
         self.dead_s().max(line_s) + later_s
     }

@@ -36,7 +36,7 @@ pub struct GripInput {
     pub rise_s: Option<f32>,
     /// Whether the sample is too old to raise the force on it.
     pub stale: bool,
-    /// How late this sample arrived (s); 0 where that is not known.
+    /// How late samples arrive of late (s); 0 where that is not known.
     pub late_s: f32,
     /// Whether the moved distance is measured.
     pub travel: bool,

@@ -272,15 +272,14 @@ impl GripController {
     #[inline]
     pub fn is_steady(&self) -> bool {
         // What was let go, lost or never there waits for a client or for touch.
-        self.drive.is_settled()
-            && match self.state {
-                GripState::Released => self.is_travel_settled(),
-                GripState::Holding => self.touch.is_lost() || self.is_kept(),
-                GripState::Closing => {
-                    self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
-                }
-                _ => false,
+        match self.state {
+            GripState::Released => self.is_travel_settled(),
+            GripState::Holding => self.touch.is_lost() || self.is_kept(),
+            GripState::Closing => {
+                self.touch.is_empty() && self.presses_lightly() && self.is_travel_settled()
             }
+            _ => false,
+        }
     }
 
     /// Whether fingers without touch press as they will until there is some.
@@ -427,7 +426,8 @@ impl GripController {
     /// Down to what is to be held.
     fn give_back(&mut self, dt_s: f32) {
         let fall = self.config.backoff_n_s * dt_s;
-        let kept = self.hold_n.max(self.least_n).min(self.command_n);
+        let least_n = self.least_n.max(self.config.least_force_n);
+        let kept = self.hold_n.max(least_n).min(self.command_n);
         self.command_n = (self.command_n - fall).max(kept);
         if self.finding == Finding::Coming && self.command_n <= kept {
             // What somebody asked for shows nothing.

@@ -30,11 +30,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let loaded_n = if healthy { None } else { loaded_n(&mut self.friction, sample) };
         let complete = felt && self.health.health() == SensorHealth::Good;
         let impaired = stylus && !complete || !self.fusion.healthy();
-        #[expect(clippy::cast_possible_truncation, reason = "the controller limits both")]
-        let (dt_s, late_s) = (
-            dt.as_seconds() as f32,
-            sample.arrival.map_or(0.0, |arrival| arrival.age.as_seconds() as f32),
-        );
+        #[expect(clippy::cast_possible_truncation, reason = "the controller limits it")]
+        let (dt_s, late_s) = (dt.as_seconds() as f32, self.freshness.late_s());
         let mut input = GripInput {
             dt_s,
             rise_s: self.freshness.rise_s(),

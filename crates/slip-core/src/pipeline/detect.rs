@@ -8,7 +8,7 @@ use crate::{
     detector::SlipState,
     drift::Hold,
     fusion::Detection,
-    grip::{GripController, GripState},
+    grip::GripState,
     health::SensorHealth,
     sample::{Sample, Scene},
     units::{Micros, Newtons},
@@ -277,7 +277,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             && self.health.health() == SensorHealth::Good
             && !doubted
             && !learning
-            && self.grip.as_ref().is_none_or(GripController::is_steady);
+            && self.grip.as_ref().is_none_or(|grip| grip.is_steady() && grip.drive().is_settled());
         match self.scene {
             Scene::Idle if steady => Rest::Idle,
             // Fingers that let go, or closed on nothing.
