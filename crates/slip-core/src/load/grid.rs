@@ -71,7 +71,7 @@ impl Grid {
         ratios: &[1.05, 1.25, 1.5],
         contacts: &[contact(3e-6, 1.05, 0.4), contact(4e-6, 1.4, 0.25), contact(14e-6, 1.1, 0.35)],
     };
-    /// 64 hypotheses.
+    /// 96 hypotheses.
     pub const MICRO: Self = Self {
         forces: 16,
         step: 0.28,
