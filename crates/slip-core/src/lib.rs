@@ -31,6 +31,7 @@ pub mod pressure;
 pub mod sample;
 mod settings;
 mod travel_noise;
+mod turns;
 pub mod velocity;
 pub mod whiteness;
 

@@ -47,7 +47,7 @@ fn any_forecast(held: bool) -> impl Strategy<Value = Forecast> {
                 trusted,
                 known,
                 by_stylus,
-                low_n,
+                best_n: low_n,
                 median_n,
                 p_null,
                 speed_m_s,

@@ -223,7 +223,7 @@ proptest! {
     /// whatever the force sensor shows.
     #[test]
     fn what_slides_on_is_answered_at_the_stated_rate(
-        [low_n, median_n, p_null] in [0.0_f32..60.0, 0.0..60.0, 0.0..1.0], [known, moves, searched] in any::<[bool; 3]>(),
+        [best_n, median_n, p_null] in [0.0_f32..60.0, 0.0..60.0, 0.0..1.0], [known, moves, searched] in any::<[bool; 3]>(),
         applied_n in prop::option::of(0.0_f32..60.0), predicted_n in 0.0_f32..60.0, travel_m_s in 0.013_f32..1.0, ms in 20_u16..400
     ) {
         let config = GripConfig { relax_per_s: if searched { 1.0 } else { 0.0 }, ..GripConfig::default() };
@@ -232,7 +232,7 @@ proptest! {
             let since_s = 1e-3 * f32::from(i);
             let forecast = Some(Forecast {
                 slips: true, moves, informed: true, trusted: true, known, by_stylus: true, since_s, moved_m: Some(since_s * travel_m_s),
-                travel_m_s, speed_m_s: travel_m_s, from_n: 2.0, low_n, median_n, p_null, slips_seen: 1, ..Forecast::default()
+                travel_m_s, speed_m_s: travel_m_s, from_n: 2.0, best_n, median_n, p_null, slips_seen: 1, ..Forecast::default()
             });
             let predicted_n = predicted_n.min(grip.command_n());
             let command_n = grip.step(&GripInput {

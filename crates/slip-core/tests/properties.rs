@@ -52,7 +52,7 @@ fn any_forecast() -> impl Strategy<Value = Forecast> {
             held_n,
             slips_seen,
         )| {
-            let [from_n, low_n, median_n, whole_low_n, travel_m_s, since_s] = forces;
+            let [from_n, best_n, median_n, whole_low_n, travel_m_s, since_s] = forces;
             Forecast {
                 slips,
                 moves,
@@ -63,7 +63,7 @@ fn any_forecast() -> impl Strategy<Value = Forecast> {
                 by_stylus,
                 far,
                 from_n,
-                low_n,
+                best_n,
                 median_n,
                 whole_low_n,
                 travel_m_s,

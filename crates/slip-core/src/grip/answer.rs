@@ -1,22 +1,9 @@
 //! The answer to a slip: the force that the posterior of the need asks for, and the force to hold with afterwards.
 
 use super::{GripConfig, GripInput};
-use crate::{estimate::G_M_S2, load::Forecast};
+use crate::load::Forecast;
 use libm::expf;
 
-/// What is aimed at over the median and over the lower quantile of the need; less where the drive has a dead time of [`DEAD_S`] and more.
-const OVER_MEDIAN: f32 = 1.3;
-const OVER_LOW: f32 = 1.55;
-/// Less of both where a fine travel is trusted.
-const SURE: f32 = 0.1;
-/// ... and less still where it is so slow that it stops within this (m) under this much over the need.
-const STOPS_M: f32 = 6e-5;
-const OVER_LEAST: f32 = 1.06;
-const DEAD_MEDIAN: f32 = 0.1;
-const DEAD_LOW: f32 = 0.3;
-const DEAD_S: f32 = 0.02;
-/// What is no harm over the force at the alarm, whatever the lower quantile.
-const HARMLESS: f32 = 1.6;
 /// The first answer over the force at the alarm: of the stylus, of another sensor, to an object that is known.
 const FIRST: f32 = 1.4;
 const FIRST_OTHER: f32 = 1.15;
@@ -65,6 +52,7 @@ const SHOWS_S: f32 = 0.02;
 
 /// Memory of the slip that goes on.
 #[derive(Clone, Copy, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "what one slip has shown, each by itself")]
 pub(super) struct Answer {
     /// What the force should become (N).
     target_n: f32,
@@ -151,22 +139,12 @@ impl Answer {
             return;
         }
         let on_way_n = input.predicted_n;
-        let late = (input.dead_s / DEAD_S).min(1.0);
         if !forecast.informed {
             self.target_n =
                 (before_n * expf(rise_s / (1e-3 * config.reflex_tau_ms))).min(ceiling_n);
             return;
         }
-        // What slides slowly stops under little more than it needs.
-        let speed_m_s = forecast.travel_m_s.max(0.0);
-        let brakes = speed_m_s * speed_m_s / (2.0 * G_M_S2 * STOPS_M);
-        let slow = (OVER_MEDIAN - OVER_LEAST - brakes).max(0.0);
-        let sure = if forecast.trusted { slow.max(SURE) * (1.0 - late) } else { 0.0 };
-        let over_median = (OVER_MEDIAN - sure - DEAD_MEDIAN * late) * forecast.median_n;
-        let over_low = (OVER_LOW - sure - DEAD_LOW * late) * forecast.low_n;
-        // Where it needs no more than it had, this much more does no harm.
-        let over_low = over_low.max(HARMLESS * forecast.from_n);
-        let mut want_n = over_median.min(over_low) * self.grow;
+        let mut want_n = forecast.best_n * self.grow;
         if self.searched && forecast.known && forecast.trusted {
             let slow = forecast.travel_m_s < SHOWS_M_S && forecast.since_s < SHOWS_S;
             self.shown |= !slow || forecast.far;

@@ -53,6 +53,8 @@ const LATE_TURN: f32 = 0.35;
 /// A distance that is further from it than this (logarithm) counts as this: an outlier.
 const OUTLIER: f32 = 1.6;
 const LEAST_M: f32 = 1e-7;
+/// What moves less in a block (m) shears the pad as the load on it states.
+const LEAST_WAY_M: f32 = 1e-9;
 /// What is slower than this (m/s) at a turn may be turning back, which the pads do about so often a second (logarithm).
 const REVERSES_M_S: f32 = 2e-3;
 const REVERSES_LN: f32 = 3.0;
@@ -104,12 +106,22 @@ pub(super) struct Start<'a> {
     pub(super) trust: f32,
     /// What is known of the object.
     pub(super) prior: &'a Prior,
-    /// Compliance of the pads over that of the grid.
-    pub(super) pads: f32,
     /// Weight of a need below the force at the alarm.
     pub(super) below: f32,
     /// How the signal follows the distance; `None`: it has no part.
     pub(super) law: Option<Law>,
+}
+
+/// An object of one hypothesis: speed (m/s), load over the weight, the most that it becomes and its rate (1/s), and the needed force
+/// as its reciprocal (1/N) and its logarithm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    pub(super) v: f32,
+    pub(super) load: f32,
+    pub(super) most: f32,
+    pub(super) rate: f32,
+    pub(super) per_n: f32,
+    pub(super) need_ln: f32,
 }
 
 /// One mode of the travel: each field for all cells, so that one instruction takes several.
@@ -196,8 +208,7 @@ struct Track {
 /// Quantiles of the needed force (N) and what else the cells say together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Summary {
-    /// Need within the next milliseconds: 10 and 50 %.
-    pub(super) low_n: f32,
+    /// Need within the next milliseconds: its median.
     pub(super) median_n: f32,
     /// Need of the whole load: 10, 50 and 90 %.
     pub(super) whole_low_n: f32,
@@ -252,7 +263,7 @@ const FREE: usize = 1;
 impl<const H: usize> Bank<H> {
     /// An empty one; `H` has to be the cells of the grid.
     pub(super) const fn new(grid: Grid) -> Self {
-        assert!(grid.cells() == H && H % 8 == 0);
+        assert!(grid.cells() == H && H.is_multiple_of(8));
         let z = [0.0; H];
         Self {
             grid,
@@ -281,7 +292,6 @@ impl<const H: usize> Bank<H> {
             weight: 0.0,
             turns: 0.0,
             summary: Summary {
-                low_n: 0.0,
                 median_n: 0.0,
                 whole_low_n: 0.0,
                 whole_n: 0.0,
@@ -293,6 +303,11 @@ impl<const H: usize> Bank<H> {
             },
             bins: [0.0; BINS],
         }
+    }
+
+    /// Force at the alarm (N).
+    pub(super) fn alarm_n(&self) -> f32 {
+        self.from_n
     }
 
     /// Speed of the travel, whatever it shows (m/s).
@@ -315,10 +330,8 @@ impl<const H: usize> Bank<H> {
         let mut h = 0;
         let grid = self.grid;
         for contact in grid.contacts {
-            let shear = contact.shear_m_n * start.pads;
-            // Pads that are not known are hardly the stiffest.
-            let stiff = start.pads > 1.5 && shear < 8e-6;
-            let p = if stiff { 0.5 * contact.p } else { contact.p };
+            let shear = contact.shear_m_n;
+            let p = contact.p;
             for (ramp, searched) in grid.ramps.iter().zip(grid.ratios) {
                 let ratio = if start.prior.is_searched() { *searched } else { contact.ratio };
                 let ramp_s = if start.prior.is_searched() { 0.0 } else { ramp.s };
@@ -369,7 +382,6 @@ impl<const H: usize> Bank<H> {
         self.jumps = known && !self.searched;
         self.gains = LOAD.map(|load| Gains::begin(if self.jumps { JUMPS } else { load }));
         self.summary = Summary {
-            low_n: from_n,
             median_n: from_n,
             whole_low_n: from_n,
             whole_n: from_n,
@@ -463,8 +475,11 @@ impl<const H: usize> Bank<H> {
                 let most = friction / stiffness;
                 let load = at_most(at_least(z / most, -1.0), 1.0);
                 let ahead = if load * v > 0.0 { 1.0 } else { 0.0 };
-                let shears = 1.0 - load * load * ahead;
                 let held = load * most;
+                // Never further than to where all of a motion slides: a block may be longer than that takes.
+                let left = most - held.abs() * ahead;
+                let shears = 1.0 - load * load * ahead;
+                let shears = at_most(shears, left / at_least(v.abs() * d, LEAST_WAY_M));
                 let after = (v + d * (G_M_S2 * u - stiffness * held))
                     / (1.0 + d * shears * (damping + stiffness * d));
                 mode.z[h] = held + shears * after * d;
@@ -520,7 +535,7 @@ impl<const H: usize> Bank<H> {
         }
     }
 
-    /// A travel that is absent since its last reading tells nothing of the object from here on.
+    /// A travel that is absent since its last reading is no evidence of the object from here on.
     pub(super) fn lose_travel(&mut self) {
         for l in &mut self.modes[FOLLOWED].travel {
             *l -= 5.0;
@@ -680,7 +695,7 @@ impl<const H: usize> Bank<H> {
         let (least2, most2, believed) = (least * least, most * most, SLOPE_BLOCKS * least * most);
         let per_weight = 1.0 / (self.weight + SLOPE_BLOCKS);
         let half = 0.5 * self.weight;
-        let (heard, counted) =
+        let (by_power, counted) =
             (if self.law.is_some() { 1.0 } else { 0.0 }, if law.turns { 1.0 } else { 0.0 });
         let constant = TURN_LN * TURN_LN * surface;
         // Without a stylus nothing contradicts the travel.
@@ -696,7 +711,7 @@ impl<const H: usize> Bank<H> {
                 let late = at_least(open - mean - LATE_TURN, 0.0);
                 let squares = mode.ln2[h] * each + constant - sum * mean;
                 let turns = mode.jacobian[h] - 0.5 * (squares + late * late * sharpness2);
-                let without = self.prior[h] + alone + heard * amplitude + counted * turns;
+                let without = self.prior[h] + alone + by_power * amplitude + counted * turns;
                 mode.w[h] = without;
                 mode.l[h] = without + mode.travel[h];
             }
@@ -740,8 +755,7 @@ impl<const H: usize> Bank<H> {
                 }
             }
         }
-        [summary.low_n, summary.median_n] =
-            [0.1, 0.5].map(|share| exp(from_ln + BIN * quantile(&self.bins, share)));
+        summary.median_n = exp(from_ln + BIN * quantile(&self.bins, 0.5));
         let first_ln = self.need_ln.first().copied().unwrap_or(from_ln);
         // What hits or pulls the object may be more than its weight.
         let load = if self.jumps && counted > 0.0 { load / counted } else { 1.0 };
@@ -749,6 +763,23 @@ impl<const H: usize> Bank<H> {
         [summary.whole_low_n, summary.whole_n, summary.whole_high_n] = [0.1, 0.5, 0.9]
             .map(|share| load * exp(first_ln + self.grid.step * quantile(whole, share)));
         self.summary = summary;
+    }
+
+    /// What each hypothesis of some weight expects of the object, for [`Losses`](super::loss::Losses).
+    pub(super) fn expect(&self, mut each: impl FnMut(f32, &Expected)) {
+        for mode in &self.modes {
+            for h in 0..H {
+                let w = mode.w[h];
+                if w < NEGLIGIBLE {
+                    continue;
+                }
+                let load = mode.u[h];
+                let most = at_least(self.load_most[h], load);
+                let (v, rate) = (mode.v[h], self.rate[h]);
+                let (per_n, need_ln) = (self.per_n[h], self.need_ln[h]);
+                each(w, &Expected { v, load, most, rate, per_n, need_ln });
+            }
+        }
     }
 
     /// What this slip has shown of the weight.

@@ -1,26 +1,27 @@
 //! The load: one posterior over the force that an object needs, from every sensor of its slips.
 //!
-//! A bank of simulated objects is weighed by what the sensors show ([`bank`]); [`Forecast`] is what the controller asks of it. Nothing is looked at
+//! A bank of simulated objects is weighed by what the sensors show (`bank`); [`Forecast`] is what the controller asks of it. Nothing is looked at
 //! between slips. Fixed loops, no allocation, `f32`.
 
 mod bank;
 mod gains;
 mod grid;
+mod loss;
 mod math;
 mod prior;
 mod stylus;
 mod travel;
-mod turns;
 
 pub use grid::{Contact, Grid, Ramp};
 pub use travel::TravelSensor;
 
-use crate::{needed::NeededForce, sample::Signal};
+use crate::{needed::NeededForce, sample::Signal, turns::Turn};
 use bank::{AHEAD_S, Bank, Start};
+use loss::{Drives, Losses};
+use math::{at_least, at_most};
 use prior::Prior;
 use stylus::{Stylus, alarm_m};
 use travel::Travel;
-use turns::Turn;
 
 /// Hypotheses of the pipeline.
 pub const CELLS: usize = Grid::MICRO.cells();
@@ -47,8 +48,6 @@ const UNMOVED: f32 = 0.12;
 const ALARMS_FROM: f32 = 0.3;
 /// Weight of a need below the force at the alarm, where the stylus has raised it.
 const BELOW: f32 = 0.3;
-/// Compliance of pads that are not known, over that of the grid.
-const PADS: f32 = 1.0;
 /// Forces (N) that there are.
 const LEAST_N: f32 = 1e-3;
 const MOST_N: f32 = 1e4;
@@ -60,6 +59,7 @@ const FAR_M: f32 = 1.5e-4;
 const HELD: f32 = 0.9;
 /// An object that moves on the pads only is slower than this (m/s).
 const SLOW_M_S: f32 = 2e-3;
+
 /// What is slower than this (m/s) stands.
 const SLIDES_M_S: f32 = 5e-4;
 /// A mean speed below this (m/s) explains no vibration.
@@ -74,7 +74,7 @@ pub struct Alarm {
     pub sigma: Option<f32>,
     /// Time between two samples (s).
     pub dt_s: f32,
-    /// Force of a finger (N), and the largest that may be commanded.
+    /// Force of a finger (N).
     pub force_n: f32,
     /// The largest force that may be commanded (N).
     pub most_n: f32,
@@ -103,8 +103,12 @@ pub struct Reading {
     pub force_n: f32,
     /// How far the stylus sinks in with the force (its unit over N), 0 where that is not known.
     pub sinks_per_n: f32,
-    /// Dead time of the drive (s).
+    /// Dead time and lag of the drive (s), and the force that is on its way (N).
     pub dead_s: f32,
+    /// Its lag (s).
+    pub lag_s: f32,
+    /// Force when everything commanded so far has come (N).
+    pub on_way_n: f32,
     /// Whether the methods see the slip now.
     pub evident: bool,
 }
@@ -137,9 +141,9 @@ pub struct Forecast {
     pub speed_m_s: f32,
     /// Force when it began to move (N).
     pub from_n: f32,
-    /// Need within the next milliseconds (N): 10 and 50 %.
-    pub low_n: f32,
-    /// Its median (N).
+    /// The force of least expected loss (N).
+    pub best_n: f32,
+    /// Need within the next milliseconds (N): its median.
     pub median_n: f32,
     /// Need of the whole load (N): 10, 50 and 90 %.
     pub whole_low_n: f32,
@@ -196,7 +200,7 @@ pub struct Load<const H: usize> {
     block_s: f32,
     samples: u16,
     filled: u16,
-    hears: bool,
+    has_stylus: bool,
     missing_s: f32,
     last: Option<f32>,
     /// Force at the end of the last block (N).
@@ -216,6 +220,8 @@ pub struct Load<const H: usize> {
     runs: bool,
     resumed: bool,
     forecast: Forecast,
+    /// The force of least expected loss (N).
+    best_n: f32,
     /// Need of the whole load (N): 10, 50 and 90 %.
     needed: Option<[f32; 3]>,
 }
@@ -246,7 +252,7 @@ impl<const H: usize> Load<H> {
             block_s: BLOCK_S,
             samples: 3,
             filled: 0,
-            hears: false,
+            has_stylus: false,
             missing_s: 0.0,
             last: None,
             last_n: 0.0,
@@ -262,6 +268,7 @@ impl<const H: usize> Load<H> {
             runs: false,
             resumed: false,
             forecast: FORECAST,
+            best_n: 0.0,
             needed: None,
         }
     }
@@ -313,7 +320,11 @@ impl<const H: usize> Load<H> {
         let samples = libm::roundf(BLOCK_S / alarm.dt_s.max(1e-6)).clamp(1.0, 300.0) as u16;
         // What is no force is hardly any, and what is no distance none.
         let moved_m = if alarm.moved_m.is_finite() { alarm.moved_m } else { 0.0 };
-        let alarm = &Alarm { force_n: alarm.force_n.max(LEAST_N).min(MOST_N), moved_m, ..*alarm };
+        let alarm = &Alarm {
+            force_n: at_most(at_least(alarm.force_n, LEAST_N), MOST_N),
+            moved_m,
+            ..*alarm
+        };
         self.alarm = *alarm;
         self.samples = samples;
         self.block_s = f32::from(samples) * alarm.dt_s;
@@ -323,14 +334,14 @@ impl<const H: usize> Load<H> {
         self.last = None;
         self.rested_s += alarm.rested_s;
         self.known_s += alarm.rested_s;
-        self.hears = alarm.sigma.is_some();
+        self.has_stylus = alarm.sigma.is_some();
         self.stylus.begin(alarm.signal, alarm.sigma.unwrap_or(1.0), alarm.dt_s, samples);
         self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
         self.stage = Stage::Rests;
         self.runs = false;
         self.resumed = false;
         self.forecast = Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
-        if self.rested_s > AGAIN_S || !self.hears {
+        if self.rested_s > AGAIN_S || !self.has_stylus {
             self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
         } else {
             self.stylus.rest();
@@ -343,7 +354,7 @@ impl<const H: usize> Load<H> {
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
-        let law = self.stylus.law().filter(|_| self.hears);
+        let law = self.stylus.law().filter(|_| self.has_stylus);
         let mut trust = self.trust;
         if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
             let odds = UNMOVED * trust / (1.0 - trust);
@@ -359,7 +370,6 @@ impl<const H: usize> Load<H> {
             d_s: self.block_s,
             trust: if there { trust } else { 1e-6 },
             prior: &self.prior,
-            pads: PADS,
             below: if by_stylus { BELOW } else { 1.0 },
             law,
         };
@@ -379,7 +389,7 @@ impl<const H: usize> Load<H> {
             known: self.prior.is_known(),
             by_stylus,
             from_n: force_n,
-            low_n: force_n,
+            best_n: force_n,
             median_n: force_n,
             whole_low_n: force_n,
             whole_n: force_n,
@@ -420,14 +430,14 @@ impl<const H: usize> Load<H> {
         let reading = &Reading { force_n, ..*reading };
         let dt_s = self.alarm.dt_s;
         self.travel.push(reading.travel_m, dt_s);
-        let heard = reading.stylus.filter(|x| self.last != Some(*x));
+        let fresh = reading.stylus.filter(|x| self.last != Some(*x));
         self.last = reading.stylus;
-        self.missing_s = if heard.is_some() { 0.0 } else { self.missing_s + dt_s };
-        if self.hears && self.missing_s >= LOST_S {
-            self.hears = false;
+        self.missing_s = if fresh.is_some() { 0.0 } else { self.missing_s + dt_s };
+        if self.has_stylus && self.missing_s >= LOST_S {
+            self.has_stylus = false;
             self.bank.lose_stylus(TRUST);
         }
-        if let Some(x) = reading.stylus.filter(|_| self.hears) {
+        if let Some(x) = reading.stylus.filter(|_| self.has_stylus) {
             let seen = self.stylus.push(x);
             if let Some(seen) = seen.filter(|_| self.stage == Stage::Moves) {
                 if let Turn::Turned { ends } = seen.turn {
@@ -452,7 +462,7 @@ impl<const H: usize> Load<H> {
         self.impulses[self.at] = self.impulse;
         let sunk = reading.sinks_per_n * (reading.force_n - self.last_n);
         self.last_n = reading.force_n;
-        let power = self.stylus.block(sunk).filter(|_| self.hears);
+        let power = self.stylus.block(sunk).filter(|_| self.has_stylus);
         let travel = self.travel.block();
         match self.stage {
             Stage::Rests if !self.runs => self.rest(reading),
@@ -471,6 +481,7 @@ impl<const H: usize> Load<H> {
                 if self.unweighed_s > WEIGHED_S - 0.5 * self.block_s {
                     self.bank.weigh(AHEAD_S + reading.dead_s);
                     self.unweighed_s = 0.0;
+                    self.best_n = self.least_loss_n(reading);
                     if self.travel.is_there() {
                         self.bank.draw(WEIGHED_S);
                     }
@@ -480,7 +491,7 @@ impl<const H: usize> Load<H> {
                     self.rest(reading);
                     return;
                 }
-                self.tell(reading);
+                self.report(reading);
                 if self.is_over(reading) {
                     self.stop();
                 }
@@ -488,14 +499,26 @@ impl<const H: usize> Load<H> {
         }
     }
 
+    /// The force of least expected loss (N).
+    fn least_loss_n(&self, reading: &Reading) -> f32 {
+        let mut losses = Losses::new(Drives {
+            delay_s: AHEAD_S + reading.dead_s + reading.lag_s,
+            on_way_n: reading.on_way_n,
+            from_n: self.bank.alarm_n(),
+            most_n: self.alarm.most_n,
+        });
+        self.bank.expect(|w, object| losses.add(w, object));
+        losses.best_n()
+    }
+
     /// What the bank says, with what the sensors show.
-    fn tell(&mut self, reading: &Reading) {
+    fn report(&mut self, reading: &Reading) {
         let summary = self.bank.summary;
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let trusted = fine && summary.p_travel > 0.5;
-        let stylus = self.hears && self.stylus.moves();
-        let moves = match (trusted, self.hears, there) {
+        let stylus = self.has_stylus && self.stylus.moves();
+        let moves = match (trusted, self.has_stylus, there) {
             (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
             (_, true, _) => stylus,
             (_, _, true) => self.travel.moves(),
@@ -505,17 +528,17 @@ impl<const H: usize> Load<H> {
         self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         self.forecast = Forecast {
             moves,
-            unexplained: self.hears
+            unexplained: self.has_stylus
                 && summary.p_travel < 0.5
                 && summary.speed_m_s < UNEXPLAINED_M_S
                 && self.stylus.vibrates(),
-            informed: there || self.hears,
+            informed: there || self.has_stylus,
             trusted,
             since_s: self.since_s,
             moved_m: trusted.then_some(y),
             travel_m_s: self.bank.track_m_s(),
             speed_m_s: summary.speed_m_s,
-            low_n: summary.low_n,
+            best_n: self.best_n,
             median_n: summary.median_n,
             whole_low_n: summary.whole_low_n,
             whole_n: summary.whole_n,
@@ -536,10 +559,10 @@ impl<const H: usize> Load<H> {
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let p_travel = self.forecast.p_travel;
-        let stylus = !self.hears || self.stylus.stands();
-        let travel = !there || (!fine && self.hears) || p_travel < 0.5 || self.travel.stands();
+        let stylus = !self.has_stylus || self.stylus.stands();
+        let travel = !there || (!fine && self.has_stylus) || p_travel < 0.5 || self.travel.stands();
         let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
-        if !self.hears && (!there || p_travel < 0.5) {
+        if !self.has_stylus && (!there || p_travel < 0.5) {
             return !reading.evident;
         }
         (stylus && travel) || trusted
@@ -561,14 +584,17 @@ impl<const H: usize> Load<H> {
         let back = back.min(KEPT - 1);
         #[expect(clippy::cast_precision_loss, reason = "at most 64")]
         let lasted_s = self.since_s - back as f32 * self.block_s;
-        let held_n = if forecast.trusted || self.resumed {
+        let held_n = if !forecast.informed {
+            // No sensor has shown the course: what has stopped it is what it needs.
+            self.last_n
+        } else if forecast.trusted || self.resumed {
             forecast.whole_n
         } else {
             let impulse = self.impulses[(self.at + KEPT - back) % KEPT];
             self.bank.balance_n(impulse, lasted_s).max(forecast.from_n)
         };
         let held = forecast.p_null > if self.prior.is_known() { 0.4 } else { 0.5 };
-        let null = held && !forecast.far;
+        let null = held && !forecast.far && forecast.informed;
         forecast.held_n = Some(held_n).filter(|_| !null);
         forecast.slips = false;
         forecast.moves = false;
@@ -577,7 +603,7 @@ impl<const H: usize> Load<H> {
         } else {
             self.trust
         };
-        if !null {
+        if !null && forecast.informed {
             self.bank.learn(&mut self.prior);
         }
         self.stage = Stage::Rests;
@@ -595,12 +621,12 @@ impl<const H: usize> Load<H> {
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine() && self.trust > 0.5;
         let y = self.travel.y().abs();
-        let least_m = self.travel.moved_again_m(self.hears);
+        let least_m = self.travel.moved_again_m(self.has_stylus);
         let advances = there && self.trust > ALARMS_FROM && y > least_m && self.rested_s > 4e-3;
         let stands = fine && y < 0.5 * least_m;
         let soon = self.rested_s < AGAIN_S;
         // Where no sensor shows the course of a slip, the methods show that it goes on.
-        let alarms = match (self.hears, there) {
+        let alarms = match (self.has_stylus, there) {
             (true, _) => self.stylus.moves_again(self.block_s, soon, stands),
             (false, true) if self.trust > 0.5 => false,
             (false, _) => reading.evident,
@@ -635,7 +661,7 @@ const FORECAST: Forecast = Forecast {
     travel_m_s: 0.0,
     speed_m_s: 0.0,
     from_n: 0.0,
-    low_n: 0.0,
+    best_n: 0.0,
     median_n: 0.0,
     whole_low_n: 0.0,
     whole_n: 0.0,

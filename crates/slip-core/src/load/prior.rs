@@ -12,7 +12,7 @@ const REMEMBERED: f32 = 0.2;
 /// Probability that this is another object, or that the slips before were mistaken.
 const OTHER: f32 = 0.15;
 /// An object of which nothing is known: its probability falls with this power of the needed force.
-const POWER: f32 = 0.5;
+const POWER: f32 = 0.3;
 /// Deviation of the share of the load at which a known object breaks away: about all of it, once the load had this time to come (s).
 const BREAKS: f32 = 0.35;
 const COMES_S: f32 = 0.3;
@@ -76,7 +76,7 @@ impl Prior {
         let reach = (3.0 * deviation / WIDTH) as usize + 1;
         for (need_ln, w) in cells {
             let at = at_most(at_least((need_ln - FIRST) / WIDTH, 0.0), BINS as f32 - 1.0);
-            let middle = at as usize;
+            let middle = whole(at);
             let from = middle.saturating_sub(reach);
             for (bin, place) in bins.iter_mut().zip(0_u16..).skip(from).take(2 * reach + 1) {
                 let off = (f32::from(place) + 0.5 - at) * WIDTH / deviation;
@@ -124,11 +124,17 @@ impl Prior {
             return -POWER * ln(at_least(over, 1.0)) + if self.loaded { breaks } else { 0.0 };
         }
         let at = at_most(at_least((need_ln - FIRST) / WIDTH, 0.0), BINS as f32 - 1.0);
-        let here = self.bins[at as usize];
+        let here = self.bins.get(whole(at)).copied().unwrap_or(0.0);
         let flat = OTHER / forces as f32 * if over > 1.0 { 1.0 } else { 0.3 };
         let seen = ln((1.0 - OTHER) * here / WIDTH * step + flat + 1e-6);
         seen + breaks
     }
+}
+
+/// The bin that a place from 0 on is in.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to BINS")]
+fn whole(place: f32) -> usize {
+    place as usize
 }
 
 #[cfg(test)]

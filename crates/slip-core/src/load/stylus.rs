@@ -1,10 +1,10 @@
 //! What the signal of a slip shows block by block: its power, whether it moves, and whether it stands.
 
-use super::{
-    bank::Law,
+use super::bank::Law;
+use crate::{
+    sample::Signal,
     turns::{Turn, Turns},
 };
-use crate::sample::Signal;
 
 /// Block means that are kept.
 const KEPT: usize = 64;

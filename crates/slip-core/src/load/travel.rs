@@ -233,7 +233,7 @@ impl Travel {
             // Where the distance begins anew its differences do too: the step back to zero is no noise.
             self.third = [f32::NAN; 3];
         } else {
-            self.sensor.rest_m += self.sign * share * y.clamp(-most_m, most_m);
+            self.sensor.rest_m += self.sign * share * y.max(-most_m).min(most_m);
         }
     }
 

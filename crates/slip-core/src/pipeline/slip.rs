@@ -5,7 +5,9 @@ use crate::{
     Phase, Signal, SlipReport,
     alarm::{Cause, Causes, Method, confidence},
     detector::SlipState,
+    drive::Drive,
     fusion::Detection,
+    grip::GripController,
     load::{Alarm, Reading},
     pressure::Standing,
     sample::{Sample, Scene},
@@ -22,7 +24,6 @@ const VIBRATION_HZ: f32 = 2000.0;
 
 /// The slip that goes on.
 #[derive(Clone, Copy, Debug)]
-#[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
 pub(super) struct Slip {
     pub(super) since: Micros,
     pub(super) gross: bool,
@@ -307,12 +308,15 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
         let sound = self.health.feels() && !self.whiteness.is_noisy();
         let late_s = self.freshness.late_s();
+        let drive = self.grip.as_ref().map(GripController::drive);
         self.load.push(&Reading {
             stylus: Some(sample.stylus).filter(|_| sound),
             travel_m: self.fusion.travel_m(travel_m),
             force_n: sample.normal_force_n.unwrap_or(0.0),
             sinks_per_n: self.sink.per_n().abs(),
-            dead_s: self.grip.map_or(0.0, |grip| grip.drive().line_dead_s(late_s)),
+            dead_s: drive.map_or(0.0, |drive| drive.line_dead_s(late_s)),
+            lag_s: drive.map_or(0.0, Drive::drive_lag_s),
+            on_way_n: drive.map_or(0.0, Drive::on_way_n),
             evident: self.is_fresh(sample.t),
         });
     }
@@ -332,8 +336,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let rested_s = self.ended.map_or(f64::INFINITY, |t| sample.t.since(t).as_seconds());
         let travel = self.fusion.travel_sensor(sample.t);
         let by_stylus = self.detection.is_some_and(|now| now.method == Method::Stylus);
-        #[expect(clippy::cast_possible_truncation, reason = "a time between two slips")]
-        let (rested_s, held_s) = (rested_s as f32, sample.t.since(self.grasp.since).as_seconds());
+        let held_s = sample.t.since(self.grasp.since).as_seconds();
+        #[expect(clippy::cast_possible_truncation, reason = "times of one grasp")]
+        let (rested_s, held_s) = (rested_s as f32, held_s as f32);
         self.load.begin(&Alarm {
             signal: self.config.signal,
             sigma: feels.then_some(sigma),
@@ -344,7 +349,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             moved_m: travel.map_or(0.0, |(_, moved_m)| moved_m),
             by_stylus,
             searched: self.grip.is_some_and(|grip| grip.is_searching()),
-            held_s: held_s as f32,
+            held_s,
             rested_s,
         });
     }

@@ -179,7 +179,7 @@ fn what_slips_again_is_given_time_to_slide_and_then_held_with_what_that_needs() 
     let slow = Forecast { known: true, since_s: 0.005, travel_m_s: 2e-3, ..slips(before, 12.0) };
     let input = GripInput { travel: true, ..slipping(slow) };
     assert!((answer(&mut grip, &input, 7) / before - 1.0).abs() < 1e-3, "{}", grip.command_n());
-    let fast = Forecast { since_s: 0.012, travel_m_s: 7e-3, ..slow };
+    let fast = Forecast { since_s: 0.012, travel_m_s: 7e-3, best_n: 13.2, ..slow };
     answer(&mut grip, &GripInput { travel: true, ..slipping(fast) }, 20);
     assert!((grip.command_n() - 13.2).abs() < 0.1, "{}", grip.command_n());
     // What a slow fall has shown is known well: more than has stopped it while a slip still shows.

@@ -16,7 +16,7 @@ enum Way {
 
 /// What a reading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Turn {
+pub(crate) enum Turn {
     /// Neither.
     Between,
     /// Further than all since the last turn.
@@ -27,7 +27,7 @@ pub(super) enum Turn {
 
 /// A signal that goes up and down.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turns {
+pub(crate) struct Turns {
     way: Way,
     begun: bool,
     high: f32,
@@ -35,11 +35,12 @@ pub(super) struct Turns {
     last: f32,
     turned: bool,
     mean: f32,
+    count: f32,
 }
 
 impl Turns {
     /// Nothing was read yet.
-    pub(super) const NEW: Self = Self {
+    pub(crate) const NEW: Self = Self {
         way: Way::Unknown,
         begun: false,
         high: 0.0,
@@ -47,20 +48,21 @@ impl Turns {
         last: 0.0,
         turned: false,
         mean: 0.0,
+        count: 0.0,
     };
 
     /// Mean swing, the unit of the signal; 0 before the second turn.
-    pub(super) fn swing(&self) -> f32 {
+    pub(crate) fn swing(&self) -> f32 {
         self.mean
     }
 
     /// Range since the last turns.
-    pub(super) fn range(&self) -> f32 {
+    pub(crate) fn range(&self) -> f32 {
         self.high - self.low
     }
 
     /// Takes the next reading; `sigma` is its noise (rms).
-    pub(super) fn push(&mut self, x: f32, sigma: f32) -> Turn {
+    pub(crate) fn push(&mut self, x: f32, sigma: f32) -> Turn {
         if !self.begun {
             *self = Self { begun: true, high: x, low: x, last: x, ..Self::NEW };
         }
@@ -110,6 +112,7 @@ impl Turns {
         self.last = at;
         let ends = core::mem::replace(&mut self.turned, true);
         if ends {
+            self.count += 1.0;
             self.mean += if self.mean > 0.0 { LAST * (swing - self.mean) } else { swing };
         }
         ends
