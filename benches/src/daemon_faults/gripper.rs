@@ -318,7 +318,7 @@ impl Gripper {
     /// The gripper is pressed on the object and follows fresh commands.
     #[must_use]
     pub fn until_gripped(&self) -> bool {
-        time::until(30, || {
+        time::until(120, || {
             let bench = self.bench();
             bench.is_active() && bench.mcu.commanded_n() > 1.5
         })
