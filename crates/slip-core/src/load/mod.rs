@@ -468,12 +468,13 @@ impl<const H: usize> Load<H> {
             _ => reading.evident,
         };
         let y = self.travel.y();
-        if there || self.has_stylus {
+        let informed = there || self.has_stylus;
+        if informed {
             self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
         }
         self.forecast = Forecast {
             moves,
-            informed: there || self.has_stylus,
+            informed,
             trusted,
             since_s: self.since_s,
             moved_m: trusted.then_some(y),
