@@ -38,6 +38,10 @@ const STYLUS_SILENT: f32 = -2.0;
 /// A travel this fast (m/s) is not silent: that it shows no object has this rate of nats a second against it.
 const TRAVEL_M_S: f32 = 5e-3;
 const TRAVEL_FAST_S: f32 = 400.0;
+/// Speed of a sensor that drifts: its deviation (m/s), growth of its variance in a second (m^2/s^3), and the least one.
+const DRIFTS_M_S: f32 = 5e-3;
+const DRIFT_S: f32 = 1e-6;
+const DRIFT_M_S: f32 = 1e-4;
 /// Weight of the free cells where there is no stylus (nats).
 const UNCONTRADICTED: f32 = -30.0;
 /// Cells that run free are drawn to the others within this time (s), and stay within so many nats.
@@ -90,6 +94,44 @@ pub(super) struct Law {
     pub(super) rings: f32,
     /// Weight of a block, where that does not follow from the distance.
     pub(super) weight: Option<f32>,
+}
+
+/// A travel that goes on at its own speed, whatever presses: a sensor that drifts.
+#[derive(Clone, Copy, Debug, Default)]
+struct Drift {
+    x: f32,
+    v: f32,
+    /// Covariance of both: that of the distance, of both, of the speed.
+    p: [f32; 3],
+}
+
+impl Drift {
+    fn begin(moved_m: f32) -> Self {
+        Self { x: moved_m, v: 0.0, p: [1e-11, 0.0, DRIFTS_M_S * DRIFTS_M_S] }
+    }
+
+    /// One block of `d` (s).
+    fn go(&mut self, d: f32) {
+        let [xx, xv, vv] = self.p;
+        self.x += self.v * d;
+        self.p = [xx + d * (2.0 * xv + d * vv), xv + d * vv, vv + DRIFT_S * d];
+    }
+
+    /// Log-likelihood of a reading; none where it does not drift.
+    fn take(&mut self, reading: TravelBlock) -> f32 {
+        let [xx, xv, vv] = self.p;
+        let per_s = 1.0 / (xx + reading.variance);
+        let e = reading.y - self.x;
+        let (kx, kv) = (xx * per_s, xv * per_s);
+        self.x += kx * e;
+        self.v += kv * e;
+        self.p = [xx - kx * xx, xv - kx * xv, vv - kv * xv];
+        if self.v.abs() < DRIFT_M_S {
+            f32::NEG_INFINITY
+        } else {
+            -0.5 * (at_most(e * e * per_s, 30.0) - ln(per_s * 1e-12))
+        }
+    }
 }
 
 /// What is known at an alarm.
@@ -240,6 +282,7 @@ pub(super) struct Bank<const H: usize> {
     /// From the first movement to the alarm (s).
     pub(super) early_s: Cells<H>,
     track: Track,
+    drift: Drift,
     gains: [Gains; 2],
     law: Option<Law>,
     d_s: f32,
@@ -279,6 +322,7 @@ impl<const H: usize> Bank<H> {
             prior: z,
             early_s: z,
             track: Track { x: 0.0, v: 0.0, u: 0.0 },
+            drift: Drift { x: 0.0, v: 0.0, p: [0.0; 3] },
             gains: [Gains::NONE; 2],
             law: None,
             d_s: 3e-4,
@@ -378,6 +422,7 @@ impl<const H: usize> Bank<H> {
         }
         self.norm = log_sum(&self.prior);
         self.track = Track { x: start.moved_m, v: 3e-3, u: 0.0 };
+        self.drift = Drift::begin(start.moved_m);
         // What makes a known object slip that is held with enough is another load.
         self.jumps = known && !self.searched;
         self.gains = LOAD.map(|load| Gains::begin(if self.jumps { JUMPS } else { load }));
@@ -454,6 +499,7 @@ impl<const H: usize> Bank<H> {
             }
         }
         self.track.x -= y;
+        self.drift.x -= y;
     }
 
     /// The object moves again under `force_n` (N).
@@ -498,7 +544,10 @@ impl<const H: usize> Bank<H> {
             let load_s = if self.jumps { JUMPS_S } else { load_s };
             gains.step(d, load_s, reading.map(|reading| reading.variance));
         }
-        let Some(TravelBlock { y, .. }) = reading else { return };
+        self.drift.go(d);
+        let Some(reading) = reading else { return };
+        let drifts = self.drift.take(reading);
+        let y = reading.y;
         let keep = 1.0 - d / FORGET_S;
         let [comes, there] = self.gains;
         let track = &mut self.track;
@@ -531,7 +580,7 @@ impl<const H: usize> Bank<H> {
         let fast = self.silent && self.track.v > TRAVEL_M_S;
         let against = if fast { TRAVEL_FAST_S } else { FREE_S };
         for l in &mut free.travel {
-            *l = *l * keep + smooth - against * d;
+            *l = *l * keep + at_least(smooth - against * d, drifts);
         }
     }
 
