@@ -446,7 +446,7 @@ impl MovedDistance {
 // Readings with their times in; the time between two of them out, of a sensor that is asked more often than it is read.
 //
 // A sensor that is read each 2 ms and asked each 0.1 ms shows each reading twenty times. So does a coarse sensor of an object that creeps,
-// but that moves on by single steps.
+// but that moves on by single steps, all one way. Noise goes back and forth: by one step too it lasts one reading.
 
 /// A reading that was shown for so many samples more ...
 const STOOD: u32 = 3;
@@ -466,6 +466,8 @@ pub(crate) struct Interval {
     moves: u16,
     late: u16,
     shortest: Option<Micros>,
+    /// The move before (m).
+    last_m: f32,
 }
 
 impl Interval {
@@ -476,7 +478,8 @@ impl Interval {
             return;
         }
         let before = core::mem::replace(&mut self.changed, t);
-        if dx_m.abs() <= STEPS_AT_ONCE * step_m {
+        let back = dx_m * core::mem::replace(&mut self.last_m, dx_m) < 0.0;
+        if !back && dx_m.abs() <= STEPS_AT_ONCE * step_m {
             return;
         }
         if self.moves >= MOST {
@@ -542,7 +545,11 @@ mod interval_tests {
             assert_eq!(known(1, |t| rounded(falls(t), step)), None, "steps of {step} um");
             assert_eq!(known(1, |t| rounded(1e3 * t, step)), None, "creeps in steps of {step} um");
         }
-        assert_eq!(known(1, |t| rounded(noise(t), 1.0)), None, "noise");
+        for step in [1.0, 12.0, 18.0] {
+            assert_eq!(known(1, |t| rounded(noise(t), step)), None, "noise in steps of {step} um");
+            let seldom = known(20, |t| rounded(noise(t), step));
+            assert_eq!(seldom, Some(Micros(2000)), "each 2 ms in steps of {step} um");
+        }
         assert_eq!(known(20, |t| rounded(noise(t) / 10.0, 5.0)), None, "rests within a step");
         // Leaps of 10 mm each 50 ms, for one sample or for good.
         assert_eq!(known(1, |t| if t % 0.05 < 1e-4 { 1e4 } else { rounded(t, 1.0) }), None);

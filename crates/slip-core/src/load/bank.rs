@@ -494,9 +494,15 @@ impl<const H: usize> Bank<H> {
     /// Travel: mean reading (m since the rest before the alarm) and its variance (m^2); `None` in a block without a reading.
     pub(super) fn travel(&mut self, reading: Option<TravelBlock>) {
         let d = self.d_s;
+        let v = self.track.v;
+        let variance = reading.map(|TravelBlock { variance, age_s, .. }| {
+            // Its age is anything up to that.
+            let old_m = v * age_s;
+            variance + old_m * old_m / 3.0
+        });
         for (gains, load_s) in self.gains.iter_mut().zip(LOAD_S) {
             let load_s = if self.jumps { JUMPS_S } else { load_s };
-            gains.step(d, load_s, reading.map(|reading| reading.variance));
+            gains.step(d, load_s, variance);
         }
         let Some(TravelBlock { y, .. }) = reading else { return };
         let keep = 1.0 - d / FORGET_S;
@@ -819,6 +825,8 @@ pub(super) struct TravelBlock {
     pub(super) y: f32,
     /// Variance of that mean (m^2).
     pub(super) variance: f32,
+    /// How long ago they may have been true (s).
+    pub(super) age_s: f32,
 }
 
 /// The needed force `N` (N) by the impulse (N s) over a time (s), where the load comes in `ramp_s` and is that of `from_n` (N) at first: the mean force

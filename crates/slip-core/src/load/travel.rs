@@ -179,7 +179,8 @@ impl Travel {
         let stands = self.range(STANDS_S) < (STANDS * self.sigma_m()).max(STANDS_M);
         self.stood_s = if stands { self.stood_s + self.block_s } else { 0.0 };
         let readings = if held { 1.0 } else { filled };
-        y.map(|y| TravelBlock { y, variance: self.variance(readings) })
+        let age_s = self.sensor.read_s.unwrap_or(0.0);
+        y.map(|y| TravelBlock { y, variance: self.variance(readings), age_s })
     }
 
     /// The distance since the rest, positive the way it goes.

@@ -325,7 +325,7 @@ fn the_bank_is_the_slow_one_over_random_slips() {
             slow.go(force_n.into());
             if random.next() < 0.7 {
                 let read = y + 1e-6 * random.next();
-                bank.travel(Some(TravelBlock { y: read, variance: 1e-12 }));
+                bank.travel(Some(TravelBlock { y: read, variance: 1e-12, age_s: 0.0 }));
                 slow.travel(read.into(), 1e-12_f32.into());
             } else {
                 bank.travel(None);
