@@ -32,6 +32,8 @@ const SLIDES_S: f32 = 0.01;
 const SLIDES_M_S: f32 = 12e-3;
 const CREEPS_M_S: f32 = 5e-4;
 const SLIDES_TAU_S: f32 = 0.3;
+/// ... up to this much over the force at the alarm: what goes on as fast when it is pressed twice as hard is held by no friction.
+const SLIDES_MOST: f32 = 2.0;
 /// Held with this much over the need by a trusted travel, and no more over its lower quantile; by the stylus alone; at least this over what slipped.
 const HOLD: f32 = 1.25;
 const HOLD_LOW: f32 = 1.5;
@@ -132,6 +134,7 @@ impl Answer {
         let delay_s = input.dead_s + input.lag_s;
         let on_n =
             if slides_on(forecast, delay_s) { before_n * expf(rise_s / SLIDES_TAU_S) } else { 0.0 };
+        let on_n = on_n.min(SLIDES_MOST * forecast.from_n);
         if input.stale || !forecast.moves {
             // A coarse or slow travel shows in some milliseconds no movement, and in many that it goes on.
             let on_n = if input.stale { 0.0 } else { on_n };
@@ -207,7 +210,9 @@ impl Answer {
             let wanted_n = if forecast.trusted {
                 (HOLD * need_n).min(HOLD_LOW * forecast.whole_low_n)
             } else {
-                HOLD_ALONE * need_n.min(self.target_n).max(forecast.from_n)
+                // Where no sensor has shown the course of the slip, what has stopped it is more than it needs.
+                let margin = if forecast.informed { HOLD_ALONE } else { 1.0 };
+                margin * need_n.min(self.target_n).max(forecast.from_n)
             };
             let searched_n = if self.searched { HOLD_SEARCHED * forecast.from_n } else { 0.0 };
             let least_n = if forecast.known { self.before_n } else { HOLD_LEAST * forecast.from_n };

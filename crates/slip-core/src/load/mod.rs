@@ -44,6 +44,8 @@ const TRUST: f32 = 0.97;
 const LEAST_TRUST: f32 = 0.03;
 const UNMOVED_M: f32 = 6e-7;
 const UNMOVED: f32 = 0.12;
+/// The same where the travel alone shows a slip that a stylus does not feel.
+const SILENT: f32 = UNMOVED;
 /// A travel with less trust than this raises no alarm of its own.
 const ALARMS_FROM: f32 = 0.3;
 /// Weight of a need below the force at the alarm, where the stylus has raised it.
@@ -219,6 +221,8 @@ pub struct Load<const H: usize> {
     /// Whether the hypotheses go on after a stop, and whether the object has moved again since.
     runs: bool,
     resumed: bool,
+    /// Whether the stylus has felt this slip.
+    felt: bool,
     forecast: Forecast,
     /// The force of least expected loss (N).
     best_n: f32,
@@ -267,6 +271,7 @@ impl<const H: usize> Load<H> {
             slips: 0,
             runs: false,
             resumed: false,
+            felt: false,
             forecast: FORECAST,
             best_n: 0.0,
             needed: None,
@@ -351,14 +356,14 @@ impl<const H: usize> Load<H> {
     /// The object begins to move under `force_n` (N); the travel shows `moved_m` (m) of it.
     fn start(&mut self, force_n: f32, moved_m: f32, by_stylus: bool) {
         self.slips += 1;
+        self.felt = false;
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
         let law = self.stylus.law().filter(|_| self.has_stylus);
         let mut trust = self.trust;
         if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
-            let odds = UNMOVED * trust / (1.0 - trust);
-            trust = odds / (1.0 + odds);
+            trust = doubt(trust, UNMOVED);
         }
         let seen = fine && self.trust > ALARMS_FROM;
         let moved_m = if seen { moved_m.clamp(2e-6, 2e-5) } else { alarm_m(self.alarm.signal) };
@@ -403,6 +408,7 @@ impl<const H: usize> Load<H> {
     /// The object moves again in the same slip: the hypotheses have gone on meanwhile.
     fn resume(&mut self, force_n: f32, by_stylus: bool) {
         self.slips += 1;
+        self.felt = false;
         self.stylus.start();
         self.bank.resume(force_n);
         self.impulse = 0.0;
@@ -518,6 +524,7 @@ impl<const H: usize> Load<H> {
         let fine = there && self.travel.is_fine();
         let trusted = fine && summary.p_travel > 0.5;
         let stylus = self.has_stylus && self.stylus.moves();
+        self.felt |= stylus;
         let moves = match (trusted, self.has_stylus, there) {
             (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
             (_, true, _) => stylus,
@@ -598,11 +605,13 @@ impl<const H: usize> Load<H> {
         forecast.held_n = Some(held_n).filter(|_| !null);
         forecast.slips = false;
         forecast.moves = false;
-        self.trust = if self.travel.is_there() {
-            forecast.p_travel.clamp(LEAST_TRUST, TRUST)
-        } else {
-            self.trust
-        };
+        if self.travel.is_there() {
+            // A slip that a sound stylus does not feel may be a travel that drifts.
+            let silent = self.has_stylus && !self.felt && !forecast.by_stylus;
+            let p_travel = forecast.p_travel;
+            let trust = if silent { doubt(p_travel.min(self.trust), SILENT) } else { p_travel };
+            self.trust = trust.clamp(LEAST_TRUST, TRUST);
+        }
         if !null && forecast.informed {
             self.bank.learn(&mut self.prior);
         }
@@ -646,6 +655,12 @@ impl<const H: usize> Load<H> {
             }
         }
     }
+}
+
+/// The probability `p` where its odds change by this factor.
+fn doubt(p: f32, factor: f32) -> f32 {
+    let odds = factor * p;
+    odds / (odds + 1.0 - p).max(1e-6)
 }
 
 const FORECAST: Forecast = Forecast {
