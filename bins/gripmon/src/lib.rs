@@ -15,8 +15,6 @@ pub mod desk;
 pub mod engine;
 pub mod exports;
 pub mod files;
-#[cfg(feature = "fleet")]
-pub mod fleet;
 pub mod form;
 pub mod job;
 pub mod keys;
@@ -38,3 +36,24 @@ pub mod window;
 
 pub use engine::Engine;
 pub use scope::Scope;
+
+use grip_session::exit::{self, Exit};
+use std::process::ExitCode;
+
+/// How a program of this name ends.
+#[expect(clippy::print_stderr, reason = "the program ends with a sentence")]
+#[must_use]
+pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
+    match outcome {
+        Ok(()) => Exit::Done.into(),
+        Err(error) => {
+            eprintln!("{program}: {}", exit::message(error.as_ref()));
+            let exit = if error.is::<layout::LayoutError>() {
+                Exit::WrongArguments
+            } else {
+                Exit::of(error.as_ref())
+            };
+            exit.into()
+        }
+    }
+}
