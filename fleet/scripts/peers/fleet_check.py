@@ -1,7 +1,7 @@
 """The subscriber of a page beside a router, a gripd on its simulator and a gripfleet: each event once and in order, through restarts.
 
-Usage: fleet_check.py PAGE GRIPD GRIPFLEET GRIPCTL FOLDER. The one Python block of PAGE is run as a program. The subscriber, gripfleet and the
-router are killed in turn and started again. At the end it must have what `gripctl fleet events --all` gets: the log of the gripper.
+Usage: fleet_check.py PAGE GRIPD GRIPFLEET FOLDER. The one Python block of PAGE is run as a program. The subscriber, gripfleet and the
+router are killed in turn and started again. At the end it must have what `gripfleet events --all` gets: the log of the gripper.
 """
 
 import json
@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 PATIENCE_S = 60
-page, gripd, gripfleet, gripctl, folder = sys.argv[1:]
+page, gripd, gripfleet, folder = sys.argv[1:]
 folder = Path(folder).resolve()
 (block,) = re.findall(r"^```python\n(.*?)^```$", Path(page).read_text(), re.M | re.S)
 assert len(block.splitlines()) <= 30, f"the block of {page} has {len(block.splitlines())} lines"
@@ -25,7 +25,7 @@ with socket.create_server(("127.0.0.1", 0)) as free:
     f'[fleet]\nsite = "hall"\nrouter = "{endpoint}"\nspool = "spool"\ncommands = true\n'
 )
 COMMANDS = {
-    "router": [gripctl, "fleet", "router", "--listen", endpoint],
+    "router": [gripfleet, "router", "--listen", endpoint],
     "gripd": [gripd, "--port", "sim", "--json", "--config", "gripd.toml"],
     "gripfleet": [gripfleet, "--config", "gripd.toml"],
     "subscriber": [sys.executable, "subscriber.py", endpoint, "events.jsonl"],
@@ -60,7 +60,7 @@ def wait(what: str, is_so) -> None:
 def make_event() -> bool:
     """A command is an event; a gripper whose object fell takes this one too. While nobody takes it, again."""
     gripper = next(f"{event['site']}/{event['uid']}" for event in events())
-    command = [gripctl, "fleet", "command", gripper, "clear-fault", "0201", "--router", endpoint]
+    command = [gripfleet, "command", gripper, "clear-fault", "0201", "--router", endpoint]
     return subprocess.run(command, capture_output=True).returncode == 0
 
 
@@ -88,13 +88,13 @@ def main() -> None:
                 wait("a command while nobody listens", lambda: make_event())
         start(name)
         more(3)
-    listed = subprocess.Popen([gripctl, "fleet", "events", "--all", "--json", "--router", endpoint], stdout=subprocess.PIPE, text=True)
+    listed = subprocess.Popen([gripfleet, "events", "--all", "--json", "--router", endpoint], stdout=subprocess.PIPE, text=True)
     wanted, got = [], events()
     while len(wanted) < len(got):
         line = json.loads(listed.stdout.readline())
         wanted += [line] if "id" in line else []
     listed.kill()
-    assert got == wanted, f"the subscriber has something else than gripctl; see {folder}/events.jsonl"
+    assert got == wanted, f"the subscriber has something else than gripfleet; see {folder}/events.jsonl"
     numbers = [(event["run"], event["seq"]) for event in got]
     assert len(set(numbers)) == len(numbers), "an event came twice"
     runs = list(dict.fromkeys(run for run, _ in numbers))

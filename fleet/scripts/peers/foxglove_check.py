@@ -1,6 +1,6 @@
-"""The live view of `gripctl foxglove` as an app sees it, against the recording of the same run.
+"""The live view of `gripfleet foxglove` as an app sees it, against the recording of the same run.
 
-Usage: foxglove_check.py GRIPD GRIPCTL FOLDER. Runs gripd on the simulator with a recording, connects to gripctl with the protocol of
+Usage: foxglove_check.py GRIPD GRIPFLEET FOLDER. Runs gripd on the simulator with a recording, connects to gripfleet with the protocol of
 Foxglove, decodes messages with the advertised schemas, and compares each with what the recording holds. Then gripd is killed and comes
 back, and everything is ended.
 """
@@ -251,12 +251,12 @@ def come_back(address: str, start: object, processes: list) -> None:
 
 
 def main() -> None:
-    program, gripctl, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve()
-    command = [gripctl, "foxglove", f"unix:{folder}/gripd.sock", "--listen", "127.0.0.1:0", "--every", "1"]
+    program, gripfleet, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3]).resolve()
+    command = [gripfleet, "foxglove", f"unix:{folder}/gripd.sock", "--listen", "127.0.0.1:0", "--every", "1"]
     processes = []
     try:
         # It comes before the daemon, and waits for it.
-        with (folder / "gripctl.txt").open("w") as err:
+        with (folder / "gripfleet.txt").open("w") as err:
             server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=err, text=True)
         processes.append(server)
         address = server.stdout.readline().strip().removeprefix("Foxglove opens ")
@@ -268,7 +268,7 @@ def main() -> None:
         app = first_run(address)
         come_back(address, start, processes)
         code = end(server, signal.SIGTERM)
-        told = (folder / "gripctl.txt").read_text()
+        told = (folder / "gripfleet.txt").read_text()
         # 3 says that something was dropped, which it must have said then.
         assert code == 0 or (code == 3 and "dropped" in told), (code, told)
         assert "panicked" not in told, told

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The tree of docs/fleet-plan.md as queues, with what a message costs as `scale` measured it.
+"""The tree of docs/plan.md as queues, with what a message costs as `scale` measured it.
 
-Usage: scripts/fleet-plan.py [--grippers 10000] [--halls 20] [--router-us 71] [--receiver-us 143] [--outage 60] [--seed 1]
+Usage: scripts/plan.py [--grippers 10000] [--halls 20] [--router-us 71] [--receiver-us 143] [--outage 60] [--seed 1]
 
 Each gripper sends 0.4 events a second at random times, in frames of 10 ms, and HEALTH every second. A message passes the router of its
 hall, where the receiver of the hall takes it, and one of two routers of the plant, behind which one archive takes everything. Each of

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""gripd's time from frame to command beside gripfleet and without it, for docs/results.md.
+"""gripd's time from frame to command beside gripfleet and without it, for fleet/docs/results.md.
 
-Usage: scripts/fleet-latency.py GRIPD GRIPFLEET GRIPCTL [ROUNDS] [strict]: gripctl with the feature `fleet`, runs of 15 s in turn.
+Usage: scripts/latency.py GRIPD GRIPFLEET [ROUNDS] [strict]: runs of 15 s in turn.
 "strict" asks for SCHED_FIFO. Everything is on loopback and ends by itself.
 """
 
@@ -54,7 +54,7 @@ def run(gripd, config, folder):
     return counts
 
 
-def main(gripd, gripfleet, gripctl, rounds="12", mode="off"):
+def main(gripd, gripfleet, rounds="12", mode="off"):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         router = f"tcp/127.0.0.1:{free_port()}"
@@ -62,10 +62,10 @@ def main(gripd, gripfleet, gripctl, rounds="12", mode="off"):
         fleet = f'[fleet]\nsite = "hall"\nrouter = "{router}"\n'
         (folder / "off.toml").write_text(base)
         (folder / "on.toml").write_text(base + fleet)
-        beside = [subprocess.Popen([gripctl, "fleet", "router", "--listen", router], stdout=subprocess.DEVNULL)]
+        beside = [subprocess.Popen([gripfleet, "router", "--listen", router], stdout=subprocess.DEVNULL)]
         try:
             time.sleep(1)
-            events = [gripctl, "fleet", "events", "--router", router, "--all", "--json"]
+            events = [gripfleet, "events", "--router", router, "--all", "--json"]
             beside.append(subprocess.Popen(events, stdout=subprocess.DEVNULL))
             beside_gripd = [gripfleet, "--config", folder / "on.toml", "--log-level", "error"]
             runs = {"off": [], "on": []}
@@ -92,6 +92,6 @@ def main(gripd, gripfleet, gripctl, rounds="12", mode="off"):
 
 
 if __name__ == "__main__":
-    if not 4 <= len(sys.argv) <= 6:
+    if not 3 <= len(sys.argv) <= 5:
         raise SystemExit(__doc__)
     main(*sys.argv[1:])
