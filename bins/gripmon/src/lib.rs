@@ -44,16 +44,8 @@ use std::process::ExitCode;
 #[expect(clippy::print_stderr, reason = "the program ends with a sentence")]
 #[must_use]
 pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
-    match outcome {
-        Ok(()) => Exit::Done.into(),
-        Err(error) => {
-            eprintln!("{program}: {}", exit::message(error.as_ref()));
-            let exit = if error.is::<layout::LayoutError>() {
-                Exit::WrongArguments
-            } else {
-                Exit::of(error.as_ref())
-            };
-            exit.into()
-        }
-    }
+    let Err(error) = outcome else { return Exit::Done.into() };
+    eprintln!("{program}: {}", exit::message(error.as_ref()));
+    let layout = error.is::<layout::LayoutError>();
+    if layout { Exit::WrongArguments.into() } else { Exit::of(error.as_ref()).into() }
 }

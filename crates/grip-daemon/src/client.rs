@@ -5,7 +5,7 @@
 mod report;
 mod text;
 
-pub use report::{DaemonReport, Report, misfit};
+pub use report::{Report, misfit};
 pub use text::{event, lines};
 
 use crate::clients::{Listen, Stream};

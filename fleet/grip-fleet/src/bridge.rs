@@ -225,7 +225,7 @@ impl Bridge {
                 None => {}
             }
             // A frame that was received can be written.
-            let Ok(wire) = message::wire(kind, payload) else { continue };
+            let Ok(wire) = message::encoded(kind, payload) else { continue };
             if let Some(place) = place(kind).and_then(|place| self.known.get_mut(place)) {
                 *place = Some(wire.clone());
             }

@@ -39,5 +39,5 @@ pub use grip_session::config::{Site, Uid};
 pub use id::{EventId, IdError, Stamp, WallTime};
 pub use key::{Member, Part, Selector, Topic};
 pub use log::{EventLog, Logged};
-pub use message::{Message, MessageError};
+pub use message::{Message, MessageError, wire};
 pub use spool::{Spool, SpoolError};

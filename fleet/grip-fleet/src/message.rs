@@ -2,7 +2,9 @@
 
 use grip_link::{
     cobs,
-    frame::{self, BodyError, Direction, EncodeError, Frame, Header, MAX_BLOCK, MAX_WIRE},
+    frame::{
+        self, BodyError, Direction, EncodeError, Frame, Header, MAX_BLOCK, MAX_PAYLOAD, MAX_WIRE,
+    },
     message::{Kind, PayloadError, daemon::ToClient},
 };
 
@@ -63,11 +65,18 @@ impl Message {
     }
 }
 
+/// The bytes of the publication of what `write` writes, of which it gives the length; none, where that is too long.
+pub fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
+    let mut payload = [0; MAX_PAYLOAD];
+    let len = write(&mut payload);
+    encoded(kind, payload.get(..len).unwrap_or_default()).unwrap_or_default()
+}
+
 /// The bytes of a publication.
 ///
 /// # Errors
 /// [`EncodeError::Payload`] for more than 480 bytes.
-pub(crate) fn wire(kind: Kind, payload: &[u8]) -> Result<Vec<u8>, EncodeError> {
+pub(crate) fn encoded(kind: Kind, payload: &[u8]) -> Result<Vec<u8>, EncodeError> {
     let mut out = [0; MAX_WIRE];
     let header = Header::new(Direction::ToHost, kind, 0, 0);
     let len = frame::encode(&header, payload, &mut out)?;
@@ -83,10 +92,8 @@ mod tests {
     };
 
     fn gripper() -> Vec<u8> {
-        let mut payload = [0; 480];
         let gripper = Gripper { uid: [9; 16], boot_id: 3, ..Gripper::NONE };
-        let len = gripper.write(&mut payload).unwrap();
-        wire(Kind::GRIPPER, &payload[..len]).unwrap()
+        wire(Kind::GRIPPER, |out| gripper.write(out).unwrap())
     }
 
     #[test]

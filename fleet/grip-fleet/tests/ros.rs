@@ -7,13 +7,11 @@ use grip_fleet::{
     EventId, Member, Uid,
     net::{self, Network, RosAnnounced, RosTimes, Session},
     ros::{Attachment, Gid},
+    wire,
 };
-use grip_link::{
-    frame::{self, Direction, Header, MAX_WIRE},
-    message::{
-        Kind,
-        daemon::{Notice, NoticeKind},
-    },
+use grip_link::message::{
+    Kind,
+    daemon::{Notice, NoticeKind},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -30,22 +28,16 @@ const TIMES: RosTimes =
 const PLACE: &str = "hall_2/gripper_07070707070707070707070707070707";
 const JOINTS: &str = "joint_states/sensor_msgs::msg::dds_::JointState_/RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
 
-fn wire(kind: Kind, payload: &[u8]) -> Vec<u8> {
-    let mut out = [0; MAX_WIRE];
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, payload, &mut out).unwrap();
-    out[..len].to_vec()
-}
-
 /// A STATE of zeros: idle, no force.
 fn state() -> Vec<u8> {
-    wire(Kind::STATE, &[0; 60])
+    wire(Kind::STATE, |_| 60)
 }
 
 fn slip(number: u8) -> Vec<u8> {
-    let mut payload = [0; 72];
-    payload[0] = number;
-    wire(Kind::SLIP, &payload)
+    wire(Kind::SLIP, |out| {
+        out[0] = number;
+        72
+    })
 }
 
 fn endpoint() -> String {
@@ -188,9 +180,7 @@ fn each_topic_is_counted_by_itself_and_other_updates_do_not_travel() {
     let all = subscribe(&ros, &format!("0/{PLACE}/**"));
     let notice =
         Notice { kind: NoticeKind::Link, code: 0, value: 0, count: 0, host_us: 0, text: b"open" };
-    let mut payload = [0; 64];
-    let len = notice.write(&mut payload).unwrap();
-    let notice = wire(Kind::NOTICE, &payload[..len]);
+    let notice = wire(Kind::NOTICE, |out| notice.write(out).unwrap());
     let mut received = BTreeMap::new();
     for round in 1..=100 {
         for wire in [&state(), &notice, &slip(7), &notice, &slip(8)] {

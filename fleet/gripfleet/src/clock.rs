@@ -18,9 +18,7 @@ pub(crate) struct Clock {
 impl Clock {
     #[expect(clippy::disallowed_methods, reason = "the driver reads the clock")]
     pub(crate) fn start() -> Self {
-        // A wall clock before 1970 is not set; times then count from 1970.
-        let wall = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        Self { start: Instant::now(), wall }
+        Self { start: Instant::now(), wall: Duration::from_nanos(utc_ns()) }
     }
 
     /// Microseconds since the start.
@@ -46,7 +44,7 @@ pub(crate) fn monotonic() -> Duration {
     FIRST.get_or_init(Instant::now).elapsed()
 }
 
-/// What the wall clock shows now (ns since 1970); one before 1970 is not set.
+/// What the wall clock shows now (ns since 1970). One before 1970 is not set; times then count from 1970.
 #[expect(clippy::disallowed_methods, reason = "the driver reads the clock")]
 pub(crate) fn utc_ns() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

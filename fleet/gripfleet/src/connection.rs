@@ -15,6 +15,7 @@ use anyhow::Context as _;
 use core::{hash::BuildHasher as _, time::Duration};
 use grip_daemon::{clients::Stream, log::LogLevel};
 use grip_fleet::{Bridge, LastReceived};
+use grip_port::nonce;
 use std::{
     hash::RandomState,
     io::Write as _,
@@ -117,10 +118,4 @@ impl Connection {
 fn run() -> u32 {
     let [_, _, _, _, a, b, c, d] = RandomState::new().hash_one(0).to_le_bytes();
     u32::from_le_bytes([a, b, c, d])
-}
-
-/// The number of a session with gripd.
-fn nonce() -> u16 {
-    let [a, b, ..] = run().to_le_bytes();
-    u16::from_le_bytes([a, b])
 }

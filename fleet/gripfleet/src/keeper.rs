@@ -254,7 +254,7 @@ impl Keeper {
         let Some((_, spool)) = &mut kept.gripper else { return };
         let stamp = match topic {
             Topic::Events => {
-                let ns = self.slipped_ns.take().unwrap_or_else(|| utc_ns());
+                let ns = self.slipped_ns.take().unwrap_or_else(utc_ns);
                 let at = WallTime { ns, error_us: READ_US };
                 Stamp { id: spool.append_at(wire.clone(), at), at }
             }

@@ -4,6 +4,7 @@
 #[expect(dead_code, reason = "gripmon measures more")]
 mod frames;
 #[path = "../tests/window/grippers.rs"]
+#[expect(clippy::unwrap_used, reason = "part of a test")]
 mod grippers;
 
 use eframe::egui::Context;

@@ -1,6 +1,6 @@
 //! The roster and the network that fills it, shared by the pump and the window.
 
-use crate::roster::{FleetFeed, Roster};
+use crate::grippers::{FleetFeed, Roster};
 use crate::source::FleetHandle;
 use grip_scope::SourceStatus;
 use std::sync::{Mutex, MutexGuard, PoisonError};

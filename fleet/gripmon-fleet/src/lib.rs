@@ -5,11 +5,11 @@
 //! ```
 
 pub mod cli;
+pub mod grippers;
 mod hall;
 mod lobby;
 mod opened;
 mod pump;
-pub mod roster;
 pub mod source;
 mod table;
 pub mod views;

@@ -2,7 +2,7 @@
 
 use super::hall::Hall;
 use super::table::{Table, TableAction};
-use crate::roster::Member;
+use crate::grippers::Member;
 use crate::views::{TableSeen, table};
 use eframe::egui::{Theme, Ui};
 use gripmon::layout::Look;
@@ -59,7 +59,7 @@ impl Lobby {
         })
     }
 
-    fn apply(&mut self, roster: &crate::roster::Roster, action: TableAction) -> Option<Request> {
+    fn apply(&mut self, roster: &crate::grippers::Roster, action: TableAction) -> Option<Request> {
         match action {
             TableAction::ToggleTheme => {
                 self.theme = if self.theme == Look::Dark { Look::Light } else { Look::Dark };

@@ -1,6 +1,6 @@
 //! What the user asks for in; which rows the table shows, in which order, and which one is chosen, out.
 
-use crate::roster::{Column, Member, Roster, Row, Sorting, order};
+use crate::grippers::{Column, Member, Roster, Row, Sorting, order};
 
 /// Time between two orders of the rows (s), unless the user wants another one: rows that leap about cannot be clicked.
 const ORDER_S: f64 = 1.0;

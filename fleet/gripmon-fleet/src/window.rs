@@ -5,7 +5,7 @@ use super::lobby::{Lobby, Request};
 use super::opened::{Lead, opened};
 use super::pump::FleetPump;
 use crate::cli::Cli;
-use crate::roster::{Member, Roster};
+use crate::grippers::{Member, Roster};
 use crate::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use anyhow::Context as _;
 use core::time::Duration;

@@ -7,14 +7,13 @@
 mod rig;
 
 use grip_fleet::net::{Announced, NetError, Session, router};
-use grip_fleet::{About, EventId, EventLog, Part, Topic};
-use grip_link::frame::{self, Direction, Header, MAX_WIRE};
+use grip_fleet::{About, EventId, EventLog, Part, Topic, wire};
 use grip_link::message::daemon::{
     GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Scene,
 };
 use grip_link::message::{DeviceState, Kind};
 use grip_scope::{Channel, EventKind, Model, SourceSpec, SourceStatus};
-use gripmon_fleet::roster::{Column, Member, Roster, Uid};
+use gripmon_fleet::grippers::{Column, Member, Roster, Uid};
 use gripmon_fleet::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use rig::{Watch, pause};
 use slip_core::units::Micros;
@@ -24,14 +23,6 @@ use std::sync::Arc;
 
 /// Looks before a test has hung.
 const PATIENCE: u32 = 60_000;
-
-fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
-    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
-    out[..len].to_vec()
-}
 
 /// A daemon that reports a state in each turn.
 struct Daemon {

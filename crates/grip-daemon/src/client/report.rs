@@ -20,9 +20,8 @@ pub struct Report {
     pub goodbye: Option<String>,
     #[serde(skip)]
     versions: Option<Versions>,
-    /// gripd itself.
     #[serde(flatten)]
-    pub daemon: Option<DaemonReport>,
+    pub(super) daemon: Option<DaemonReport>,
     /// The gripper.
     pub gripper: Option<GripperReport>,
     /// What it does.
@@ -30,28 +29,19 @@ pub struct Report {
     /// Figures.
     pub health: Option<HealthReport>,
     /// What is known of the object in hand or next; absent where gripd remembers none.
-    pub object: Option<String>,
-    /// The last slips.
-    pub events: Vec<EventReport>,
+    pub(super) object: Option<String>,
+    pub(super) events: Vec<EventReport>,
 }
 
-/// What gripd states of itself.
 #[derive(Debug, Serialize)]
-pub struct DaemonReport {
-    /// Name and version.
-    pub daemon: String,
-    /// The number of this start.
-    pub run_id: u32,
-    /// Since its start (s).
-    pub uptime_s: f64,
-    /// Whether it takes commands of clients.
-    pub commands_allowed: bool,
-    /// Whether it commands nothing.
-    pub dry_run: bool,
-    /// Whether it records.
-    pub records: bool,
-    /// Its priority.
-    pub real_time: &'static str,
+pub(super) struct DaemonReport {
+    pub(super) daemon: String,
+    pub(super) run_id: u32,
+    pub(super) uptime_s: f64,
+    pub(super) commands_allowed: bool,
+    pub(super) dry_run: bool,
+    pub(super) records: bool,
+    pub(super) real_time: &'static str,
 }
 
 impl Report {
@@ -79,8 +69,7 @@ impl Report {
     }
 
     /// Whether samples come.
-    #[must_use]
-    pub fn flows(&self) -> bool {
+    pub(super) fn flows(&self) -> bool {
         self.gripper.as_ref().is_some_and(|gripper| matches!(gripper.link, "stream" | "degraded"))
     }
 

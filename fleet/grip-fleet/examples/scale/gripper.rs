@@ -5,8 +5,7 @@ use anyhow::Context as _;
 use core::time::Duration;
 
 use grip_fleet::net::{Announced, Network, Session};
-use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid};
-use grip_link::frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE};
+use grip_fleet::{EventId, EventLog as KeptEvents, Member, Spool, Topic, Uid, wire};
 use grip_link::message::Kind;
 use grip_link::message::daemon::{Gripper as Identity, Health, SlipReport};
 use grip_session::report::{Event, EventLog};
@@ -104,8 +103,8 @@ impl Gripper {
             slips: 0,
             announced: Announced::new(&session, &member, &[])?,
             _session: session,
-            identity: message(Kind::GRIPPER, |out| identity.write(out).ok())?,
-            figures: message(Kind::HEALTH, |out| Health::default().write(out).ok())?,
+            identity: wire(Kind::GRIPPER, |out| identity.write(out).unwrap_or(0)),
+            figures: wire(Kind::HEALTH, |out| Health::default().write(out).unwrap_or(0)),
         })
     }
 
@@ -128,7 +127,7 @@ impl Gripper {
         let Event::Slip(slip) = line else { return Ok(()) };
         self.slips += 1;
         let slip = SlipReport { number: self.slips, host: Micros(sampled_us), ..*slip };
-        let wire = message(Kind::SLIP, |out| slip.write(out).ok())?;
+        let wire = wire(Kind::SLIP, |out| slip.write(out).unwrap_or(0));
         let id = self.spool.append(wire.clone());
         self.publish(Topic::Events, id, &wire);
         Ok(())
@@ -157,12 +156,4 @@ impl Gripper {
 /// When so many samples are there (us).
 fn sample_us(count: u64) -> u64 {
     count * 1_000_000 / u64::from(tape::RATE_HZ)
-}
-
-fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> Option<usize>) -> anyhow::Result<Vec<u8>> {
-    let (mut payload, mut out) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
-    let len = write(&mut payload).context("no room for a payload")?;
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, payload.get(..len).unwrap_or_default(), &mut out)?;
-    Ok(out.get(..len).unwrap_or_default().to_vec())
 }

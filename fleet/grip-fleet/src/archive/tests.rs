@@ -1,14 +1,12 @@
 //! Archives that are killed at every point, days that change, and what stands in the files.
 
 use super::{Archive, ArchiveError, EVENT, HEALTH, STATE};
+use crate::wire;
 use crate::{EventId, Member, Message, Stamp, Uid, WallTime, json};
 use core::mem;
-use grip_link::{
-    frame::{self, Direction, Header, MAX_WIRE},
-    message::{
-        Kind,
-        daemon::{Gripper, Health, Notice, NoticeKind, SlipReport},
-    },
+use grip_link::message::{
+    Kind,
+    daemon::{Gripper, Health, Notice, NoticeKind, SlipReport},
 };
 use grip_record::mcap::{Foreign, ForeignReader, no_unpack};
 use serde_json::Value;
@@ -19,11 +17,7 @@ const MORNING: u64 = 1_795_651_200_000_000_000;
 const DAY: u64 = 86_400_000_000_000;
 
 fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Message {
-    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
-    Message::from_wire(&out[..len]).unwrap()
+    Message::from_wire(&wire(kind, write)).unwrap()
 }
 
 fn notice() -> Message {

@@ -122,9 +122,7 @@ mod tests {
     const ID: EventId = EventId { run: 0x0102_0304, seq: 9 };
 
     fn frame(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Message {
-        let mut payload = [0; 480];
-        let len = write(&mut payload);
-        Message::from_wire(&wire(kind, &payload[..len]).unwrap()).unwrap()
+        Message::from_wire(&wire(kind, write)).unwrap()
     }
 
     fn state(applied_n: Option<f32>) -> PipelineState {

@@ -11,13 +11,11 @@ use core::{
 use grip_fleet::{
     EventId, EventLog, Member, Part, Selector, Since, Site, Spool, Topic, Uid,
     net::{self, Announced, Ask, NetError, Network, Reported, Session, Watch, ask, list},
+    wire,
 };
-use grip_link::{
-    frame::{self, Direction, Header, MAX_WIRE},
-    message::{
-        Kind,
-        daemon::{Gripper as Ident, Health, Notice, NoticeKind, ToClient},
-    },
+use grip_link::message::{
+    Kind,
+    daemon::{Gripper as Ident, Health, Notice, NoticeKind, ToClient},
 };
 use std::{
     collections::BTreeMap,
@@ -51,14 +49,6 @@ fn network(folder: &Path, port: u16) -> Network {
     let text = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
     fs::write(&file, text).unwrap();
     Network { router: Some(format!("tcp/127.0.0.1:{port}")), file: Some(file) }
-}
-
-fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
-    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
-    out[..len].to_vec()
 }
 
 /// An event whose text is a number.

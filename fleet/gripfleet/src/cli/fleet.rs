@@ -47,7 +47,8 @@ pub(crate) enum Command {
     ///
     /// Its own limits hold, and it goes on to answer slips by itself. Events show when it was carried out; while a stop is latched it is
     /// not, and no event shows that. "stop" is no emergency stop.
-    Command(CommandArgs),
+    #[command(name = "command")]
+    Control(CommandArgs),
     /// List the recordings that grippers have and give away (fleet.recordings of their gripd).
     Recordings(RecordingsArgs),
     /// Copy finished recordings of all grippers to DIR/SITE/UID/NAME.mcap.

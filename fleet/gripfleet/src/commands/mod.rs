@@ -62,7 +62,7 @@ pub(crate) fn run(command: &Command) -> anyhow::Result<Exit> {
         Command::Pause(args) => back::pause(args),
         Command::Resume(args) => back::resume(args),
         Command::History(args) => history::run(args),
-        Command::Command(args) => command::run(args),
+        Command::Control(args) => command::run(args),
         Command::Recordings(args) => recordings::show(args),
         Command::Collect(args) => recordings::collect(args),
         Command::Archive(args) => archive::run(args),

@@ -7,13 +7,11 @@ use grip_fleet::{
     deploy::{Models, Order, digest, examine},
     net::{Announced, Network, Question},
     rollout::{Compared, Finished, Grasp, Rehearsal},
+    wire,
 };
-use grip_link::{
-    frame::{self, Direction, Header, MAX_WIRE},
-    message::{
-        FaultCode, Kind,
-        daemon::{Command, Gripper, Notice, NoticeKind, Operation},
-    },
+use grip_link::message::{
+    FaultCode, Kind,
+    daemon::{Command, Gripper, Notice, NoticeKind, Operation},
 };
 use grip_session::{model::default_text, signature::ModelKeys};
 use serde_json::Value;
@@ -28,14 +26,6 @@ use std::{
 pub(crate) fn endpoint() -> String {
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     format!("tcp/127.0.0.1:{port}")
-}
-
-pub(crate) fn wire(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Vec<u8> {
-    let (mut payload, mut out) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
-    out[..len].to_vec()
 }
 
 /// An event with a text.

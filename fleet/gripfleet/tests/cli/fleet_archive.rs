@@ -1,6 +1,6 @@
 //! `gripfleet archive` killed again and again, beside a router and grippers that the test plays and that start again in between.
 
-use crate::fleet::{endpoint, notice, router, wire};
+use crate::fleet::{endpoint, notice, router};
 use core::{
     sync::atomic::{AtomicBool, AtomicU32, Ordering},
     time::Duration,
@@ -8,6 +8,7 @@ use core::{
 use grip_fleet::{
     EventLog, Member, Spool, Topic, Uid,
     net::{Announced, NetError, Network},
+    wire,
 };
 use grip_link::message::{Kind, daemon::Health};
 use grip_record::mcap::{Foreign, ForeignReader, no_unpack};

@@ -1,5 +1,4 @@
 //! The commands of gripfleet as a person or a script meets them: arguments and files in, output and exit code out.
-#![expect(clippy::cognitive_complexity, reason = "every assertion counts as a branch")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 #[path = "../../../../bins/gripctl/tests/cli/daemon.rs"]

@@ -77,7 +77,7 @@ fn every_slip_is_reported_once_though_router_daemon_and_gripfleet_end() {
     // Another gripfleet goes on with the same spool, and shows nothing twice.
     let Pair { gripd, fleet } = second;
     fleet.kill();
-    let fleet = gripfleet(folder.path());
+    let fleet = gripfleet(folder.path(), &[]);
     fleet.until_reported("this gripper is there as hall/");
     slips(&mut watch, &mut got);
     Pair { gripd, fleet }.stop();

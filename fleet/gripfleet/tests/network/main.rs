@@ -4,3 +4,4 @@
 mod events;
 mod models;
 mod pair;
+mod story;

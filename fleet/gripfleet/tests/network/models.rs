@@ -153,7 +153,7 @@ fn a_model_is_tried_kept_over_a_start_and_given_back() {
     // Also where gripfleet starts again, what was accepted is there. One word leads to the model before.
     let Pair { gripd, fleet } = second;
     fleet.kill();
-    let third = Pair { gripd, fleet: gripfleet(folder.path()) };
+    let third = Pair { gripd, fleet: gripfleet(folder.path(), &[]) };
     assert_eq!(member(&third), who);
     let back = || ask(&session, &who, &Order::Back { sha256: None, why: None });
     let standing = back().unwrap();

@@ -13,8 +13,8 @@ pub(crate) struct Pair {
 }
 
 /// gripfleet in `folder`.
-pub(crate) fn gripfleet(folder: &Path) -> Program {
-    Program::start(Path::new(env!("CARGO_BIN_EXE_gripfleet")), folder, &[])
+pub(crate) fn gripfleet(folder: &Path, args: &[&str]) -> Program {
+    Program::start(Path::new(env!("CARGO_BIN_EXE_gripfleet")), folder, args)
 }
 
 /// Where a router can listen: a port that was free a moment ago.
@@ -36,7 +36,7 @@ impl Pair {
     /// Starts both, on the default scene where `args` name no port.
     pub(crate) fn start(folder: &Path, args: &[&str]) -> Self {
         let port = if args.contains(&"--port") { &[][..] } else { &["--port", "sim"] };
-        let fleet = gripfleet(folder);
+        let fleet = gripfleet(folder, &[]);
         fleet.until_reported("; waiting for it");
         Self { gripd: Program::gripd(folder, &[port, &["--json"], args].concat()), fleet }
     }

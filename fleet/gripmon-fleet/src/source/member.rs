@@ -8,8 +8,8 @@ use grip_fleet::{Message, Selector, Since, Topic};
 use grip_link::message::daemon::ToClient;
 use grip_port::Backoff;
 use grip_scope::feed::{EventKind, EventMark, Feed, SourceStatus};
-use grip_scope::source::Outlet;
 use grip_scope::source::Reception;
+use grip_scope::source::{Other, Outlet};
 use grip_scope::source::{pause, unsent};
 use rtrb::Consumer;
 use slip_core::ClientCommand;
@@ -18,20 +18,22 @@ use slip_core::ClientCommand;
 const TURN: Duration = Duration::from_millis(10);
 /// Messages of one look.
 const READS: usize = 256;
-/// Listens to the gripper until the scope lets go.
-pub(super) fn run(at: &GripperAt, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
-    let mut backoff = Backoff::new(FIRST, LONGEST);
-    let mut before = String::new();
-    while !outlet.stops() {
-        let what = format!("{at} over {}", at.network.name());
-        outlet.status(SourceStatus::Connecting { what, before });
-        let Err(error) = Talk::run(at, outlet, orders) else { return };
-        before = error.to_string();
-        if !may_mend(&error) {
-            outlet.status(SourceStatus::Failed { sentence: before });
-            return;
+impl Other for GripperAt {
+    /// Listens to the gripper until the scope lets go.
+    fn run(&self, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
+        let mut backoff = Backoff::new(FIRST, LONGEST);
+        let mut before = String::new();
+        while !outlet.stops() {
+            let what = format!("{self} over {}", self.network.name());
+            outlet.status(SourceStatus::Connecting { what, before });
+            let Err(error) = Talk::run(self, outlet, orders) else { return };
+            before = error.to_string();
+            if !may_mend(&error) {
+                outlet.status(SourceStatus::Failed { sentence: before });
+                return;
+            }
+            pause(outlet, &before, backoff.pause());
         }
-        pause(outlet, &before, backoff.pause());
     }
 }
 

@@ -1,4 +1,4 @@
-//! A router's address in; what many grippers report, for a [`Roster`](crate::roster::Roster), or one of them as a source, out.
+//! A router's address in; what many grippers report, for a [`Roster`](crate::grippers::Roster), or one of them as a source, out.
 
 mod life;
 mod member;
@@ -10,9 +10,6 @@ pub use overview::{FleetHandle, FleetPlace};
 use core::fmt;
 use core::time::Duration;
 use grip_fleet::Member;
-use grip_scope::source::{Other, Outlet};
-use rtrb::Consumer;
-use slip_core::ClientCommand;
 
 /// Pauses between attempts grow from the one to the other.
 const FIRST: Duration = Duration::from_millis(250);
@@ -32,12 +29,6 @@ pub struct GripperAt {
 impl fmt::Display for GripperAt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.member.fmt(f)
-    }
-}
-
-impl Other for GripperAt {
-    fn run(&self, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
-        member::run(self, outlet, orders);
     }
 }
 

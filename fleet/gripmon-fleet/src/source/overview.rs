@@ -3,7 +3,7 @@
 //! Where the ring is full the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
 
 use super::{FIRST, LONGEST, LOOK, Network, may_mend};
-use crate::roster::{FleetFeed, Received, Roster};
+use crate::grippers::{FleetFeed, Received, Roster};
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;

@@ -2,7 +2,7 @@
 
 use super::{HIGH, TableSeen, cell, columns, is_right, width};
 use crate::TableAction;
-use crate::roster::Column;
+use crate::grippers::Column;
 use eframe::egui::{Align2, FontId, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 /// Size of the sign for the order (points).

@@ -5,7 +5,7 @@ mod head;
 mod row;
 mod spark;
 
-use crate::roster::{Column, Roster};
+use crate::grippers::{Column, Roster};
 use crate::{Table, TableAction};
 use eframe::egui::{self, CentralPanel, Frame, Key, Margin, Modifiers, Panel, ScrollArea, Ui};
 use gripmon::num;

@@ -3,7 +3,7 @@
 use super::spark::{self, Scales};
 use super::{HIGH, TableSeen, cell, columns, is_right, width};
 use crate::TableAction;
-use crate::roster::{Column, Presence, Row, Trouble};
+use crate::grippers::{Column, Presence, Row, Trouble};
 use eframe::egui::{
     Align2, Color32, FontId, Painter, Rect, Role, Sense, Stroke, Ui, WidgetInfo, vec2,
 };

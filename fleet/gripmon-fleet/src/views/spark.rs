@@ -1,7 +1,7 @@
 //! The last minutes of a value, as high as a row.
 
 use super::TableSeen;
-use crate::roster::{COLUMNS, Row, Spark};
+use crate::grippers::{COLUMNS, Row, Spark};
 use eframe::egui::{Mesh, Painter, Rect, Shape, Stroke, vec2};
 use grip_scope::{Bucket, Span};
 use gripmon::num;

@@ -1,26 +1,20 @@
 //! Made-up grippers of a network, filled into a roster by hand.
 
-use grip_link::frame::{self, Direction, Header, MAX_WIRE};
+use grip_fleet::wire;
 use grip_link::message::daemon::{GripState, Health, LinkState, PipelineState, Scene};
 use grip_link::message::{DeviceState, Kind};
-use gripmon_fleet::roster::{FleetFeed, Member, Message, Received, Roster, Uid};
+use gripmon_fleet::grippers::{FleetFeed, Member, Message, Received, Roster, Uid};
 use slip_core::units::Micros;
 
 /// A gripper of a hall.
-#[expect(clippy::unwrap_used, reason = "part of a test")]
 pub(crate) fn member(site: &str, number: u16) -> Member {
     let mut uid = [0x5a; 16];
     uid[14..].copy_from_slice(&number.to_be_bytes());
     Member { site: site.parse().unwrap(), uid: Uid(uid) }
 }
 
-#[expect(clippy::unwrap_used, reason = "part of a test")]
-fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
-    let (mut payload, mut wire) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut wire).unwrap();
-    Received::Message(Message::from_wire(&wire[..len]).unwrap())
+pub(crate) fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
+    Received::Message(Message::from_wire(&wire(kind, write)).unwrap())
 }
 
 /// A gripper that holds an object with this force.
@@ -38,12 +32,10 @@ pub(crate) fn state(applied_n: f32) -> PipelineState {
     }
 }
 
-#[expect(clippy::unwrap_used, reason = "part of a test")]
 pub(crate) fn reported(state: &PipelineState) -> Received {
     message(Kind::STATE, |out| state.write(out).unwrap())
 }
 
-#[expect(clippy::unwrap_used, reason = "part of a test")]
 pub(crate) fn health(slips: u32) -> Received {
     let health = Health { link: LinkState::Stream, slips, ..Health::default() };
     message(Kind::HEALTH, |out| health.write(out).unwrap())

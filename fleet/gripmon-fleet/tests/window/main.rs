@@ -1,11 +1,12 @@
 //! The table of many grippers: what it reports after messages, what clicks and keys do, how one is opened and left again.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 #[path = "../../../../bins/gripmon/tests/window/fixture.rs"]
 #[expect(dead_code, reason = "the tests of gripmon need more of it")]
 mod fixture;
 mod grippers;
+mod roster;
 
 use core::sync::atomic::{AtomicU64, Ordering};
 use core::time::Duration;
@@ -20,7 +21,7 @@ use gripmon::engine::Engine;
 use gripmon::layout::{Layout, Look};
 use gripmon::scope::{self, Scope, Shared};
 use gripmon::state::ViewState;
-use gripmon_fleet::roster::{FleetFeed, Member, Received, Roster};
+use gripmon_fleet::grippers::{FleetFeed, Member, Received, Roster};
 use gripmon_fleet::{FleetPump, Hall, Lead, Lobby, Request, opened};
 use grippers::{health, many, member, of, reported, state};
 use std::sync::Arc;

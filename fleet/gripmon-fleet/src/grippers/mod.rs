@@ -54,6 +54,3 @@ pub enum Received {
     /// One of its messages.
     Message(Message),
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,46 +1,23 @@
 //! Messages as they come from the network in, what the table states of them.
 
-use super::{
-    About, Column, FleetFeed, Member, Message, Received, Roster, Sorting, Summary, Trouble, order,
-};
-use grip_fleet::Uid;
-use grip_link::frame::{self, Direction, Header, MAX_WIRE};
+use crate::grippers::{message, of, reported, state};
+use grip_fleet::{About, Uid};
 use grip_link::message::daemon::{
     GripState, Health, LinkState, Method, Phase, PipelineState, Scene, SensorHealth, SlipReport,
 };
-use grip_link::message::{DeviceState, FaultCode, Kind};
+use grip_link::message::{FaultCode, Kind};
 use grip_scope::feed::SourceStatus;
-use slip_core::units::Micros;
+use gripmon_fleet::grippers::{
+    Column, FleetFeed, Member, Received, Roster, Sorting, Summary, Trouble, order,
+};
 
 fn member(site: &str, uid: u8) -> Member {
     Member { site: site.parse().unwrap(), uid: Uid([uid; 16]) }
 }
 
-fn message(kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) -> Received {
-    let (mut payload, mut wire) = ([0; 480], [0; MAX_WIRE]);
-    let len = write(&mut payload);
-    let header = Header::new(Direction::ToHost, kind, 0, 0);
-    let len = frame::encode(&header, &payload[..len], &mut wire).unwrap();
-    Received::Message(Message::from_wire(&wire[..len]).unwrap())
-}
-
-fn state() -> PipelineState {
-    PipelineState {
-        t: Micros(1_000_000),
-        scene: Scene::Holding,
-        grip: GripState::Holding,
-        device: DeviceState::from_code(2),
-        statistic: Some(0.25),
-        command_n: Some(5.0),
-        applied_n: Some(4.875),
-        rate_hz: 1000,
-        lost: 7,
-        ..PipelineState::UNKNOWN
-    }
-}
-
-fn reported(state: &PipelineState) -> Received {
-    message(Kind::STATE, |out| state.write(out).unwrap())
+/// One that has lost 7 samples.
+fn holding() -> PipelineState {
+    PipelineState { lost: 7, ..state(4.875) }
 }
 
 fn health(slips: u32, lost: u64) -> Received {
@@ -54,7 +31,7 @@ fn slip(number: u32, phase: Phase) -> Received {
 }
 
 fn receive(roster: &mut Roster, member: &Member, at_s: f64, what: Received) {
-    roster.take(FleetFeed::Of { member: member.clone(), at_s, what });
+    roster.take(of(member, at_s, what));
 }
 
 /// What the table states of a gripper, column by column.
@@ -77,7 +54,7 @@ fn a_row_states_what_its_messages_reported() {
     assert_eq!(states(&roster, &one)[..14], nothing);
     assert_eq!(states(&roster, &one)[14..], ["-"; 4]);
     receive(&mut roster, &one, 1.5, health(12, 9));
-    receive(&mut roster, &one, 1.6, reported(&state()));
+    receive(&mut roster, &one, 1.6, reported(&holding()));
     let row = states(&roster, &one);
     assert_eq!(row[3..9], ["here", "stream", "holding", "holding", "5.00", "4.88"]);
     assert_eq!(row[9..], ["4.88", "0.250", "12", "0", "9", "good", "-", "-", "-"]);
@@ -93,7 +70,7 @@ fn a_row_states_what_its_messages_reported() {
         statistic: Some(30.0),
         applied_n: None,
         lost: 11,
-        ..state()
+        ..holding()
     };
     receive(&mut roster, &one, 1.8, reported(&worse));
     let row = states(&roster, &one);
@@ -108,7 +85,7 @@ fn a_row_states_what_its_messages_reported() {
         (row[0].as_str(), row[4].as_str(), roster.summary().links),
         ("no link", "degraded", 1)
     );
-    let fault = PipelineState { fault: FaultCode(0x12), grip: GripState::Fault, ..state() };
+    let fault = PipelineState { fault: FaultCode(0x12), grip: GripState::Fault, ..holding() };
     receive(&mut roster, &one, 2.0, reported(&fault));
     let row = states(&roster, &one);
     assert_eq!((row[0].as_str(), row[15].as_str()), ("fault", "0012"));
@@ -152,7 +129,7 @@ fn who_is_silent_or_gone_is_reported_and_keeps_what_was_known() {
     let (mut roster, one) = (Roster::default(), member("a", 1));
     let there = |roster: &Roster| Column::Here.text(roster.row(&one).unwrap(), roster.now_s());
     receive(&mut roster, &one, 0.0, Received::Came);
-    receive(&mut roster, &one, 1.0, reported(&state()));
+    receive(&mut roster, &one, 1.0, reported(&holding()));
     roster.take(FleetFeed::Now(3.5));
     assert_eq!(there(&roster), "here");
     roster.take(FleetFeed::Now(4.5));
@@ -179,8 +156,8 @@ fn three() -> Roster {
     for (at_s, member) in [(0.0, &one), (0.1, &two), (0.2, &three)] {
         receive(&mut roster, member, at_s, Received::Came);
     }
-    receive(&mut roster, &one, 1.0, reported(&PipelineState { applied_n: Some(2.0), ..state() }));
-    let fault = PipelineState { applied_n: Some(9.0), fault: FaultCode(0x21), ..state() };
+    receive(&mut roster, &one, 1.0, reported(&PipelineState { applied_n: Some(2.0), ..holding() }));
+    let fault = PipelineState { applied_n: Some(9.0), fault: FaultCode(0x21), ..holding() };
     receive(&mut roster, &three, 1.0, reported(&fault));
     receive(&mut roster, &two, 1.1, Received::Gone);
     roster
@@ -233,7 +210,7 @@ fn counts_of_all_and_the_common_scale() {
     receive(&mut roster, &member("b", 1), 1.2, Received::Missing(4));
     assert_eq!(roster.missing(), 4);
     // A force that no gripper has does not flatten all curves.
-    let huge = PipelineState { applied_n: Some(1e30), ..state() };
+    let huge = PipelineState { applied_n: Some(1e30), ..holding() };
     receive(&mut roster, &member("b", 1), 4.0, reported(&huge));
     assert_eq!(roster.top_n(), 9.0);
     let strange = message(Kind(0x7f), |_| 3);
@@ -252,7 +229,7 @@ fn the_table_is_another_one_only_where_something_can_be_seen() {
     };
     assert!(!pass(&mut roster, 1.0) && !pass(&mut roster, 100.0), "an empty table stands still");
     let one = member("a", 1);
-    receive(&mut roster, &one, 100.0, reported(&state()));
+    receive(&mut roster, &one, 100.0, reported(&holding()));
     assert!(pass(&mut roster, 101.0), "a gripper that is there may fall silent");
     receive(&mut roster, &one, 101.0, Received::Gone);
     assert!(!pass(&mut roster, 101.5) && pass(&mut roster, 102.5), "its curve slides away");

@@ -2,25 +2,14 @@
 //!
 //! A router runs; two gripfleets announce their gripds. A third one lists both, shows the slips of both, each event once, and asks one of them to hold firmer:
 //! only that one does. One computer fails: everybody who watches learns that its gripper is gone, and the other one holds on.
-#![expect(clippy::unwrap_used, reason = "test code")]
 
+use crate::pair::{Pair, endpoint, gripfleet as start};
 use serde_json::Value;
-use std::{collections::HashSet, fs, net::TcpListener, path::Path};
+use std::{collections::HashSet, fs, path::Path};
 use stories::{Ended, Program, folder, in_one_of_some_runs, until};
 
-/// gripfleet in `folder`.
-fn start(folder: &Path, args: &[&str]) -> Program {
-    Program::start(Path::new(env!("CARGO_BIN_EXE_gripfleet")), folder, args)
-}
-
-/// Where a router can listen: a port that was free a moment ago.
-fn endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    format!("tcp/127.0.0.1:{port}")
-}
-
 /// A gripd of the hall with a gripper of its own, its gripfleet, and the gripper's name.
-fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, Program, String) {
+fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Pair, String) {
     fs::create_dir(folder).unwrap();
     let settings = format!(
         "listen = \"unix:gripd.sock\"\nallow_commands = true\n[fleet]\nsite = \"hall\"\nrouter = \"{endpoint}\"\nspool = \"spool\"\ncommands = true\n"
@@ -29,12 +18,9 @@ fn gripper(folder: &Path, endpoint: &str, seed: &str) -> (Program, Program, Stri
     // First, and it waits: what a gripd has sent before its gripfleet is there is published by nobody.
     let fleet = start(folder, &[]);
     let gripd = Program::gripd(folder, &["--port", "sim", "--seed", seed, "--json"]);
-    fleet.until_reported("this gripper is there as hall/");
-    let reported = fleet.reported();
-    let (_, name) = reported.split_once("this gripper is there as ").unwrap();
-    let is_of_it = |c: char| c == '/' || c.is_ascii_alphanumeric();
-    let name: String = name.chars().take_while(|c| is_of_it(*c)).collect();
-    (gripd, fleet, name)
+    let pair = Pair { gripd, fleet };
+    let name = pair.name();
+    (pair, name)
 }
 
 /// What somebody sees who looks after the hall.
@@ -76,8 +62,8 @@ fn looked_after() -> Result<(), String> {
     let (here, endpoint) = (folder.path(), endpoint());
     let router = start(here, &["router", "--listen", &endpoint]);
     router.until_printed("a router listens at");
-    let (first, _fleet, first_name) = gripper(&here.join("first"), &endpoint, "1");
-    let (second, _other, second_name) = gripper(&here.join("second"), &endpoint, "2");
+    let (first, first_name) = gripper(&here.join("first"), &endpoint, "1");
+    let (second, second_name) = gripper(&here.join("second"), &endpoint, "2");
     let both = HashSet::from([first_name.clone(), second_name.clone()]);
     assert_eq!(both.len(), 2, "{first_name}");
     assert_eq!(listed(here, &endpoint), both);
@@ -85,17 +71,17 @@ fn looked_after() -> Result<(), String> {
     let events = ["events", "--all", "--json", "--router", &endpoint];
     let watch = start(here, &events);
     let ended = |line: &Value| line["phase"] == "ended";
-    let fell = || fallen(&first) || fallen(&second);
+    let fell = || fallen(&first.gripd) || fallen(&second.gripd);
     let slipped = || both.iter().all(|one| has(&watch, one, ended));
     assert!(until(|| slipped() || fell()), "{}", watch.printed());
     gripfleet(here, &endpoint, &["command", &first_name, "at-least", "14"]);
     let obeyed = || has(&watch, &first_name, is_the_command);
     assert!(until(|| obeyed() || fell()), "{}", watch.printed());
     if fell() {
-        return Err(first.reported() + &second.reported());
+        return Err(first.gripd.reported() + &second.gripd.reported());
     }
 
-    first.kill();
+    first.gripd.kill();
     let gone = |line: &Value| line["type"] == "alive" && line["alive"] == false;
     assert!(until(|| has(&watch, &first_name, gone)), "{}", watch.printed());
     assert_eq!(listed(here, &endpoint), HashSet::from([second_name.clone()]));
@@ -106,7 +92,7 @@ fn looked_after() -> Result<(), String> {
     let ids: Vec<String> = lines.iter().filter_map(id).collect();
     let different: HashSet<&String> = ids.iter().collect();
     assert_eq!(different.len(), ids.len(), "an event came twice: {}", reported.out);
-    let summary = second.interrupted().done().summary();
+    let summary = second.gripd.interrupted().done().summary();
     if summary["held"] == true { Ok(()) } else { Err(summary.to_string()) }
 }
 
