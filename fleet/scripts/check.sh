@@ -16,6 +16,7 @@ fi
 cargo build --locked -p gripd
 cd fleet
 cargo test --locked --workspace
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
 cargo build --locked --workspace --bins
 cargo build --locked -p grip-fleet --example ros_messages
 built=$CARGO_TARGET_DIR/debug

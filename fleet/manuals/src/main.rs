@@ -5,10 +5,9 @@
 #[expect(dead_code, reason = "of the command line only the names are wanted here")]
 mod gripfleet;
 
-use anyhow::Context as _;
 use clap::{Command, CommandFactory as _, Parser};
-use grip_manuals::{help, write_all};
-use std::{fs, path::PathBuf};
+use grip_manuals::{help, write_all, write_page};
+use std::path::PathBuf;
 
 /// Writes man pages, shell completions and the pages of the reference of gripfleet and gripmon-fleet.
 #[derive(Debug, Parser)]
@@ -25,9 +24,7 @@ fn main() -> anyhow::Result<()> {
     let Cli { out, reference } = Cli::parse();
     for command in commands() {
         if reference {
-            fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
-            let file = out.join(command.get_name()).with_extension("md");
-            fs::write(&file, page(command)).with_context(|| file.display().to_string())?;
+            write_page(&out, command.get_name(), &page(command.clone()))?;
         } else {
             write_all(&out, command)?;
         }

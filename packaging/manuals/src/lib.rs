@@ -32,6 +32,17 @@ pub fn write_all(out: &Path, mut command: Command) -> anyhow::Result<()> {
     fs::rename(bash.join(format!("{name}.bash")), bash.join(&name)).context("bash")
 }
 
+/// Writes a page of the reference into a folder.
+///
+/// # Errors
+/// Where the folder takes none.
+pub fn write_page(out: &Path, name: &str, text: &str) -> anyhow::Result<()> {
+    let page = out.join(name).with_extension("md");
+    fs::create_dir_all(out)
+        .and_then(|()| fs::write(&page, text))
+        .context(page.display().to_string())
+}
+
 /// The page of a program: what `--help` prints of it and of each of its commands.
 ///
 /// `made` is the command that writes the page.

@@ -16,7 +16,7 @@ mod spec;
 
 use anyhow::Context as _;
 use clap::{Command, CommandFactory as _, Parser};
-use grip_manuals::{help, write_all};
+use grip_manuals::{help, write_all, write_page};
 use std::{fs, path::PathBuf};
 
 /// Writes man pages, shell completions and the pages of the reference of gripd, gripctl and gripmon.
@@ -39,11 +39,7 @@ fn main() -> anyhow::Result<()> {
         return fs::write(&cli.out, spec::spec()).with_context(|| cli.out.display().to_string());
     }
     if cli.reference {
-        fs::create_dir_all(&cli.out).with_context(|| cli.out.display().to_string())?;
-        return pages().into_iter().try_for_each(|(name, text)| {
-            let page = cli.out.join(name).with_extension("md");
-            fs::write(&page, text).with_context(|| page.display().to_string())
-        });
+        return pages().iter().try_for_each(|(name, text)| write_page(&cli.out, name, text));
     }
     commands().into_iter().try_for_each(|command| write_all(&cli.out, command))
 }

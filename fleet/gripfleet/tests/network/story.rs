@@ -51,11 +51,6 @@ fn is_the_command(line: &Value) -> bool {
     line["text"].as_str().is_some_and(|text| text.contains("14.00 N"))
 }
 
-/// Whether its object fell: such a gripper waits for help and carries nothing out.
-fn fallen(gripd: &Program) -> bool {
-    gripd.reported().contains("the object is gone")
-}
-
 /// A morning in the hall; an error where an object fell.
 fn looked_after() -> Result<(), String> {
     let folder = folder();
@@ -71,7 +66,10 @@ fn looked_after() -> Result<(), String> {
     let events = ["events", "--all", "--json", "--router", &endpoint];
     let watch = start(here, &events);
     let ended = |line: &Value| line["phase"] == "ended";
-    let fell = || fallen(&first.gripd) || fallen(&second.gripd);
+    // Such a gripper waits for help and carries nothing out.
+    let fell = || {
+        [&first, &second].iter().any(|pair| pair.gripd.reported().contains("the object is gone"))
+    };
     let slipped = || both.iter().all(|one| has(&watch, one, ended));
     assert!(until(|| slipped() || fell()), "{}", watch.printed());
     gripfleet(here, &endpoint, &["command", &first_name, "at-least", "14"]);
