@@ -13,6 +13,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+# What gripfleet does now; the changelog and decisions name it as it was.
+MOVED = {"fleet", "foxglove"}
 COMMAND = re.compile(r"(?<![\w/.-])(gripd|gripctl|gripfleet|gripmon|gripmon-fleet) ([^;&#`]*)")
 CARGO = re.compile(r"cargo run .*?-p (grip[\w-]+)[^#`]*? -- ")
 
@@ -51,9 +53,12 @@ def check(folder, text):
             continue
         known = listed(path)
         word = re.match(r"[a-z]+(?![\w.])|", rest)[0]
-        if program == "gripctl" and word or program == "gripfleet" and word in known:
+        if program == "gripfleet":
+            # A line names several of its commands.
+            known = known.union(*(listed(path, name) for name in known if name.isalpha() and name != "help"))
+        elif program == "gripctl" and word:
             if word not in known:
-                yield [f"gripctl has no {word}"]
+                yield None if word in MOVED else [f"gripctl has no {word}"]
                 continue
             known = listed(path, word)
         flags = re.findall(r"(?<![\w-])--[a-z][\w-]*", rest)
@@ -63,7 +68,7 @@ def check(folder, text):
 def main():
     folder = Path(sys.argv[1])
     # The reference is what `--help` prints; a test compares it.
-    pages = ["git", "ls-files", "*.md", ":!*docs/reference"]
+    pages = ["git", "ls-files", "*.md", ":!*/reference/*"]
     files = subprocess.run(pages, capture_output=True, text=True, check=True).stdout.split()
     found, checked, left_out = {}, 0, 0
     for page in map(Path, files):
