@@ -401,8 +401,8 @@ pub(crate) struct ScoreArgs {
     /// Measure the run time of each detector: `ns_per_sample` of the total.
     #[arg(long)]
     pub(crate) time: bool,
-    /// Write misses and latency against false alarms over a range of thresholds to FILE: .json, or a chart as .svg or .png;
-    /// may be repeated.
+    /// Write misses, latency and false alarms over a range of thresholds to FILE, as .json; or found against false alarms
+    /// (ROC) as a chart, .svg or .png; may be repeated.
     #[arg(long, value_name = "FILE")]
     pub(crate) curve: Vec<PathBuf>,
     #[command(flatten)]

@@ -9,7 +9,7 @@ use crate::{
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, Clock, DETECTORS, Decides, Detector, Floors, MaterialScore,
+        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore,
         RecordingScore, Rules, Score, ScoreError, Total, Watch, compare,
     },
 };
@@ -72,9 +72,11 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
             Err(why) => refused(detector.name, why, args.json)?,
         }
     }
+    if scores.len() > 1 && !args.json {
+        beside(scored(), args.guard_ms)?;
+    }
     for out in &curves {
-        let with_levels = scored().filter(|score| score.detector.decides != Decides::Own);
-        score_curve::write(out, with_levels, args.guard_ms)?;
+        score_curve::write(out, scored(), args.guard_ms)?;
     }
     Ok(if cut { Exit::DataLost } else { Exit::Done })
 }
@@ -153,6 +155,32 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
     cause_table(&score.causes())
 }
 
+/// A row for each detector.
+fn beside<'a>(scores: impl Iterator<Item = &'a Score>, guard_ms: f64) -> anyhow::Result<()> {
+    output::line(
+        "\ndetector     onsets  missed  inside  early  latency 50 %  95 % ms  without slip: seconds  alarms  per minute  in alarm s",
+    )?;
+    for score in scores {
+        let (total, causes) = (score.total(guard_ms), score.causes());
+        let seconds: f64 = causes.iter().map(|cause| cause.seconds).sum();
+        let in_alarm_s: f64 = causes.iter().map(|cause| cause.in_alarm_s).sum();
+        let alarms: u32 = causes.iter().map(|cause| cause.alarms).sum();
+        let per_minute = (seconds > 0.0).then(|| 60.0 * f64::from(alarms) / seconds);
+        output::line(&format!(
+            "{:11}  {:>6}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {seconds:>21.1}  {alarms:>6}  {:>10}  {in_alarm_s:>10.1}",
+            total.detector,
+            total.onsets,
+            total.missed,
+            total.inside,
+            total.early,
+            or_dash(total.latency_ms.p50, 1),
+            or_dash(total.latency_ms.p95, 1),
+            or_dash(per_minute, 2),
+        ))?;
+    }
+    Ok(())
+}
+
 fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
     output::line(
         "\nmaterial  onsets  missed  inside  early  latency 50 %  95 % ms  steady  missed  after 50 % ms",
@@ -180,10 +208,10 @@ fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
     if causes.is_empty() {
         return Ok(());
     }
-    output::line("\nwithout slip  seconds  in alarm  alarms  per hour (95 %)")?;
+    output::line("\nwithout slip      seconds  in alarm  alarms  per hour (95 %)")?;
     for c in causes {
         output::line(&format!(
-            "{:12}  {:>7.1}  {:>8.1}  {:>6}  {}",
+            "{:16}  {:>7.1}  {:>8.1}  {:>6}  {}",
             c.cause,
             c.seconds,
             c.in_alarm_s,

@@ -48,7 +48,7 @@ fn each_recording_is_judged_by_its_label() {
     let [found, early, quiet, all, rest, still, total] = lines.as_slice() else {
         panic!("{}", ran.out)
     };
-    assert_eq!((&still["type"], &still["cause"]), (&"cause".into(), &"still".into()));
+    assert_eq!((&still["type"], &still["cause"]), (&"cause".into(), &"motion not known".into()));
     assert_eq!(number(still, "alarms"), 1.0, "the early one: {still}");
     let alarm = &early["alarms_at"][0];
     assert!(alarm["is_false"] == true && alarm["t_s"] == early["alarm_s"], "{early}");
@@ -148,7 +148,14 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let most = rates.iter().copied().fold(0.0, f64::max);
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
-    assert!(fs::read_to_string(folder.path().join("c.svg")).unwrap().contains("<svg"));
+    let drawn = fs::read_to_string(folder.path().join("c.svg")).unwrap();
+    assert!(drawn.contains("(ROC)") && drawn.contains("fused, as configured"), "{drawn}");
+    let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
+    let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
+    let onsets_missed = ["stylus", "travel"].map(|name| {
+        row(name).split_whitespace().skip(1).take(2).collect::<Vec<_>>().join(" ")
+    });
+    assert_eq!(onsets_missed, ["3 1", "3 2"], "{text}");
 }
 
 #[test]

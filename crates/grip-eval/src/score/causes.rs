@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub const MOVING: &str = "moving";
 /// ... and while it did not.
 pub const STILL: &str = "still";
+/// Cause where neither a reference nor a column `motion` shows whether the robot moved.
+pub const UNKNOWN: &str = "motion not known";
 /// Cause while the grip force of an array has not stood for long enough, so that no pattern is judged.
 pub const CLOSING: &str = "closing";
 
@@ -20,7 +22,7 @@ pub struct Alarm {
     pub t_s: f64,
     /// When the slip was over (s); `null` where the recording ended before.
     pub end_s: Option<f64>,
-    /// What went on: the phase that was named, or [`CLOSING`], [`MOVING`] or [`STILL`].
+    /// What went on: the phase that was named, or [`CLOSING`], [`MOVING`], [`STILL`] or [`UNKNOWN`].
     pub cause: String,
     /// Whether it lies where no slip is labelled.
     pub is_false: bool,

@@ -3,7 +3,7 @@
 use super::{
     Alarm, Decides, Detector, FloorFrom, LATE_S, RecordingScore, ScoreError,
     beside::{Beside, Change, Test},
-    causes::{CLOSING, Causes, MOVING, STILL},
+    causes::{CLOSING, Causes, MOVING, STILL, UNKNOWN},
     curve::{APART_S, Trace},
     labelled::{Contents, Labelled, rest_until},
 };
@@ -222,6 +222,8 @@ fn play(
         in_alarm_s: 0.0,
     };
     let (mut moving, mut last_s) = (false, None);
+    let shows_motion = |sample: &Sample| sample.reference.is_some() || sample.motion.is_some();
+    let still = if recording.samples.iter().any(shows_motion) { STILL } else { UNKNOWN };
     let (array, mut standing) = (recording.taxels.is_some(), Standing::default());
     for sample in &recording.samples {
         let Some(step) = steps.next() else { break };
@@ -249,7 +251,7 @@ fn play(
         let seen = match (closing, moving) {
             (true, _) => CLOSING,
             (_, true) => MOVING,
-            _ => STILL,
+            _ => still,
         };
         let cause = Causes::at(&one.phases, step.t, seen);
         if t_s < until_s {

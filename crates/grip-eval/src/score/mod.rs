@@ -37,7 +37,7 @@ mod totals;
 mod training;
 
 pub use beside::{Beside, Change, Test};
-pub use causes::{Alarm, CLOSING, CauseScore, MOVING, STILL};
+pub use causes::{Alarm, CLOSING, CauseScore, MOVING, STILL, UNKNOWN};
 pub use chance::Chance;
 pub use curve::{APART_S, Point};
 pub use detectors::{DETECTORS, Decides, Detector};
