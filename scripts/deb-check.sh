@@ -24,7 +24,8 @@ if [ "$profile" = release ]; then scripts/release-build.sh; else cargo build --p
 "$built/gripd" --check-config --config packaging/gripd.toml
 "$built/gripd" --check-config --config docs/gripd.toml
 # That of gripfleet holds the program as the tests have built it: an optimised network takes minutes, and is looked at by nobody here.
-cargo build --quiet --workspace --bin gripfleet
+target=$(realpath -m "$target")
+(cd fleet && CARGO_TARGET_DIR=$target cargo build --quiet -p gripfleet)
 rm -rf "$target/deb-check"
 scripts/deb.sh "$target/deb-check" "$profile" dev
 deb=$target/deb-check/gripd.deb

@@ -13,11 +13,14 @@ PATH=$PATH:$(realpath -m "$target")/tools/bin
 command -v cargo-deb >/dev/null || cargo install cargo-deb --version 3.8.0 --locked --debug --root "$target/tools"
 rm -rf target/manuals
 mkdir -p "$folder"
-# The programs of the packages have no features.
-cargo build --quiet --workspace --no-default-features --bin grip-manuals
-"$target/debug/grip-manuals" target/manuals
+target=$(realpath -m "$target")
+export CARGO_TARGET_DIR=$target
+cargo run --quiet -p grip-manuals -- target/manuals
+(cd fleet && cargo run --quiet -p fleet-manuals -- target/manuals)
 scripts/c-library.sh target/c-library "$profile"
+folder=$(realpath -m "$folder")
 pack() { cargo deb --package "$1" --profile "$2" --no-build --no-strip --quiet --output "$folder/$3.deb"; }
 pack gripd "$profile" gripd
 pack slip-ffi "$profile" libslip-dev
+cd fleet
 pack gripfleet "${3:-release}" gripfleet

@@ -18,9 +18,8 @@ FLOORS = [
     # Below: beside a gripper. Above: not, but for the simulator of `--port sim`.
     ["grip-sim", "grip-import"],
     ["grip-eval", "grip-study"],
-    ["grip-fleet"],
     ["grip-scope"],
-    ["gripd", "gripctl", "gripfleet", "gripmon"],
+    ["gripd", "gripctl", "gripmon"],
     ["grip-manuals", "stories"],
     ["slip-benches"],
 ]

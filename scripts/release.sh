@@ -42,7 +42,9 @@ check() {
     done
     "$work/$programs/bin/gripctl" demo >/dev/null || fail "gripctl demo does not run"
     tar -xzf "$monitor.tar.gz" -C "$work"
-    [ "$("$work/$monitor/bin/gripmon" --version)" = "gripmon $version" ] || fail "gripmon is not of version $version"
+    for program in gripmon gripmon-fleet; do
+        [ "$("$work/$monitor/bin/$program" --version)" = "$program $version" ] || fail "$program is not of version $version"
+    done
     tar -tzf "$library.tar.gz" "$library/include/slip.h" >/dev/null 2>&1 || fail "no header of the C library"
     for name in GripLink.zip slip-rp2040.uf2 slip-core-"$version".crate; do
         [ -s "$name" ] || fail "no $name"
@@ -52,7 +54,7 @@ check() {
     done
     python3 - "$version" <<'PY'
 import json, pathlib, sys
-for program in ["gripd", "gripctl", "gripfleet", "gripmon", "slip-ffi", "slipgrip-python"]:
+for program in ["gripd", "gripctl", "gripfleet", "gripmon", "gripmon-fleet", "slip-ffi", "slipgrip-python"]:
     parts = json.loads(pathlib.Path(f"{program}.cdx.json").read_text())
     whole = parts["metadata"]["component"]
     assert (whole["name"], whole["version"]) == (program, sys.argv[1]), (program, whole["name"], whole["version"])
@@ -82,10 +84,13 @@ step "programs without libraries of the system"
 static=$arch-unknown-linux-musl
 rustup target add "$static" 2>/dev/null || fail "missing: Rust's library for $static, which rustup adds"
 command -v musl-gcc >/dev/null || install_packages musl-tools
-cargo build --release --locked --target "$static" -p gripd -p gripctl -p gripfleet --features gripctl/fleet,gripctl/foxglove
+cargo build --release --locked --target "$static" -p gripd -p gripctl
+(cd fleet && cargo build --release --locked --target "$static" -p gripfleet)
 step "programs for this system"
-cargo build --release --locked -p gripd -p gripctl -p gripfleet -p gripmon
+cargo build --release --locked -p gripd -p gripctl -p gripmon
+(cd fleet && cargo build --release --locked -p gripfleet -p gripmon-fleet)
 cargo run --quiet -p grip-manuals -- "$target/release-manuals"
+(cd fleet && cargo run --quiet -p fleet-manuals -- "$target/release-manuals")
 
 # FOLDER: documents, and what stands in bin; NAME.tar.gz of it
 pack() {
@@ -97,7 +102,7 @@ mkdir -p "$target/$programs/bin" "$target/$monitor/bin"
 cp "$target/$static/release/"{gripd,gripctl,gripfleet} "$target/$programs/bin/"
 cp -R "$target/release-manuals/." docs/gripd.toml "$target/$programs/"
 pack "$programs"
-cp "$target/release/gripmon" "$target/$monitor/bin/"
+cp "$target/release/"{gripmon,gripmon-fleet} "$target/$monitor/bin/"
 pack "$monitor"
 
 step "C library, Arduino library"
@@ -135,7 +140,8 @@ git ls-files -z -co --exclude-standard | tar -c --null -T - | tar -x -C "$copy"
 parts() { cargo cyclonedx --quiet --manifest-path "$copy/$1/Cargo.toml" --format json --spec-version 1.5 --target "$host"; }
 parts bins/gripd
 parts bindings/python
-for file in "$copy"/bins/{gripd,gripctl,gripfleet,gripmon}/*.cdx.json "$copy/crates/slip-ffi/slip-ffi.cdx.json" "$copy"/bindings/python/*.cdx.json; do
+parts fleet/gripfleet
+for file in "$copy"/bins/{gripd,gripctl,gripmon}/*.cdx.json "$copy"/fleet/{gripfleet,gripmon-fleet}/*.cdx.json "$copy/crates/slip-ffi/slip-ffi.cdx.json" "$copy"/bindings/python/*.cdx.json; do
     sed "s|file://$copy/||g" "$file" >"$folder/${file##*/}"
 done
 

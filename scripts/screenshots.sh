@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes the pictures of gripmon in docs/images from the real window of the release binary, on a display of its own.
 # GRIP_BIN names a folder that holds gripmon and gripd already; without it a release build is made.
-# GRIP_FLEET_BIN names a folder with gripd, gripfleet, and a gripmon and gripctl that were built with the fleet: then the table of many is made too.
+# GRIP_FLEET_BIN names a folder with gripd, gripfleet and gripmon-fleet: then the table of many is made too.
 # Needs: apt-get install -y --no-install-recommends xvfb
 # Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
 set -eu
@@ -61,7 +61,7 @@ picture fault "$work/frozen.csv"
 [ -n "${GRIP_FLEET_BIN:-}" ] || exit 0
 binaries=$GRIP_FLEET_BIN
 router=tcp/127.0.0.1:17447
-"$binaries/gripctl" fleet router --listen "$router" >"$work/router.log" 2>&1 &
+"$binaries/gripfleet" router --listen "$router" >"$work/router.log" 2>&1 &
 fleet=$!
 trap 'kill $server $fleet 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
@@ -78,4 +78,4 @@ for scene in default shaken tug light_rough moving_arm glass_bottle_full oily_st
     "$binaries/gripfleet" --config "$work/$seed.toml" >>"$work/$seed.log" 2>&1 &
     fleet="$fleet $!"
 done
-picture fleet "fleet:$router"
+DISPLAY="$display" "$binaries/gripmon-fleet" "$router" --view fleet/docs/fleet.toml --picture fleet/docs/fleet.png

@@ -30,12 +30,7 @@ impl Build {
     /// The programs that belong to these tests, as the whole workspace is tested, in the target folder and the profile of this test.
     #[must_use]
     pub fn beside_tests(names: &[&str]) -> Self {
-        let usual = if cfg!(feature = "fleet") {
-            "--workspace --features gripctl/fleet"
-        } else {
-            "--workspace"
-        };
-        let selection = env::var(SELECTION).unwrap_or_else(|_| usual.to_owned());
+        let selection = env::var(SELECTION).unwrap_or_else(|_| "--workspace".to_owned());
         let test = env::current_exe().unwrap();
         let built = test.parent().and_then(Path::parent).unwrap();
         let profile = built.file_name().unwrap().to_str().unwrap();
@@ -94,16 +89,15 @@ fn programs(messages: &str) -> BTreeMap<String, PathBuf> {
 }
 
 /// The programs, and the tests of their packages with which cargo builds them.
-const PROGRAMS: [(&str, &str); 3] =
-    [("gripd", "daemon"), ("gripctl", "cli"), ("gripfleet", "alone")];
+const PROGRAMS: [(&str, &str); 2] = [("gripd", "daemon"), ("gripctl", "cli")];
 
 /// Where the program of that name is, built from the sources as they are.
 ///
 /// # Panics
 /// Where it cannot be built.
 pub(crate) fn program(name: &str) -> &'static Path {
-    static BUILT: [OnceLock<Result<BTreeMap<String, PathBuf>, String>>; 3] =
-        [const { OnceLock::new() }; 3];
+    static BUILT: [OnceLock<Result<BTreeMap<String, PathBuf>, String>>; 2] =
+        [const { OnceLock::new() }; 2];
     let known = PROGRAMS.iter().zip(&BUILT).find(|((known, _), _)| *known == name);
     let ((_, test), built) = known.unwrap_or_else(|| panic!("{name} is no program of ours"));
     let programs = built.get_or_init(|| Build::beside_tests(&[test]).programs());

@@ -33,25 +33,21 @@ impl Program {
     /// Starts gripd in `folder`, unaware of the settings of whoever runs the stories.
     #[must_use]
     pub fn gripd(folder: &Path, args: &[&str]) -> Self {
-        Self::start("gripd", folder, args)
+        Self::start(build::program("gripd"), folder, args)
     }
 
     /// Starts gripctl in `folder`.
     #[must_use]
     pub fn gripctl(folder: &Path, args: &[&str]) -> Self {
-        Self::start("gripctl", folder, args)
+        Self::start(build::program("gripctl"), folder, args)
     }
 
-    /// Starts gripfleet in `folder`.
+    /// Starts the program of this file in `folder`.
     #[must_use]
-    pub fn gripfleet(folder: &Path, args: &[&str]) -> Self {
-        Self::start("gripfleet", folder, args)
-    }
-
-    fn start(name: &str, folder: &Path, args: &[&str]) -> Self {
+    pub fn start(program: &Path, folder: &Path, args: &[&str]) -> Self {
         let output = tempfile::tempdir().unwrap();
         let file = |name: &str| File::create(output.path().join(name)).unwrap();
-        let mut command = Command::new(build::program(name));
+        let mut command = Command::new(program);
         command.current_dir(folder).env_clear().env("HOME", folder).args(args);
         let child = command.stdout(file("out")).stderr(file("err")).spawn().unwrap();
         Self { child, output }

@@ -3,6 +3,7 @@
 mod cli;
 mod commands;
 mod output;
+mod print;
 mod terminal;
 
 use clap::{
@@ -20,22 +21,17 @@ use grip_sim::port::is_scene_error;
 use mlp::train::DataSetError;
 use std::process::ExitCode;
 
-/// What the command line cannot know: words of the language it is written in, and commands that were not built.
+/// What the command line cannot know: words of the language it is written in, and commands of another program.
 fn explained(error: &clap::Error) -> Option<String> {
     if let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand)
         && ["fleet", "foxglove"].contains(&name.as_str())
     {
+        let command = if name == "fleet" { "gripfleet COMMAND" } else { "gripfleet foxglove" };
         return Some(format!(
-            "gripctl: it was built without `{name}`: cargo build --release -p gripctl --features {name}\n"
+            "gripctl: `{command}` does it: cargo build --release in the folder fleet\n"
         ));
     }
-    let (text, words) =
-        (error.to_string(), ["invalid float literal", "invalid digit found in string"]);
-    let [number, whole] = words.map(|words| text.contains(words));
-    (number || whole).then(|| {
-        text.replace(words[0], "no number; decimals stand behind a point: 4.2")
-            .replace(words[1], "no whole number")
-    })
+    output::number(error)
 }
 
 fn main() -> ExitCode {
@@ -57,10 +53,6 @@ fn main() -> ExitCode {
         Command::Control(args) => commands::command::run(&args),
         Command::Object(args) => commands::objects::name(&args),
         Command::Objects(args) => commands::objects::list(&args),
-        #[cfg(feature = "fleet")]
-        Command::Fleet(args) => commands::fleet::run(&args),
-        #[cfg(feature = "foxglove")]
-        Command::Foxglove(args) => commands::foxglove::run(&args),
         Command::Sim(args) => commands::sim::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Import(args) => commands::import::run(&args),

@@ -1,5 +1,7 @@
 //! Results for standard output: text for people, one JSON object a line for machines.
 
+pub(crate) use crate::print::{is_closed_pipe, json, line, number};
+
 use crate::cli::ForceArgs;
 use core::fmt::Display;
 use grip_plot::Chart;
@@ -7,11 +9,7 @@ use grip_record::outputs::{OutputError, OutputKind, OutputPath};
 use grip_session::exit::{escape, lines};
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
-use serde::Serialize;
-use std::{
-    io::{self, Write as _},
-    path::Path,
-};
+use std::{io, path::Path};
 
 /// A recording, or rows of data, as columns.
 pub(crate) const COLUMNS: OutputKind = OutputKind::data(&["csv", "npz"]);
@@ -64,12 +62,6 @@ pub(crate) fn has(head: &[u8], text: &str) -> bool {
     head.windows(text.len()).any(|part| part == text.as_bytes())
 }
 
-/// Writes text to standard output; what would change the terminal is escaped. Names from a file, a network or a device go through
-/// [`escape`] before, so that none forges a line.
-pub(crate) fn line(text: &str) -> io::Result<()> {
-    writeln!(io::stdout().lock(), "{}", lines(text))
-}
-
 /// The same for standard error.
 pub(crate) fn note(text: &str) {
     eprintln!("{}", lines(text));
@@ -78,24 +70,6 @@ pub(crate) fn note(text: &str) {
 /// One line for standard error on a file or a name.
 pub(crate) fn remark(of: impl Display, text: impl Display) {
     note(&escape(&format!("{of}: {text}")));
-}
-
-/// Writes a value as one line of JSON to standard output.
-pub(crate) fn json(value: &impl Serialize) -> anyhow::Result<()> {
-    let mut out = io::stdout().lock();
-    serde_json::to_writer(&mut out, value)?;
-    writeln!(out)?;
-    Ok(())
-}
-
-/// Whether the reader of our output has gone away (`gripctl ... | head`), which is no failure.
-pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| {
-        let io = cause.downcast_ref::<io::Error>().map(io::Error::kind);
-        let json =
-            cause.downcast_ref::<serde_json::Error>().and_then(serde_json::Error::io_error_kind);
-        io.or(json) == Some(io::ErrorKind::BrokenPipe)
-    })
 }
 
 /// A bar for so many of `what`, with the time that is left: on a terminal, on standard error; nothing elsewhere.

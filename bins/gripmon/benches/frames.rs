@@ -5,9 +5,6 @@
 #[path = "../tests/window/fixture.rs"]
 #[expect(dead_code, reason = "the tests need more of it")]
 mod fixture;
-#[cfg(feature = "fleet")]
-#[path = "../tests/window/fleet_fixture.rs"]
-mod fleet_fixture;
 
 use core::time::Duration;
 use eframe::egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
@@ -24,7 +21,7 @@ use gripmon::{Engine, Scope};
 use std::sync::Arc;
 use std::time::Instant;
 
-const FRAMES: usize = 300;
+pub(crate) const FRAMES: usize = 300;
 const RATE_HZ: u64 = 20_000;
 /// The plots of the first row: all of curves at the sample rate.
 const SIX: [StripId; 6] = [
@@ -38,20 +35,14 @@ const SIX: [StripId; 6] = [
 
 fn main() {
     heading();
-    #[cfg(feature = "fleet")]
-    if std::env::args().any(|word| word == "fleet") {
-        return fleet();
-    }
     curves();
     live(0);
     live(244);
     gaps();
     spectrogram();
-    #[cfg(feature = "fleet")]
-    fleet();
 }
 
-fn heading() {
+pub(crate) fn heading() {
     line(&format!(
         "{:<46} {:>9} {:>9} {:>9} {:>10}",
         "frame", "least", "median", "95 %", "triangles"
@@ -73,39 +64,6 @@ fn curves() {
     bench.run("the same, one second seen, moved on by 10 ms", part);
     let few = |bench: &mut Bench, i: usize| bench.show(10.0 + 0.0001 * i as f64, 0.02);
     bench.run("the same, 20 ms seen", few);
-}
-
-/// The table of many grippers, each of which has shown something new before each frame.
-#[cfg(feature = "fleet")]
-fn fleet() {
-    use fleet_fixture::{many, member, of, reported, state};
-    use gripmon::fleet::{Hall, Lobby};
-    use gripmon::layout::Look;
-    for count in [200, 1000] {
-        let ctx = Context::default();
-        scope::prepare(&ctx, Look::Dark);
-        let hall = Arc::new(Hall::new(many(count), None));
-        let mut lobby = Lobby::new(Arc::clone(&hall), Look::Dark, "a router".to_owned());
-        let (mut taken, mut drawn) = (Vec::new(), Drawn::default());
-        for i in 0..FRAMES + 20 {
-            let force_n = 10.0 + (i as f32 * 0.1).sin();
-            let of_one = |number: u16| {
-                let site = if number.is_multiple_of(2) { "hall-1" } else { "hall-2" };
-                of(&member(site, number), 200.0 + 0.2 * i as f64, reported(&state(force_n)))
-            };
-            let feeds: Vec<_> = (0..count).map(of_one).collect();
-            let start = now();
-            feeds.into_iter().for_each(|feed| hall.take(feed));
-            taken.push(start.elapsed());
-            // Other rows are seen in each frame.
-            lobby.table.reveal = Some((i * 3) % usize::from(count));
-            drawn.frame(&ctx, i, |ui| drop(lobby.ui(ui)));
-        }
-        drawn.print(&format!("table of {count} grippers, scrolled in each frame"));
-        taken.sort();
-        let name = "  a STATE of each into the table";
-        line(&format!("{name:<46} {:>9}", shown(taken[taken.len() / 2])));
-    }
 }
 
 /// Channels that grow at 20 kHz beside those of states and bands.
@@ -279,13 +237,13 @@ impl Bench {
 
 /// What frames cost.
 #[derive(Default)]
-struct Drawn {
+pub(crate) struct Drawn {
     times: Vec<Duration>,
     triangles: usize,
 }
 
 impl Drawn {
-    fn frame(&mut self, ctx: &Context, i: usize, mut ui: impl FnMut(&mut Ui)) {
+    pub(crate) fn frame(&mut self, ctx: &Context, i: usize, mut ui: impl FnMut(&mut Ui)) {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(1600.0, 1000.0));
         let input = RawInput {
             screen_rect: Some(screen),
@@ -304,7 +262,7 @@ impl Drawn {
         }
     }
 
-    fn print(mut self, name: &str) {
+    pub(crate) fn print(mut self, name: &str) {
         self.times.sort();
         let at = |share: usize| shown(self.times[(self.times.len() - 1) * share / 100]);
         let triangles = self.triangles;
@@ -320,15 +278,15 @@ fn count(primitive: &eframe::egui::epaint::Primitive) -> usize {
 }
 
 #[expect(clippy::print_stdout, reason = "the table is what this program is for")]
-fn line(text: &str) {
+pub(crate) fn line(text: &str) {
     println!("{text}");
 }
 
-fn shown(time: Duration) -> String {
+pub(crate) fn shown(time: Duration) -> String {
     format!("{:.2} ms", 1e3 * time.as_secs_f64())
 }
 
 #[expect(clippy::disallowed_methods, reason = "a bench measures time")]
-fn now() -> Instant {
+pub(crate) fn now() -> Instant {
     Instant::now()
 }

@@ -1,6 +1,6 @@
 //! The command line of gripmon. The names are a contract.
 
-use clap::Parser;
+use clap::{Args, Parser};
 use grip_scope::SourceSpec;
 use grip_scope::source::SpecError;
 use std::path::PathBuf;
@@ -17,27 +17,25 @@ pub const USUAL: &str = "tcp:127.0.0.1:7747";
 #[command(name = "gripmon", version)]
 pub struct Cli {
     /// A running gripd (tcp:HOST:PORT or unix:PATH), a recording (.mcap or .csv), the report of a study (.json), or demo:SCENE.
-    #[cfg_attr(
-        feature = "fleet",
-        doc = "",
-        doc = "All grippers of a network: fleet:ENDPOINT, where a Zenoh router listens (fleet:tcp/10.0.0.1:7447)."
-    )]
     #[arg(value_name = "SOURCE", default_value = USUAL)]
     pub source: String,
     /// Show the built-in simulator.
     #[arg(long, conflicts_with = "source")]
     pub demo: bool,
-    /// Zenoh configuration file of a fleet, for names, retries and the rest; with fleet alone its endpoints too.
-    #[cfg(feature = "fleet")]
-    #[arg(long, value_name = "FILE", env = "GRIP_NETWORK")]
-    pub network: Option<PathBuf>,
-    /// Only grippers of this site.
-    #[cfg(feature = "fleet")]
-    #[arg(long)]
-    pub site: Option<grip_session::config::Site>,
     /// Seed of the simulator; other sources take none.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Write a report of a recording to this file (.html), and end: no window is opened. A file that is there stays.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["view", "layout", "demo"])]
+    pub report: Option<PathBuf>,
+    /// The window.
+    #[command(flatten)]
+    pub window: WindowArgs,
+}
+
+/// What a window begins with.
+#[derive(Clone, Debug, Args)]
+pub struct WindowArgs {
     /// Remember the arrangement of the window in this file, instead of gripmon/layout.toml among your configurations.
     #[arg(long, value_name = "FILE")]
     pub layout: Option<PathBuf>,
@@ -47,9 +45,6 @@ pub struct Cli {
     /// Write a picture of the window to this file as soon as what --view asks for is there, and end.
     #[arg(long, value_name = "FILE", requires = "view")]
     pub picture: Option<PathBuf>,
-    /// Write a report of a recording to this file (.html), and end: no window is opened. A file that is there stays.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["view", "layout", "demo"])]
-    pub report: Option<PathBuf>,
     /// Most memory for the history, in MB; the oldest samples go first.
     #[arg(long, value_name = "MB", default_value_t = 600, value_parser = clap::value_parser!(u32).range(16..=65_536))]
     pub memory: u32,
@@ -69,16 +64,11 @@ pub enum SourceError {
         "--report is for a recording (.mcap or .csv): {0} is none; Shift S in its window writes one"
     )]
     Report(SourceSpec),
-    /// A site for something that has none.
-    #[cfg(feature = "fleet")]
-    #[error("--site is for a fleet: {0} has none; name fleet:ENDPOINT")]
-    Site(SourceSpec),
-    /// A fleet, which this program knows nothing of.
-    #[cfg(not(feature = "fleet"))]
+    /// A network of many, which another program shows.
     #[error(
-        "{0}: this gripmon was built without the fleet: cargo build --release -p gripmon --features fleet"
+        "{0}: `gripmon-fleet ENDPOINT` shows a network: cargo build --release -p gripmon-fleet in the folder fleet"
     )]
-    NoFleet(String),
+    Fleet(String),
 }
 
 impl Cli {
@@ -87,31 +77,21 @@ impl Cli {
     /// # Errors
     /// [`SourceError`], a sentence.
     pub fn source(&self) -> Result<SourceSpec, SourceError> {
-        #[cfg(not(feature = "fleet"))]
-        if self.fleet().is_some() {
-            return Err(SourceError::NoFleet(self.source.clone()));
+        let source = self.source.trim();
+        if source == "fleet" || source.starts_with("fleet:") {
+            return Err(SourceError::Fleet(source.to_owned()));
         }
         let text = if self.demo { "demo" } else { &self.source };
         let spec = SourceSpec::parse(text)?;
-        #[cfg(feature = "fleet")]
-        if self.site.is_some() {
-            return Err(SourceError::Site(spec));
-        }
         match (spec, self.seed) {
             (SourceSpec::Demo { scene, .. }, Some(seed)) => Ok(SourceSpec::Demo { scene, seed }),
             (spec, Some(_)) => Err(SourceError::Seed(spec)),
             (spec, None) => Ok(spec),
         }
     }
+}
 
-    /// The router of the fleet that is asked for; empty where none is named. `None` for one source.
-    #[must_use]
-    pub fn fleet(&self) -> Option<&str> {
-        let text = self.source.trim();
-        let named = text.strip_prefix("fleet:").or_else(|| text.strip_prefix("fleet"));
-        named.filter(|rest| rest.is_empty() || text.starts_with("fleet:"))
-    }
-
+impl WindowArgs {
     /// Bytes for the history.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
@@ -134,29 +114,15 @@ mod tests {
         assert_eq!(source(&["--demo", "--seed", "7"]).unwrap(), "demo:default");
         assert_eq!(source(&["run.mcap"]).unwrap(), "run.mcap");
         assert!(source(&["notes.pdf"]).is_err());
-        #[cfg(not(feature = "fleet"))]
-        assert!(source(&["fleet:tcp/x:1"]).unwrap_err().to_string().contains("--features fleet"));
+        for text in ["fleet:tcp/x:1", " fleet "] {
+            assert!(source(&[text]).unwrap_err().to_string().contains("`gripmon-fleet ENDPOINT`"));
+        }
         let reported = source(&["run.mcap", "--seed", "7"]).unwrap_err().to_string();
         assert!(
             reported.starts_with("--seed is for the simulator: run.mcap takes none"),
             "{reported}"
         );
         assert!(source(&["--seed", "7"]).is_err());
-        #[cfg(feature = "fleet")]
-        assert!(source(&["run.mcap", "--site", "a"]).unwrap_err().to_string().contains("fleet:"));
         assert!(Cli::try_parse_from(["gripmon", "--picture", "a.png"]).is_err());
-    }
-
-    #[test]
-    fn a_fleet_is_known_by_its_text() {
-        for (text, router) in [
-            ("fleet:tcp/10.0.0.1:7447", Some("tcp/10.0.0.1:7447")),
-            (" fleet ", Some("")),
-            ("fleet:", Some("")),
-            ("fleet.mcap", None),
-            ("tcp:127.0.0.1:7747", None),
-        ] {
-            assert_eq!(Cli::try_parse_from(["gripmon", text]).unwrap().fleet(), router, "{text}");
-        }
     }
 }

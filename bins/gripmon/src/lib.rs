@@ -15,8 +15,6 @@ pub mod desk;
 pub mod engine;
 pub mod exports;
 pub mod files;
-#[cfg(feature = "fleet")]
-pub mod fleet;
 pub mod form;
 pub mod job;
 pub mod keys;
@@ -38,3 +36,16 @@ pub mod window;
 
 pub use engine::Engine;
 pub use scope::Scope;
+
+use grip_session::exit::{self, Exit};
+use std::process::ExitCode;
+
+/// How a program of this name ends.
+#[expect(clippy::print_stderr, reason = "the program ends with a sentence")]
+#[must_use]
+pub fn ended(program: &str, outcome: anyhow::Result<()>) -> ExitCode {
+    let Err(error) = outcome else { return Exit::Done.into() };
+    eprintln!("{program}: {}", exit::message(error.as_ref()));
+    let layout = error.is::<layout::LayoutError>();
+    if layout { Exit::WrongArguments.into() } else { Exit::of(error.as_ref()).into() }
+}

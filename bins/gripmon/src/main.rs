@@ -1,17 +1,13 @@
 //! The live scope of the slip-detection workspace.
 
 use clap::Parser as _;
-use grip_session::exit::{self, Exit};
+use grip_session::exit::Exit;
 use gripmon::cli::{Cli, SourceError};
-use gripmon::{layout::LayoutError, report, window};
+use gripmon::{report, window};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    #[cfg(feature = "fleet")]
-    if let Some(router) = cli.fleet().filter(|_| cli.report.is_none()) {
-        return ended(gripmon::fleet::run(&cli, router));
-    }
     let spec = match cli.source() {
         Ok(spec) => spec,
         Err(error) => {
@@ -20,29 +16,13 @@ fn main() -> ExitCode {
         }
     };
     match &cli.report {
-        Some(file) => match report::run(spec, cli.memory_bytes(), file) {
+        Some(file) => match report::run(spec, cli.window.memory_bytes(), file) {
             Err(error) if error.is::<SourceError>() => {
                 eprintln!("gripmon: {error}");
                 Exit::WrongArguments.into()
             }
-            outcome => ended(outcome),
+            outcome => gripmon::ended("gripmon", outcome),
         },
-        None => ended(window::run(&cli, spec)),
-    }
-}
-
-/// How the program ends.
-fn ended(outcome: anyhow::Result<()>) -> ExitCode {
-    match outcome {
-        Ok(()) => Exit::Done.into(),
-        Err(error) => {
-            eprintln!("gripmon: {}", exit::message(error.as_ref()));
-            let exit = if error.is::<LayoutError>() {
-                Exit::WrongArguments
-            } else {
-                Exit::of(error.as_ref())
-            };
-            exit.into()
-        }
+        None => gripmon::ended("gripmon", window::run(&cli.window, spec)),
     }
 }

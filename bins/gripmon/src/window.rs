@@ -1,6 +1,6 @@
 //! The system's window around [`Scope`]: its thread, its files, its pictures.
 
-use crate::cli::Cli;
+use crate::cli::WindowArgs;
 use crate::desk::{Ask, Desk, Picture};
 use crate::engine::Engine;
 use crate::job::Job;
@@ -24,8 +24,8 @@ use std::thread::Thread;
 ///
 /// # Errors
 /// Where a file of the command line cannot be used, there is no display, or the picture that was asked for was not made.
-pub fn run(cli: &Cli, spec: SourceSpec) -> anyhow::Result<()> {
-    let start = Start::of(cli)?;
+pub fn run(args: &WindowArgs, spec: SourceSpec) -> anyhow::Result<()> {
+    let start = Start::of(args)?;
     let outcome = Arc::clone(&start.outcome);
     let parts = start.parts(spec);
     show(&title(&parts.spec), parts.layout.window, &outcome, move |ctx| {
@@ -46,7 +46,7 @@ fn title(spec: &SourceSpec) -> String {
 ///
 /// # Errors
 /// Where there is no display, or what is left as the outcome: a sentence.
-pub(crate) fn show(
+pub fn show(
     title: &str,
     size: [f32; 2],
     outcome: &Outcome,
@@ -73,15 +73,21 @@ pub(crate) fn show(
 }
 
 /// The sentence with which a window ends, where it has failed.
-pub(crate) type Outcome = Arc<Mutex<Option<String>>>;
+pub type Outcome = Arc<Mutex<Option<String>>>;
 
 /// What the command line and the files that it names state of the window.
-pub(crate) struct Start {
-    pub(crate) layout: Layout,
-    pub(crate) remember: Remember,
-    pub(crate) memory_bytes: usize,
-    pub(crate) job: Option<Job>,
-    pub(crate) outcome: Outcome,
+#[derive(Debug)]
+pub struct Start {
+    /// The arrangement.
+    pub layout: Layout,
+    /// Where it is remembered.
+    pub remember: Remember,
+    /// Bytes for the history.
+    pub memory_bytes: usize,
+    /// The view and picture that are asked for.
+    pub job: Option<Job>,
+    /// How the window ends.
+    pub outcome: Outcome,
 }
 
 impl Start {
@@ -89,10 +95,10 @@ impl Start {
     ///
     /// # Errors
     /// Where one cannot be used.
-    pub(crate) fn of(cli: &Cli) -> anyhow::Result<Self> {
-        let view = cli.view.as_deref().map(ViewFile::read).transpose()?;
+    pub fn of(args: &WindowArgs) -> anyhow::Result<Self> {
+        let view = args.view.as_deref().map(ViewFile::read).transpose()?;
         let remembered =
-            if view.is_some() { None } else { cli.layout.clone().or_else(layout::default_path) };
+            if view.is_some() { None } else { args.layout.clone().or_else(layout::default_path) };
         let layout = match (&view, &remembered) {
             (Some(view), _) => view.layout.clone(),
             (None, Some(path)) => Layout::read(path)?,
@@ -102,13 +108,14 @@ impl Start {
         remember
             .on_signals(&[SIGTERM, SIGINT, SIGHUP], reported_to_end)
             .context("the thread that waits for signals")?;
-        let job = view.map(|view| Job::new(view, cli.picture.clone()));
+        let job = view.map(|view| Job::new(view, args.picture.clone()));
         let outcome = Arc::default();
-        Ok(Self { layout, remember, memory_bytes: cli.memory_bytes(), job, outcome })
+        Ok(Self { layout, remember, memory_bytes: args.memory_bytes(), job, outcome })
     }
 
     /// What a screen of this source begins with.
-    pub(crate) fn parts(&self, spec: SourceSpec) -> Parts {
+    #[must_use]
+    pub fn parts(&self, spec: SourceSpec) -> Parts {
         Parts {
             spec,
             layout: self.layout.clone(),
@@ -139,17 +146,25 @@ fn reported_last(error: &LayoutError) {
 }
 
 /// What is to be opened.
-pub(crate) struct Parts {
-    pub(crate) spec: SourceSpec,
-    pub(crate) layout: Layout,
-    pub(crate) remember: Remember,
-    pub(crate) memory_bytes: usize,
-    pub(crate) job: Option<Job>,
+#[derive(Debug)]
+pub struct Parts {
+    /// The source.
+    pub spec: SourceSpec,
+    /// The arrangement.
+    pub layout: Layout,
+    /// Where it is remembered.
+    pub remember: Remember,
+    /// Bytes for the history.
+    pub memory_bytes: usize,
+    /// The view and picture that are asked for.
+    pub job: Option<Job>,
 }
 
 /// One source with the threads that fill its model: everything in the window, but not the window.
-pub(crate) struct Screen {
-    pub(crate) desk: Desk,
+#[derive(Debug)]
+pub struct Screen {
+    /// What is shown of it.
+    pub desk: Desk,
     pump: Pump,
     made: Receiver<(Picture, Arc<ColorImage>)>,
     make: Sender<(Picture, Arc<ColorImage>)>,
@@ -160,7 +175,7 @@ impl Screen {
     ///
     /// # Errors
     /// Where the system starts no thread.
-    pub(crate) fn open(ctx: &egui::Context, parts: Parts) -> anyhow::Result<Self> {
+    pub fn open(ctx: &egui::Context, parts: Parts) -> anyhow::Result<Self> {
         scope::prepare(ctx, parts.layout.theme);
         let pumping: Arc<OnceLock<Thread>> = Arc::default();
         let woken = Arc::clone(&pumping);
@@ -182,12 +197,12 @@ impl Screen {
     }
 
     /// Whether nobody can see it.
-    pub(crate) fn set_hidden(&self, hidden: bool) {
+    pub fn set_hidden(&self, hidden: bool) {
         self.pump.watch().hidden.store(hidden, Ordering::Relaxed);
     }
 
     /// Draws a frame; what is to be opened instead.
-    pub(crate) fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
+    pub fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
         let mut opens = None;
         let ctx = ui.ctx().clone();
         while let Ok((picture, image)) = self.made.try_recv() {
@@ -206,7 +221,7 @@ impl Screen {
 }
 
 /// Asks the system for what only it can do; pictures come back through `make`.
-pub(crate) fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<ColorImage>)>) {
+pub fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<ColorImage>)>) {
     match ask {
         Ask::Picture(picture) => {
             let (make, again) = (make.clone(), ctx.clone());
@@ -224,7 +239,8 @@ pub(crate) fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<
 }
 
 /// Whether nobody can see the window.
-pub(crate) fn is_hidden(ctx: &egui::Context) -> bool {
+#[must_use]
+pub fn is_hidden(ctx: &egui::Context) -> bool {
     ctx.input(|input| {
         let viewport = input.viewport();
         viewport.minimized.unwrap_or(false) || viewport.occluded.unwrap_or(false)

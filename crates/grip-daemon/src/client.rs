@@ -2,6 +2,12 @@
 //!
 //! [`ClientLink`] has no socket; [`Client`] is one at its socket. Neither reads a clock: how long to wait is an argument.
 
+mod report;
+mod text;
+
+pub use report::{Report, misfit};
+pub use text::{event, lines};
+
 use crate::clients::{Listen, Stream};
 use core::time::Duration;
 use grip_link::decoder::{Counters, Decoder, Role, Verdict};

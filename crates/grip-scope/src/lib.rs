@@ -13,8 +13,6 @@ mod derive;
 pub mod explain;
 pub mod export;
 pub mod feed;
-#[cfg(feature = "fleet")]
-pub mod fleet;
 pub mod format;
 mod group;
 pub mod model;
@@ -27,8 +25,6 @@ pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
 pub use group::Group;
 pub use model::{Bucket, Columns, Info, Model, Series, Stats};
-#[cfg(feature = "zenoh")]
-pub use source::{FleetHandle, FleetPlace, GripperAt, Network};
 pub use source::{Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

@@ -55,8 +55,8 @@ fn python_has_the_codes_of_the_tables() {
 
 #[test]
 fn message_definitions_have_the_codes_of_the_tables() {
-    let state = read("ros/grip_msgs/msg/GripState.msg");
-    let slip = read("ros/grip_msgs/msg/SlipEvent.msg");
+    let state = read("fleet/ros/grip_msgs/msg/GripState.msg");
+    let slip = read("fleet/ros/grip_msgs/msg/SlipEvent.msg");
     let recorded = read("crates/grip-record/src/mcap/msg/State.msg");
     let command = read("crates/grip-record/src/mcap/msg/Command.msg");
     for (text, prefix, name) in [

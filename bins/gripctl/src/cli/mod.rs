@@ -1,10 +1,6 @@
 //! The command line of gripctl. The names are a contract.
 
 pub(crate) mod command;
-#[cfg(feature = "fleet")]
-pub(crate) mod fleet;
-#[cfg(feature = "foxglove")]
-pub(crate) mod foxglove;
 pub(crate) mod grasp;
 pub(crate) mod import;
 pub(crate) mod learn;
@@ -45,7 +41,7 @@ pub(crate) enum Command {
     /// gripd needs `allow_commands = true`. Exit code 0: gripd has taken the command; what it carries out within a second is printed. A stop is
     /// not a safety function.
     #[command(name = "command")]
-    Control(command::CommandArgs),
+    Control(CommandArgs),
     /// Name the object that is grasped next: gripd begins with what it has learned of that name.
     ///
     /// The name stands until another one is given. gripd needs `allow_commands = true`, and `file` in its table `memory`. Prints what is known of the
@@ -53,15 +49,6 @@ pub(crate) enum Command {
     Object(ObjectArgs),
     /// Show what gripd has learned of objects: needed force, friction, surface, with their uncertainty.
     Objects(ObjectsArgs),
-    /// List many grippers, follow their events, roll out models.
-    #[cfg(feature = "fleet")]
-    Fleet(fleet::FleetArgs),
-    /// Show a running gripd live in Foxglove, until it is stopped.
-    ///
-    /// Topics and schemas are those of a recording, so that one layout shows both; nobody can command the gripper this way. Exit codes: 0
-    /// done, 1 failed, 2 wrong arguments, 3 something was dropped.
-    #[cfg(feature = "foxglove")]
-    Foxglove(foxglove::FoxgloveArgs),
     /// Run a virtual gripper on a pseudo-terminal.
     Sim(SimArgs),
     /// Run a recording through the pipeline: events and estimates.
@@ -185,6 +172,15 @@ pub(crate) struct ObjectsArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CommandArgs {
+    #[command(subcommand)]
+    pub(crate) what: command::What,
+    /// Where gripd listens: `tcp:ADDRESS:PORT` or `unix:PATH`.
+    #[arg(long, default_value = grip_daemon::clients::Listen::DEFAULT, global = true)]
+    pub(crate) address: grip_daemon::clients::Listen,
 }
 
 #[derive(Debug, Args)]

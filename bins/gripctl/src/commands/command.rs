@@ -1,18 +1,16 @@
 //! `gripctl command`: what the gripper of a running gripd is to do in; whether gripd takes it, and what it does, out.
 
-use super::{clock, status::nonce};
-use crate::{
-    cli::command::{CommandArgs, What},
-    output,
-};
+use super::clock;
+use crate::{cli::CommandArgs, output};
 use anyhow::bail;
 use core::time::Duration;
 use grip_daemon::{client::Client, clients::Listen};
 use grip_link::message::{
-    FaultCode, Kind, NackReason, Versions,
+    Kind, NackReason, Versions,
     daemon::{Command, NoticeKind, Operation, Subscribe, ToClient, Topics},
 };
-use grip_session::exit::{Exit, WrongArgument};
+use grip_port::nonce;
+use grip_session::exit::Exit;
 
 /// A daemon that is there answers within this time.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
@@ -23,7 +21,7 @@ pub(super) const FORBIDDEN: &str =
 const CARRIED_OUT: Duration = Duration::from_secs(1);
 
 pub(crate) fn run(args: &CommandArgs) -> anyhow::Result<Exit> {
-    let command = command(args.what)?;
+    let command = args.what.command()?;
     let wanted =
         Subscribe { versions: Versions::OURS, topics: Topics::NEWS, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;
@@ -106,56 +104,5 @@ fn refusal(reason: NackReason) -> String {
                 .to_owned()
         }
         reason => format!("gripd refuses the command: {}", reason.name()),
-    }
-}
-
-/// What is to be done, as it travels.
-pub(super) fn command(what: What) -> Result<Command, WrongArgument> {
-    Ok(match what {
-        What::AtLeast { force } => {
-            Command { force_mn: millinewtons(force)?, ..Command::new(Operation::AtLeast) }
-        }
-        What::Release => Command::new(Operation::Release),
-        What::Grasp => Command::new(Operation::Grasp),
-        What::Stop => Command::new(Operation::Stop),
-        What::ClearFault { code } => {
-            Command { fault: FaultCode(code), ..Command::new(Operation::ClearFault) }
-        }
-    })
-}
-
-/// A force as it travels.
-fn millinewtons(force: f64) -> Result<i32, WrongArgument> {
-    let force_mn = (force * 1e3).round();
-    if !(0.0..=f64::from(i32::MAX)).contains(&force_mn) {
-        return Err(WrongArgument(format!("{force} is no force; expected newtons, 0 or more")));
-    }
-    #[expect(clippy::cast_possible_truncation, reason = "whole and within the range")]
-    let force_mn = force_mn as i32;
-    Ok(force_mn)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{What, command, millinewtons};
-    use grip_link::message::{FaultCode, daemon::Operation};
-
-    #[test]
-    fn forces_are_whole_millinewtons_and_never_negative() {
-        assert_eq!(millinewtons(0.0).unwrap(), 0);
-        assert_eq!(millinewtons(2.5004).unwrap(), 2500);
-        for wrong in [-0.1, f64::NAN, f64::INFINITY, 3e6] {
-            assert!(millinewtons(wrong).unwrap_err().to_string().contains("no force"), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn what_is_stated_is_what_is_sent() {
-        let at_least = command(What::AtLeast { force: 1.25 }).unwrap();
-        assert_eq!((at_least.operation, at_least.force_mn), (Operation::AtLeast, 1250));
-        let clear = command(What::ClearFault { code: 0x0103 }).unwrap();
-        assert_eq!((clear.operation, clear.fault), (Operation::ClearFault, FaultCode(0x0103)));
-        assert_eq!(command(What::Stop).unwrap().operation, Operation::Stop);
-        assert_eq!(command(What::Grasp).unwrap().operation, Operation::Grasp);
     }
 }

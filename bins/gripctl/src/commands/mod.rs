@@ -14,10 +14,6 @@ pub(crate) mod estimate;
 pub(crate) mod eval;
 pub(crate) mod export;
 mod export_verify;
-#[cfg(feature = "fleet")]
-pub(crate) mod fleet;
-#[cfg(feature = "foxglove")]
-pub(crate) mod foxglove;
 pub(crate) mod generate;
 pub(crate) mod grasp;
 mod hyper;

@@ -1,9 +1,6 @@
 //! `gripctl objects`: a memory of objects in, a table out. `gripctl object`: a name for the next object in, the answer of gripd out.
 
-use super::{
-    command::{FORBIDDEN, PATIENCE, first, silent},
-    status::nonce,
-};
+use super::command::{FORBIDDEN, PATIENCE, first, silent};
 use crate::{
     cli::{ObjectArgs, ObjectsArgs},
     output,
@@ -14,6 +11,7 @@ use grip_link::message::{
     Kind, NackReason, Versions,
     daemon::{NoticeKind, Subscribe, ToClient, Topics},
 };
+use grip_port::nonce;
 use grip_session::{
     exit::{Exit, WrongArgument},
     memory::{Figure, Memory, Object},

@@ -10,14 +10,6 @@ mod demo;
 mod doctor;
 mod estimate;
 mod export;
-#[cfg(feature = "fleet")]
-mod fleet;
-#[cfg(feature = "fleet")]
-mod fleet_archive;
-#[cfg(feature = "fleet")]
-mod fleet_collect;
-#[cfg(feature = "foxglove")]
-mod foxglove;
 mod grasp;
 mod import;
 mod learn;
@@ -33,3 +25,6 @@ mod status;
 mod study;
 mod surfaces;
 mod tape;
+
+/// What is tested.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_gripctl");

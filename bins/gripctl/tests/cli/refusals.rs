@@ -112,10 +112,12 @@ fn rubbish_is_shown_in_short_and_without_control_characters() {
     assert!(shown.len() < 8000, "{shown}");
 }
 
-#[cfg(not(feature = "fleet"))]
 #[test]
-fn a_command_that_was_not_built_names_what_it_needs() {
-    gripctl(Path::new("."), &["fleet", "router"]).refused(2, &["--features fleet"]);
+fn a_command_of_another_program_names_it() {
+    for (name, command) in [("fleet", "`gripfleet COMMAND`"), ("foxglove", "`gripfleet foxglove`")]
+    {
+        gripctl(Path::new("."), &[name, "router"]).refused(2, &[command]);
+    }
 }
 
 /// A file that is no recording is refused alike by all that read one: a FIFO and a device without waiting, a folder, nothing.

@@ -18,7 +18,7 @@ pub(crate) struct Ran {
 
 /// Runs gripctl in `folder` to its end; a panic is never one.
 pub(crate) fn gripctl(folder: &Path, args: &[&str]) -> Ran {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gripctl"));
+    let mut command = Command::new(crate::PROGRAM);
     let output = command.current_dir(folder).args(args).timeout(PATIENCE).output().unwrap();
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
     let (out, err) = (text(output.stdout), text(output.stderr));

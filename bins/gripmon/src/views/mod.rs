@@ -24,8 +24,8 @@ mod toolbar;
 mod tour;
 mod trigger;
 
-pub use stack::stack;
-pub use status::status;
+pub use stack::{empty, stack};
+pub use status::{status, tone};
 pub use study::study;
 pub use toolbar::toolbar;
 pub use tour::HINTS;

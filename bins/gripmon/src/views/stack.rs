@@ -249,7 +249,7 @@ fn edge(ui: &Ui, plot: &StripLayout, rect: Rect, seen: &Seen<'_>) -> Option<Acti
 }
 
 /// A sentence in an empty place.
-pub(crate) fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
+pub fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
     let painter = ui.painter();
     painter.rect_filled(rect, 0, palette.plot);
     painter.text(

@@ -67,7 +67,7 @@ fn cut(ui: &mut Ui, text: RichText, most: f32) {
 
 /// The tone of a status.
 #[must_use]
-pub(crate) const fn tone(status: &SourceStatus) -> Tone {
+pub const fn tone(status: &SourceStatus) -> Tone {
     match status {
         // What is odd about a file is reported.
         SourceStatus::Complete { note } if !note.is_empty() => Tone::Orange,

@@ -5,10 +5,6 @@ mod controls;
 mod desk;
 mod details;
 mod fixture;
-#[cfg(feature = "fleet")]
-mod fleet;
-#[cfg(feature = "fleet")]
-mod fleet_fixture;
 mod guides;
 mod labels;
 mod nasty;

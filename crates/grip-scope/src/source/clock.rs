@@ -5,19 +5,22 @@ use std::time::Instant;
 
 /// A clock that never goes back.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Clock(Instant);
+pub struct Clock(Instant);
 
 impl Clock {
     #[expect(
         clippy::disallowed_methods,
         reason = "threads of sources are drivers: they run in real time"
     )]
-    pub(super) fn start() -> Self {
+    /// It begins now.
+    #[must_use]
+    pub fn start() -> Self {
         Self(Instant::now())
     }
 
     /// Time since its start.
-    pub(super) fn now(&self) -> Duration {
+    #[must_use]
+    pub fn now(&self) -> Duration {
         self.0.elapsed()
     }
 
@@ -31,8 +34,9 @@ impl Clock {
         u64::try_from(self.now().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    #[expect(clippy::disallowed_methods, reason = "as above: only the thread of a source waits")]
-    pub(super) fn wait(&self, time: Duration) {
+    /// Waits, as only the thread of a source may.
+    #[expect(clippy::disallowed_methods, reason = "as above")]
+    pub fn wait(&self, time: Duration) {
         std::thread::sleep(time);
     }
 }

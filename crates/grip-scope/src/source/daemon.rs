@@ -9,7 +9,7 @@ use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
-use grip_port::Backoff;
+use grip_port::{Backoff, nonce};
 use rtrb::Consumer;
 use slip_core::ClientCommand;
 use std::io::ErrorKind;
@@ -42,10 +42,8 @@ pub(super) fn run(
     orders: &mut Consumer<ClientCommand>,
 ) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
-    let mut attempt = 0_u32;
     let mut before = String::new();
     while !outlet.stops() {
-        attempt = attempt.wrapping_add(1);
         outlet.status(SourceStatus::Connecting { what: listen.to_string(), before });
         let wanted = Subscribe {
             versions: Versions::OURS,
@@ -53,7 +51,7 @@ pub(super) fn run(
             every_nth,
             state_ms: STATE_MS,
         };
-        before = match Client::connect(listen, nonce(attempt), wanted, PATIENCE) {
+        before = match Client::connect(listen, nonce(), wanted, PATIENCE) {
             Ok(client) => {
                 let reception = Reception::new(listen.to_string(), every_nth);
                 let mut talk = Talk { client, reception, orders };
@@ -74,7 +72,7 @@ pub(super) fn run(
 }
 
 /// Waits, unless the scope lets go.
-pub(super) fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
+pub fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
     let again_in_s = time.as_secs_f32();
     outlet.status(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
     let until = outlet.clock.now() + time;
@@ -176,16 +174,9 @@ fn command(action: ClientCommand, token: u32) -> Command {
 }
 
 /// Why a command was not sent.
-pub(super) fn unsent(outlet: &mut Outlet, why: &str) {
+pub fn unsent(outlet: &mut Outlet, why: &str) {
     let feeds = reported::answer(Level::Warning, why.to_owned());
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
-}
-
-/// Differs from that of other programs and of the attempt before.
-fn nonce(attempt: u32) -> u16 {
-    let mixed = std::process::id().wrapping_mul(0x9e37_79b9) ^ attempt.wrapping_mul(0x85eb_ca6b);
-    let [low, high, ..] = (mixed ^ (mixed >> 16)).to_le_bytes();
-    u16::from_le_bytes([low, high]).max(1)
 }
 
 /// What is wrong, as a sentence. A daemon that dies with bytes unread resets the connection: that is how it is closed too.

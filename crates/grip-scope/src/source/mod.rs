@@ -5,8 +5,6 @@
 mod clock;
 mod daemon;
 mod demo;
-#[cfg(feature = "zenoh")]
-mod fleet;
 mod outlet;
 mod reception;
 mod recording;
@@ -15,17 +13,19 @@ mod spec;
 mod stream;
 mod study;
 
+pub use clock::Clock;
+pub use daemon::{pause, unsent};
 pub use demo::Grippers;
-#[cfg(feature = "zenoh")]
-pub use fleet::{FleetHandle, FleetPlace, GripperAt, NetError, Network};
-pub use spec::{SourceSpec, SpecError};
+pub use outlet::Outlet;
+pub use reception::Reception;
+pub use spec::{Other, SourceSpec, SpecError};
 
 use crate::feed::{Feed, SourceStatus};
 use crate::model::Model;
 use core::any::Any;
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::Ordering;
-use outlet::{FILE_RING, LIVE_RING, Outlet, Shared};
+use outlet::{FILE_RING, LIVE_RING, Shared};
 use rtrb::{Consumer, Producer, RingBuffer};
 use slip_core::ClientCommand;
 use std::panic;
@@ -168,7 +168,8 @@ fn guarded(outlet: &mut Outlet, run: impl FnOnce(&mut Outlet)) {
 }
 
 /// What a panic left, as a sentence.
-fn fault(payload: &(dyn Any + Send)) -> String {
+#[must_use]
+pub fn fault(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
     let text = text.as_deref().unwrap_or("it left no message");
@@ -186,8 +187,7 @@ fn run(
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
         SourceSpec::Demo { scene, seed } => demo::run(grippers, scene, *seed, outlet, orders),
-        #[cfg(feature = "zenoh")]
-        SourceSpec::Gripper(at) => fleet::run(at, outlet, orders),
+        SourceSpec::Other(other) => other.run(outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),
         SourceSpec::Study(file) => study::run(file, outlet),
     }

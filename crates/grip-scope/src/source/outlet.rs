@@ -25,7 +25,8 @@ pub(super) struct Shared {
 }
 
 /// Where a source's thread puts what it has.
-pub(super) struct Outlet {
+#[expect(missing_debug_implementations, reason = "it holds what has none")]
+pub struct Outlet {
     ring: Producer<Feed>,
     shared: Arc<Shared>,
     wake: Box<dyn Fn() + Send>,
@@ -48,13 +49,20 @@ impl Outlet {
     }
 
     /// Whether the scope lets go of this source.
-    pub(super) fn stops(&self) -> bool {
+    #[must_use]
+    pub fn stops(&self) -> bool {
         self.shared.stop.load(Ordering::Relaxed) || self.ring.is_abandoned()
+    }
+
+    /// Time since its start.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        self.clock.now()
     }
 
     /// Offers an item without waiting. Events wait in a backlog for room; samples, states and what is derived of them are dropped and
     /// counted, and the next samples show that something is missing before them.
-    pub(super) fn offer(&mut self, feed: Feed) {
+    pub fn offer(&mut self, feed: Feed) {
         self.catch_up();
         let mut feed = feed;
         if self.broken
@@ -111,7 +119,7 @@ impl Outlet {
     }
 
     /// Reports how the source is, where that is new.
-    pub(super) fn status(&mut self, status: SourceStatus) {
+    pub fn status(&mut self, status: SourceStatus) {
         if self.status != status {
             self.status = status.clone();
             self.offer(Feed::Status(status));

@@ -8,10 +8,8 @@ use crate::feed::{
     DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
 };
 use core::time::Duration;
-#[cfg(feature = "zenoh")]
-use grip_link::message::daemon::RealTime;
 use grip_link::message::daemon::{
-    Goodbye, Gripper, NoticeKind, Rows, ToClient, Welcome, WelcomeFlags,
+    Goodbye, Gripper, NoticeKind, RealTime, Rows, ToClient, Welcome, WelcomeFlags,
 };
 use grip_link::message::{Kind, NackReason, Versions};
 use grip_session::{HostConfig, model};
@@ -22,7 +20,8 @@ use slip_core::{Signal, units::Hertz};
 const STALL: Duration = Duration::from_secs(1);
 
 /// What was received and not passed on yet.
-pub(super) struct Reception {
+#[expect(missing_debug_implementations, reason = "it holds what has none")]
+pub struct Reception {
     place: String,
     every_nth: u16,
     stream: Stream,
@@ -44,7 +43,8 @@ pub(super) struct Reception {
 
 impl Reception {
     /// What is received at this place, of every n-th sample.
-    pub(super) fn new(place: String, every_nth: u16) -> Self {
+    #[must_use]
+    pub fn new(place: String, every_nth: u16) -> Self {
         // Whatever was there before this connection, something is missing since.
         let mut stream = Stream::default();
         stream.broken(0);
@@ -91,7 +91,7 @@ impl Reception {
     }
 
     /// Takes a message.
-    pub(super) fn take(&mut self, message: &ToClient<'_>) {
+    pub fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
             ToClient::Slip(slip) => self.updates.push(Feed::Event(EventMark::slip(slip))),
@@ -164,8 +164,7 @@ impl Reception {
     }
 
     /// Nobody greets over a network of many grippers: whose messages these are, and of which samples; 0: of none.
-    #[cfg(feature = "zenoh")]
-    pub(super) fn greet_over_network(&mut self, name: &str, every_nth: u16) {
+    pub fn greet_over_network(&mut self, name: &str, every_nth: u16) {
         self.every_nth = every_nth;
         self.updates.push(Feed::Welcome(DaemonInfo {
             name: name.to_owned(),
@@ -180,15 +179,13 @@ impl Reception {
     }
 
     /// Something was missed: the next rows do not join.
-    #[cfg(feature = "zenoh")]
-    pub(super) fn broken(&mut self) {
+    pub fn broken(&mut self) {
         self.stream.broken(0);
         self.next_index = None;
     }
 
     /// Something happened to the connection.
-    #[cfg(feature = "zenoh")]
-    pub(super) fn mark(&mut self, mark: EventMark) {
+    pub fn mark(&mut self, mark: EventMark) {
         self.updates.push(Feed::Event(mark));
     }
 
@@ -272,7 +269,7 @@ impl Reception {
     }
 
     /// Passes on what was received.
-    pub(super) fn pass_on(&mut self, outlet: &mut Outlet) {
+    pub fn pass_on(&mut self, outlet: &mut Outlet) {
         // Rows come first: states and events are placed by the rows around them.
         let rows = self.stream.take();
         let something = !(rows.is_empty() && self.updates.is_empty());

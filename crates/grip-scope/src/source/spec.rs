@@ -1,17 +1,34 @@
 //! What a person types in, the source that is meant out.
 
+use super::outlet::Outlet;
 use core::fmt;
 use grip_daemon::clients::Listen;
+use rtrb::Consumer;
+use slip_core::ClientCommand;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A live source of another crate, on a thread of its own. Its name is shown.
+pub trait Other: fmt::Debug + fmt::Display + Send + Sync {
+    /// Offers what it has until the scope lets go, which may wait for as long as it takes; commands come in `orders`.
+    fn run(&self, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>);
+}
+
+impl PartialEq for dyn Other {
+    fn eq(&self, other: &Self) -> bool {
+        self.to_string() == other.to_string()
+    }
+}
+
+impl Eq for dyn Other {}
 
 /// Where data come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SourceSpec {
     /// A running daemon.
     Daemon(Listen),
-    /// One gripper of a network.
-    #[cfg(feature = "zenoh")]
-    Gripper(super::GripperAt),
+    /// A live source that another crate knows.
+    Other(Arc<dyn Other>),
     /// A recording, MCAP or a table.
     Recording(PathBuf),
     /// The report of a study, JSON.
@@ -95,10 +112,7 @@ impl SourceSpec {
 
     /// Whether its thread may wait for something that takes long to report no.
     pub(super) const fn may_hang(&self) -> bool {
-        #[cfg(feature = "zenoh")]
-        return matches!(self, Self::Gripper(_));
-        #[cfg(not(feature = "zenoh"))]
-        false
+        matches!(self, Self::Other(_))
     }
 }
 
@@ -111,8 +125,7 @@ impl fmt::Display for SourceSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Daemon(listen) => listen.fmt(f),
-            #[cfg(feature = "zenoh")]
-            Self::Gripper(at) => at.fmt(f),
+            Self::Other(other) => other.fmt(f),
             Self::Recording(path) | Self::Study(path) => path.display().fmt(f),
             Self::Demo { scene, .. } => write!(f, "demo:{scene}"),
         }

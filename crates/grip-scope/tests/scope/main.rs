@@ -5,7 +5,5 @@ mod daemon;
 mod demo;
 mod export;
 mod files;
-#[cfg(feature = "zenoh")]
-mod fleet;
 mod rig;
 mod trigger;

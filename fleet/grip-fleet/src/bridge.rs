@@ -1,0 +1,610 @@
+//! Bytes of a daemon's socket in, what is to be published of them out. No socket and no clock.
+
+use crate::{
+    deploy::{ModelId, hex},
+    key::Topic,
+    message::{self, Message},
+};
+use grip_link::{
+    decoder::{Decoder, Role, Verdict},
+    frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
+    message::{
+        Ack, Kind, Nack, NackReason, PayloadError, Versions,
+        daemon::{
+            self, Command, DroppedClass, Estimates, Gripper, Load, Notice, NoticeKind,
+            PipelineState, SlipReport, Subscribe, Topics, Welcome, WelcomeFlags,
+        },
+    },
+};
+use grip_session::config::Uid;
+
+/// Milliseconds between two STATE.
+const STATE_MS: u16 = 200;
+
+/// Something to be published.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Publication {
+    /// Under which name.
+    pub topic: Topic,
+    /// The frame.
+    pub wire: Vec<u8>,
+}
+
+/// What comes from a daemon.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Incoming {
+    /// Something to be published.
+    Publication(Publication),
+    /// The daemon had no room for so many events: this end has read too slowly.
+    Missed(u32),
+    /// The daemon answers the command or the model of this number.
+    Answer(u16, Result<(), NackReason>),
+    /// The daemon introduces itself.
+    Welcome(Greeting),
+    /// What the daemon works with.
+    Setup(Setup),
+    /// What the pipeline thinks; it is published too.
+    State(PipelineState),
+    /// A slip that was not received before; it is published too.
+    Slip(SlipReport),
+    /// What two models made of the last slip.
+    Estimates(Estimates),
+    /// The daemon closes this connection, for this reason.
+    Goodbye(String),
+}
+
+/// What a daemon reports of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Greeting {
+    /// Name and version.
+    pub program: String,
+    /// Time since its start (us).
+    pub host_us: u64,
+    /// What a RELEASE must bear; none where commands are not allowed.
+    pub token: Option<u32>,
+    /// Whether it takes models of clients.
+    pub takes_models: bool,
+}
+
+/// What a daemon works with.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// Reloads since its start.
+    pub settings: u32,
+    /// Firmware of the gripper, as soon as one was seen.
+    pub firmware: Option<String>,
+    /// SHA-256 of the model in force, in hexadecimal digits.
+    pub in_force: String,
+    /// The model that the configuration names.
+    pub configured: ModelId,
+}
+
+/// Where a daemon was when it was last received from: its start, and the number of its last slip. By default nothing was received yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LastReceived {
+    run_id: u32,
+    slip: u32,
+}
+
+/// One connection to a daemon, as a client that receives everything but samples.
+#[derive(Debug)]
+pub struct Bridge {
+    decoder: Decoder,
+    session: u16,
+    uid: Option<Uid>,
+    /// The last GRIPPER, STATE and HEALTH.
+    known: [Option<Vec<u8>>; 3],
+    nameless: u64,
+    /// Number of the last request.
+    seq: u16,
+    slips: Slips,
+}
+
+/// Which slips were received.
+#[derive(Debug)]
+struct Slips {
+    /// Where the daemon was when it was last received from, before this connection and now.
+    before: Option<LastReceived>,
+    now: Option<LastReceived>,
+    /// The slips that come were before this connection: QUERY reports the last ones again.
+    old: bool,
+}
+
+impl Bridge {
+    /// A session of this nonce; 0 becomes 1. Slips since `before` that the daemon still knows are received; without it, none that were before.
+    #[must_use]
+    pub fn new(nonce: u16, before: Option<LastReceived>) -> Self {
+        let session = nonce.max(1);
+        let mut decoder = Decoder::new(Role::Client);
+        decoder.open_session(session, None);
+        Self {
+            decoder,
+            session,
+            uid: None,
+            known: [None, None, None],
+            nameless: 0,
+            seq: 0,
+            slips: Slips { before, now: None, old: true },
+        }
+    }
+
+    /// Where the daemon is now, for the next connection.
+    #[must_use]
+    pub fn last_received(&self) -> Option<LastReceived> {
+        self.slips.now.or(self.slips.before)
+    }
+
+    /// The first request to the daemon; every n-th sample is wanted, none for 0. It answers with everything known.
+    pub fn subscribe(&mut self, every_nth: u16) -> Vec<u8> {
+        let (versions, topics) = (Versions::OURS, Topics::ALL);
+        let wanted = Subscribe { versions, topics, every_nth, state_ms: STATE_MS };
+        let subscribe = self.request(Kind::SUBSCRIBE, true, |out| wanted.write(out)).1;
+        [subscribe, self.request(Kind::QUERY, true, |_| Ok(0)).1].concat()
+    }
+
+    /// A command for the fingers, and its number in [`Incoming::Answer`].
+    pub fn command(&mut self, command: &Command) -> (u16, Vec<u8>) {
+        self.request(Kind::COMMAND, true, |out| command.write(out))
+    }
+
+    /// A model file, or that of the configuration, to be put in force, and the number of its answer in [`Incoming::Answer`].
+    pub fn load(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        self.bring(Kind::LOAD, file)
+    }
+
+    /// A model file that is to estimate beside the one in force, or none any more, and the number of its answer.
+    pub fn shadow(&mut self, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        self.bring(Kind::SHADOW, file)
+    }
+
+    fn bring(&mut self, kind: Kind, file: Option<(&[u8; 32], &[u8])>) -> (u16, Vec<u8>) {
+        let (sha256, file) = file.unwrap_or((&[0; 32], &[]));
+        let size = u32::try_from(file.len()).unwrap_or(u32::MAX);
+        let mut wire = Vec::new();
+        let mut pieces = file.chunks(Load::PIECE).peekable();
+        let mut offset = 0;
+        loop {
+            let bytes = pieces.next().unwrap_or_default();
+            let load = Load { sha256: *sha256, size, offset, bytes };
+            let is_last = pieces.peek().is_none();
+            let (seq, piece) = self.request(kind, is_last, |out| load.write(out));
+            wire.extend_from_slice(&piece);
+            if is_last {
+                return (seq, wire);
+            }
+            offset += u32::try_from(bytes.len()).unwrap_or(0);
+        }
+    }
+
+    fn request(
+        &mut self,
+        kind: Kind,
+        ack_req: bool,
+        write: impl FnOnce(&mut [u8]) -> Result<usize, PayloadError>,
+    ) -> (u16, Vec<u8>) {
+        let (mut payload, mut wire) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
+        self.seq = self.seq.wrapping_add(1);
+        let header = Header::new(Direction::ToDevice, kind, self.seq, self.session);
+        let header = Header { ack_req, ..header };
+        let payload = write(&mut payload).ok().and_then(|len| payload.get(..len));
+        let len = frame::encode(&header, payload.unwrap_or_default(), &mut wire).unwrap_or(0);
+        (self.seq, wire.get(..len).unwrap_or_default().to_vec())
+    }
+
+    /// Takes bytes and hands out what they complete; what the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name and are counted.
+    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Incoming)) {
+        while let Some(verdict) = self.decoder.next(&mut bytes) {
+            let Verdict::Frame(frame) = verdict else { continue };
+            let (kind, payload) = (frame.header.kind, frame.payload);
+            if let Some((seq, answer)) = answer(kind, payload) {
+                on(Incoming::Answer(seq, answer));
+            }
+            if let Some(incoming) = parse(kind, payload) {
+                on(incoming);
+            }
+            match self.slips.missed(kind, payload) {
+                None => continue,
+                Some(0) => {}
+                Some(missed) => on(Incoming::Missed(missed)),
+            }
+            if let (Kind::SLIP, Ok(slip)) = (kind, SlipReport::parse(payload)) {
+                on(Incoming::Slip(slip));
+            }
+            let Some(topic) = topic(kind) else { continue };
+            if kind == Kind::GRIPPER
+                && let Ok(gripper) = Gripper::parse(payload)
+            {
+                self.uid = Some(Uid(gripper.uid)).filter(|uid| uid.0 != [0; 16]);
+            }
+            match connection(kind, payload) {
+                Some(0) => continue,
+                Some(missed) => {
+                    on(Incoming::Missed(missed));
+                    continue;
+                }
+                None => {}
+            }
+            // A frame that was received can be written.
+            let Ok(wire) = message::encoded(kind, payload) else { continue };
+            if let Some(place) = place(kind).and_then(|place| self.known.get_mut(place)) {
+                *place = Some(wire.clone());
+            }
+            if self.uid.is_some() {
+                on(Incoming::Publication(Publication { topic, wire }));
+            } else {
+                self.nameless = self.nameless.saturating_add(1);
+            }
+        }
+    }
+
+    /// Which gripper it is, as soon as it is known.
+    #[must_use]
+    pub const fn uid(&self) -> Option<Uid> {
+        self.uid
+    }
+
+    /// The last GRIPPER, STATE and HEALTH, as far as there were any.
+    pub fn status(&self) -> impl Iterator<Item = &[u8]> {
+        self.known.iter().flatten().map(Vec::as_slice)
+    }
+
+    /// Messages that came before the gripper had a name.
+    #[must_use]
+    pub const fn nameless(&self) -> u64 {
+        self.nameless
+    }
+}
+
+impl Slips {
+    /// How many slips before this message nobody knows any more; `None` for a slip that was received, or that nobody has missed.
+    fn missed(&mut self, kind: Kind, payload: &[u8]) -> Option<u32> {
+        if let (Kind::WELCOME, Ok(welcome)) = (kind, Welcome::parse(payload)) {
+            let run_id = welcome.run_id;
+            let same = self.before.filter(|before| before.run_id == run_id);
+            self.now = Some(LastReceived { run_id, slip: same.map_or(0, |before| before.slip) });
+        }
+        if kind == Kind::ACK && Ack::parse(payload).is_ok_and(|ack| ack.kind == Kind::QUERY) {
+            self.old = false;
+        }
+        let Some(now) = self.now.as_mut().filter(|_| kind == Kind::SLIP) else { return Some(0) };
+        let Ok(slip) = SlipReport::parse(payload) else { return Some(0) };
+        let last = now.slip;
+        now.slip = last.max(slip.number);
+        let is_new = slip.number > last && !(self.old && self.before.is_none());
+        // What is dropped later gripd counts itself.
+        let missed = if self.old { slip.number.saturating_sub(last).saturating_sub(1) } else { 0 };
+        is_new.then_some(missed)
+    }
+}
+
+/// Which command is answered, and how.
+fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
+    let (of, answer) = match kind {
+        Kind::ACK => Ack::parse(payload).ok().map(|ack| (ack.kind, (ack.seq, Ok(()))))?,
+        Kind::NACK => Nack::parse(payload).ok().map(|no| (no.kind, (no.seq, Err(no.reason))))?,
+        _ => return None,
+    };
+    Some(answer).filter(|_| [Kind::COMMAND, Kind::LOAD, Kind::SHADOW].contains(&of))
+}
+
+/// What is of use here, beside what is published.
+fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
+    Some(match kind {
+        Kind::WELCOME => {
+            let welcome = Welcome::parse(payload).ok()?;
+            Incoming::Welcome(Greeting {
+                program: welcome.daemon().to_owned(),
+                host_us: welcome.host_us,
+                token: welcome.flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token),
+                takes_models: welcome.flags.has(WelcomeFlags::MODELS),
+            })
+        }
+        Kind::SETUP => {
+            let setup = daemon::Setup::parse(payload).ok()?;
+            let firmware = Some(setup.firmware.to_string()).filter(|text| text != "0.0.0");
+            let (name, sha256) = (setup.configured_name().to_owned(), hex(&setup.configured));
+            let (settings, in_force) = (setup.settings, hex(&setup.in_force));
+            let configured = ModelId { name, sha256 };
+            Incoming::Setup(Setup { settings, firmware, in_force, configured })
+        }
+        Kind::STATE => Incoming::State(PipelineState::parse(payload).ok()?),
+        Kind::ESTIMATES => Incoming::Estimates(Estimates::parse(payload).ok()?),
+        Kind::NOTICE => {
+            let notice = Notice::parse(payload).ok()?;
+            if notice.kind != NoticeKind::Goodbye {
+                return None;
+            }
+            Incoming::Goodbye(notice.as_str().to_owned())
+        }
+        _ => return None,
+    })
+}
+
+/// How many events were dropped, of what the daemon reports of this connection alone; `None` for everything else.
+fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
+    let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
+    match notice.kind {
+        NoticeKind::Dropped if notice.code == DroppedClass::News.code() => Some(notice.count),
+        NoticeKind::Dropped | NoticeKind::Goodbye => Some(0),
+        _ => None,
+    }
+}
+
+/// Where a message is kept for those who ask later.
+const fn place(kind: Kind) -> Option<usize> {
+    match kind {
+        Kind::GRIPPER => Some(0),
+        Kind::STATE => Some(1),
+        Kind::HEALTH => Some(2),
+        _ => None,
+    }
+}
+
+/// Under which name a message goes; greetings and answers are for this connection only.
+const fn topic(kind: Kind) -> Option<Topic> {
+    match kind {
+        Kind::SLIP | Kind::GRIPPER | Kind::NOTICE => Some(Topic::Events),
+        Kind::STATE => Some(Topic::State),
+        Kind::HEALTH => Some(Topic::Health),
+        Kind::ROWS => Some(Topic::Samples),
+        _ => None,
+    }
+}
+
+impl Publication {
+    /// The message in it.
+    ///
+    /// # Errors
+    /// As [`Message::from_wire`].
+    pub fn message(&self) -> Result<Message, crate::MessageError> {
+        Message::from_wire(&self.wire)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bridge, Incoming, LastReceived, Publication, Topic};
+    use grip_link::{
+        decoder::{Decoder, Role, Verdict},
+        frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
+        message::{
+            Ack, Kind, Nack, NackReason, Versions,
+            daemon::{
+                Command, DroppedClass, Gripper, Health, Notice, NoticeKind, Operation, RealTime,
+                SlipReport, ToClient, ToDaemon, Welcome, WelcomeFlags,
+            },
+        },
+    };
+    use grip_session::config::Uid;
+
+    /// A daemon's side of the connection.
+    struct Daemon {
+        session: u16,
+        seq: u16,
+        wire: Vec<u8>,
+    }
+
+    impl Daemon {
+        fn send(&mut self, kind: Kind, write: impl FnOnce(&mut [u8]) -> usize) {
+            let (mut payload, mut out) = ([0; MAX_PAYLOAD], [0; MAX_WIRE]);
+            let len = write(&mut payload);
+            let header = Header::new(Direction::ToHost, kind, self.seq, self.session);
+            self.seq += 1;
+            let len = frame::encode(&header, &payload[..len], &mut out).unwrap();
+            self.wire.extend_from_slice(&out[..len]);
+        }
+
+        fn notice(&mut self, text: &str) {
+            let (kind, text) = (NoticeKind::Link, text.as_bytes());
+            let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
+            self.send(Kind::NOTICE, |out| notice.write(out).unwrap());
+        }
+
+        fn gripper(&mut self, uid: u8) {
+            let gripper = Gripper { uid: [uid; 16], ..Gripper::NONE };
+            self.send(Kind::GRIPPER, |out| gripper.write(out).unwrap());
+        }
+
+        fn health(&mut self, samples: u64) {
+            let health = Health { samples, ..Health::default() };
+            self.send(Kind::HEALTH, |out| health.write(out).unwrap());
+        }
+    }
+
+    fn take(bridge: &mut Bridge, bytes: &[u8]) -> Vec<Publication> {
+        let mut taken = Vec::new();
+        bridge.receive(bytes, &mut |incoming| match incoming {
+            Incoming::Publication(publication) => taken.push(publication),
+            Incoming::State(_) | Incoming::Slip(_) => {}
+            other => panic!("{other:?}"),
+        });
+        taken
+    }
+
+    #[test]
+    fn it_greets_as_a_client_that_receives_everything() {
+        let mut bridge = Bridge::new(7, None);
+        let mut decoder = Decoder::new(Role::Daemon);
+        let wire = bridge.subscribe(3);
+        let Some(Verdict::Frame(frame)) = decoder.next(&mut wire.as_slice()) else { panic!() };
+        assert_eq!((frame.header.session, frame.header.ack_req), (7, true));
+        let Ok(ToDaemon::Subscribe(wanted)) = ToDaemon::parse(&frame) else { panic!() };
+        assert_eq!((wanted.every_nth, wanted.state_ms), (3, super::STATE_MS));
+    }
+
+    #[test]
+    fn messages_get_the_name_of_their_gripper_in_any_chunks() {
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        daemon.notice("nobody answered");
+        daemon.gripper(0);
+        daemon.gripper(5);
+        daemon.notice("gripper 5");
+        daemon.health(1);
+        daemon.health(2);
+        let wanted = [Topic::Events, Topic::Events, Topic::Health, Topic::Health];
+        for size in [1, 7, 64, 4096] {
+            let mut bridge = Bridge::new(7, None);
+            let chunks = daemon.wire.chunks(size);
+            let taken: Vec<_> = chunks.flat_map(|chunk| take(&mut bridge, chunk)).collect();
+            let topics: Vec<Topic> = taken.iter().map(|taken| taken.topic).collect();
+            assert_eq!(topics, wanted);
+            assert_eq!((bridge.uid(), bridge.nameless()), (Some(Uid([5; 16])), 2));
+            let message = taken[1].message().unwrap();
+            let Ok(ToClient::Notice(notice)) = message.read() else { panic!() };
+            assert_eq!(notice.as_str(), "gripper 5");
+            // Of each kind the last one.
+            let status: Vec<&[u8]> = bridge.status().collect();
+            assert_eq!(status.len(), 2);
+            assert_eq!(status[1], taken[3].wire);
+        }
+    }
+
+    #[test]
+    fn what_the_daemon_states_of_the_connection_is_not_published_and_drops_are_counted() {
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        daemon.gripper(5);
+        let dropped = |code: DroppedClass, count| Notice {
+            kind: NoticeKind::Dropped,
+            code: code.code(),
+            value: 0,
+            count,
+            host_us: 0,
+            text: b"you read too slowly",
+        };
+        daemon.send(Kind::NOTICE, |out| dropped(DroppedClass::Rows, 9).write(out).unwrap());
+        daemon.send(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
+        let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
+        daemon.send(Kind::NOTICE, |out| goodbye.write(out).unwrap());
+        let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());
+        bridge.receive(&daemon.wire, &mut |one| received.push(one));
+        assert_eq!(received.len(), 3, "{received:?}");
+        assert_eq!(received[1], Incoming::Missed(3));
+        assert_eq!(received[2], Incoming::Goodbye("you read too slowly".to_owned()));
+    }
+
+    #[test]
+    fn a_command_reaches_the_daemon_and_its_answer_comes_back() {
+        let mut bridge = Bridge::new(7, None);
+        let mut decoder = Decoder::new(Role::Daemon);
+        let greeting = bridge.subscribe(0);
+        assert!(decoder.next(&mut greeting.as_slice()).is_some());
+        decoder.open_session(7, Some(2));
+        let command = Command { force_mn: 1500, ..Command::new(Operation::AtLeast) };
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        for (number, reason) in [(3, None), (4, Some(NackReason::Forbidden))] {
+            let (seq, wire) = bridge.command(&command);
+            let Some(Verdict::Frame(frame)) = decoder.next(&mut wire.as_slice()) else { panic!() };
+            assert_eq!((frame.header.seq, frame.header.ack_req, seq), (number, true, number));
+            let Ok(ToDaemon::Command(got)) = ToDaemon::parse(&frame) else { panic!() };
+            assert_eq!(got, command);
+            let kind = Kind::COMMAND;
+            match reason {
+                None => daemon.send(Kind::ACK, |out| Ack { kind, seq }.write(out).unwrap()),
+                Some(reason) => {
+                    daemon.send(Kind::NACK, |out| Nack { kind, reason, seq }.write(out).unwrap());
+                }
+            }
+        }
+        // Answers to something else are for nobody.
+        daemon.send(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
+        let mut received = Vec::new();
+        bridge.receive(&daemon.wire, &mut |one| received.push(one));
+        let refused = Incoming::Answer(4, Err(NackReason::Forbidden));
+        assert_eq!(received, [Incoming::Answer(3, Ok(())), refused]);
+    }
+
+    /// Which slips are received of a start of the daemon that still knows three, with one more that comes live; 100 stands for one that is missed.
+    fn slips(bridge: &mut Bridge, run_id: u32) -> Vec<u32> {
+        let mut daemon = Daemon { session: 7, seq: 0, wire: Vec::new() };
+        let welcome = Welcome {
+            versions: Versions::OURS,
+            max_rx: 480,
+            flags: WelcomeFlags::MODELS,
+            token: 0,
+            run_id,
+            host_us: 5,
+            real_time: RealTime::NotAsked,
+            text: b"gripd x",
+        };
+        daemon.send(Kind::WELCOME, |out| welcome.write(out).unwrap());
+        daemon.gripper(5);
+        for number in [3, 4, 5, 6] {
+            if number == 6 {
+                daemon.send(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 2 }.write(out).unwrap());
+            }
+            let slip = SlipReport { number, ..SlipReport::UNKNOWN };
+            daemon.send(Kind::SLIP, |out| slip.write(out).unwrap());
+        }
+        let mut numbers = Vec::new();
+        bridge.receive(&daemon.wire, &mut |incoming| match incoming {
+            Incoming::Slip(slip) => numbers.push(slip.number),
+            Incoming::Missed(missed) => numbers.push(100 * missed),
+            Incoming::Welcome(greeting) => {
+                assert!(greeting.takes_models && greeting.token.is_none())
+            }
+            _ => {}
+        });
+        numbers
+    }
+
+    #[test]
+    fn slips_are_received_once_also_over_another_connection() {
+        let mut first = Bridge::new(7, None);
+        assert_eq!(slips(&mut first, 9), [6], "what was before it came");
+        let mut second = Bridge::new(7, Some(LastReceived { run_id: 9, slip: 4 }));
+        assert_eq!(slips(&mut second, 9), [5, 6]);
+        let mut late = Bridge::new(7, Some(LastReceived { run_id: 9, slip: 1 }));
+        assert_eq!(slips(&mut late, 9), [100, 3, 4, 5, 6]);
+        let mut third = Bridge::new(7, second.last_received());
+        assert_eq!(slips(&mut third, 9), [0; 0]);
+        let mut restarted = Bridge::new(7, third.last_received());
+        assert_eq!(slips(&mut restarted, 10), [200, 3, 4, 5, 6]);
+        assert_eq!(
+            Bridge::new(7, restarted.last_received()).last_received(),
+            restarted.last_received()
+        );
+    }
+
+    #[test]
+    fn a_model_goes_in_pieces_and_asks_for_one_answer() {
+        let file: Vec<u8> = (0..600_u32).map(|at| at.to_le_bytes()[0]).collect();
+        for (file, pieces) in [(Some((&[7; 32], &file[..])), 3), (None, 1)] {
+            let mut bridge = Bridge::new(7, None);
+            let mut decoder = Decoder::new(Role::Daemon);
+            decoder.open_session(7, Some(0));
+            let (number, wire) = bridge.load(file);
+            let (mut wire, mut came) = (wire.as_slice(), Vec::new());
+            let mut asked = Vec::new();
+            while let Some(Verdict::Frame(frame)) = decoder.next(&mut wire) {
+                let Ok(ToDaemon::Load(load)) = ToDaemon::parse(&frame) else { panic!() };
+                assert_eq!(usize::try_from(load.offset), Ok(came.len()));
+                assert_eq!(usize::try_from(load.size), Ok(file.map_or(0, |file| file.1.len())));
+                came.extend_from_slice(load.bytes);
+                asked.push((frame.header.ack_req, frame.header.seq));
+            }
+            assert_eq!(
+                (came.as_slice(), asked.len()),
+                (file.map_or(&[][..], |file| file.1), pieces)
+            );
+            assert_eq!(asked.iter().filter(|(asks, _)| *asks).count(), 1);
+            assert_eq!(asked.last(), Some(&(true, number)));
+        }
+    }
+
+    #[test]
+    fn every_kind_has_its_topic_and_greetings_have_none() {
+        for (kind, topic) in [
+            (Kind::SLIP, Some(Topic::Events)),
+            (Kind::NOTICE, Some(Topic::Events)),
+            (Kind::GRIPPER, Some(Topic::Events)),
+            (Kind::STATE, Some(Topic::State)),
+            (Kind::HEALTH, Some(Topic::Health)),
+            (Kind::ROWS, Some(Topic::Samples)),
+            (Kind::WELCOME, None),
+            (Kind::ACK, None),
+            (Kind::NACK, None),
+        ] {
+            assert_eq!(super::topic(kind), topic, "{kind:?}");
+        }
+    }
+}

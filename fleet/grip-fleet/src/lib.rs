@@ -1,0 +1,43 @@
+//! Frames of a gripper's daemon in, names and events that survive a lost network out; and back, for those who watch many grippers.
+//!
+//! What travels are the frames that clients of the daemon get at its socket (`protocol/SPEC.md`, chapter 16), unchanged, under names
+//! that [`Member::key`] makes. Nothing but the module `net` and the server in [`live`] knows a
+//! network:
+//!
+//! * [`Bridge`]: bytes of the daemon in, what is to be published out;
+//! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
+//! * [`archive`]: events and HEALTH of many grippers in, MCAP files by day out, each event once through kills;
+//! * [`json`]: a message in, the JSON object that stands for it out;
+//! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
+//! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
+//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the request for what is missing;
+//! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
+//! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out;
+//! * [`ros`]: the same messages as the node of a ROS 2 gripper would report them.
+
+mod about;
+pub mod archive;
+mod bridge;
+pub mod deploy;
+mod follower;
+mod id;
+pub mod json;
+mod key;
+pub mod live;
+mod log;
+mod message;
+pub mod net;
+pub mod recordings;
+pub mod rollout;
+pub mod ros;
+mod spool;
+
+pub use about::About;
+pub use bridge::{Bridge, Greeting, Incoming, LastReceived, Publication, Setup};
+pub use follower::{Follower, Since, Verdict};
+pub use grip_session::config::{Site, Uid};
+pub use id::{EventId, IdError, Stamp, WallTime};
+pub use key::{Member, Part, Selector, Topic};
+pub use log::{EventLog, Logged};
+pub use message::{Message, MessageError, wire};
+pub use spool::{Spool, SpoolError};

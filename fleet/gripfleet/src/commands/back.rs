@@ -1,0 +1,72 @@
+//! `gripfleet back`, `pause` and `resume`: some grippers in; each of them ordered to do it, whatever else goes on there, and how it stands, out.
+
+use super::{
+    deploy::{PATIENCE, meant},
+    network,
+};
+use crate::{
+    cli::fleet::{BackArgs, SelectArgs},
+    output,
+};
+use grip_fleet::{
+    deploy::{ModelId, Order, Paused, Standing},
+    net::standing,
+};
+use grip_session::exit::{Exit, message};
+use serde::Serialize;
+
+/// One line for machines.
+#[derive(Debug, Serialize)]
+struct Line {
+    site: String,
+    uid: String,
+    in_force: Option<ModelId>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paused: Option<Paused>,
+    reason: Option<String>,
+}
+
+/// The model before.
+pub(super) fn run(args: &BackArgs) -> anyhow::Result<Exit> {
+    let why = Some(format!("ordered by {}", args.operator.by));
+    ask(&args.select, &Order::Back { sha256: None, why })
+}
+
+/// Roll-outs pause.
+pub(super) fn pause(args: &BackArgs) -> anyhow::Result<Exit> {
+    ask(&args.select, &Order::Pause { by: args.operator.by.clone() })
+}
+
+/// Roll-outs go on.
+pub(super) fn resume(args: &SelectArgs) -> anyhow::Result<Exit> {
+    ask(args, &Order::Resume)
+}
+
+fn ask(args: &SelectArgs, order: &Order) -> anyhow::Result<Exit> {
+    let session = network(&args.place.reach)?.open()?;
+    let mut exit = Exit::Done;
+    for member in meant(&session, &args.place, &args.to)? {
+        let answer = standing(&session, &member, order, PATIENCE).map_err(|error| message(&error));
+        if answer.is_err() {
+            exit = Exit::Failed;
+        }
+        if args.place.json {
+            let (site, uid) = (member.site.to_string(), member.uid.to_string());
+            let reason = answer.as_ref().err().cloned();
+            let (in_force, paused) =
+                answer.map_or((None, None), |standing| (Some(standing.in_force), standing.paused));
+            output::json(&Line { site, uid, in_force, paused, reason })?;
+            continue;
+        }
+        output::line(&match answer {
+            Ok(Standing { in_force, paused: None, .. }) => {
+                format!("{member}  {in_force} is in force")
+            }
+            Ok(Standing { in_force, paused: Some(Paused { by, .. }), .. }) => {
+                format!("{member}  {in_force} is in force; roll-outs pause, by order of {by}")
+            }
+            Err(reason) => reason,
+        })?;
+    }
+    Ok(exit)
+}

@@ -1,0 +1,7 @@
+//! A network of grippers. gripfleet stands between a gripd and a router in the test, as those who look after many grippers meet it.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+mod events;
+mod models;
+mod pair;
+mod story;

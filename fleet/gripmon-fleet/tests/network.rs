@@ -1,0 +1,210 @@
+//! A real router in this process and a made-up gripper on it: the table and the view of one are filled, and informed when all of it goes.
+
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
+
+#[path = "../../../crates/grip-scope/tests/scope/rig.rs"]
+#[expect(dead_code, reason = "the tests of grip-scope need more of it")]
+mod rig;
+
+use grip_fleet::net::{Announced, NetError, Session, router};
+use grip_fleet::{About, EventId, EventLog, Part, Topic, wire};
+use grip_link::message::daemon::{
+    GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Scene,
+};
+use grip_link::message::{DeviceState, Kind};
+use grip_scope::{Channel, EventKind, Model, SourceSpec, SourceStatus};
+use gripmon_fleet::grippers::{Column, Member, Roster, Uid};
+use gripmon_fleet::source::{FleetHandle, FleetPlace, GripperAt, Network};
+use rig::{Watch, pause};
+use slip_core::units::Micros;
+use std::net::TcpListener;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Looks before a test has hung.
+const PATIENCE: u32 = 60_000;
+
+/// A daemon that reports a state in each turn.
+struct Daemon {
+    announced: Announced,
+    _session: Session,
+    log: EventLog,
+    turns: u64,
+}
+
+impl Daemon {
+    fn start(network: &Network) -> Self {
+        let session = network.open().unwrap();
+        let announced = loop {
+            match Announced::new(&session, &member(), &[Part::About]) {
+                Ok(announced) => break announced,
+                Err(NetError::Taken { .. }) => pause(),
+                Err(error) => panic!("{error}"),
+            }
+        };
+        let log = EventLog::new(7, 1 << 16);
+        Self { announced, _session: session, log, turns: 0 }
+    }
+
+    fn turn(&mut self) {
+        self.turns += 1;
+        let state = PipelineState {
+            t: Micros(self.turns * 10_000),
+            scene: Scene::Holding,
+            grip: GripState::Holding,
+            device: DeviceState::from_code(2),
+            statistic: Some(0.5),
+            command_n: Some(5.0),
+            applied_n: Some(4.5),
+            rate_hz: 1000,
+            ..PipelineState::UNKNOWN
+        };
+        let head = self.log.head();
+        let state = wire(Kind::STATE, |out| state.write(out).unwrap());
+        self.announced.publish(Topic::State, head, &state);
+        let health = Health { link: LinkState::Stream, slips: 3, ..Health::default() };
+        let health = wire(Kind::HEALTH, |out| health.write(out).unwrap());
+        self.announced.publish(Topic::Health, head, &health);
+        let gripper = Gripper {
+            uid: member().uid.0,
+            force_max_n: Some(33.0),
+            link: LinkState::Stream,
+            ..Gripper::NONE
+        };
+        let gripper = wire(Kind::GRIPPER, |out| gripper.write(out).unwrap());
+        let log = &self.log;
+        let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(log);
+        self.announced.answer(&with_log, &[gripper, health], "");
+        while let Some(question) = self.announced.question() {
+            let model = Some("file".to_owned());
+            let about = About { firmware: Some("1.2.3".to_owned()), model, ..About::default() };
+            question.reply(about.to_json().unwrap().as_bytes()).unwrap();
+        }
+    }
+
+    fn report(&mut self, text: &str) -> EventId {
+        let (kind, text) = (NoticeKind::Link, text.as_bytes());
+        let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
+        let wire = wire(Kind::NOTICE, |out| notice.write(out).unwrap());
+        let id = self.log.append(wire.clone());
+        self.announced.publish(Topic::Events, id, &wire);
+        id
+    }
+}
+
+fn at(endpoint: &str) -> Network {
+    Network { router: Some(endpoint.to_owned()), file: None }
+}
+
+fn member() -> Member {
+    Member { site: "hall".parse().unwrap(), uid: Uid([0x77; 16]) }
+}
+
+/// A router that is looked for every fifth of a second, and the way to it.
+fn place(folder: &Path) -> (String, Network) {
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let endpoint = format!("tcp/127.0.0.1:{port}");
+    let file = folder.join("zenoh.json5");
+    let text = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
+    std::fs::write(&file, text).unwrap();
+    (endpoint.clone(), Network { router: Some(endpoint), file: Some(file) })
+}
+
+/// Looks at the table until it reports this of the gripper.
+fn until(
+    handle: &mut FleetHandle,
+    roster: &mut Roster,
+    mut meanwhile: impl FnMut(),
+    done: impl Fn(&Roster) -> bool,
+) {
+    for _ in 0..PATIENCE {
+        handle.drain(roster, 1000);
+        if done(roster) {
+            return;
+        }
+        meanwhile();
+        pause();
+    }
+    panic!("it never came: {:?} {:?}", roster.status(), roster.rows());
+}
+
+fn states(roster: &Roster, column: Column) -> String {
+    roster.row(&member()).map_or_else(String::new, |row| column.text(row, roster.now_s()))
+}
+
+#[test]
+fn the_table_is_filled_over_a_router_that_comes_and_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (endpoint, network) = place(folder.path());
+    let place = FleetPlace { network: network.clone(), site: None };
+    let (mut handle, mut roster) = (FleetHandle::spawn(place, || {}).unwrap(), Roster::default());
+    let waits = |roster: &Roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers"));
+    until(&mut handle, &mut roster, || {}, waits);
+    let listening = router(&at(&endpoint)).unwrap();
+    let mut daemon = Daemon::start(&network);
+    let mut table = (handle, roster);
+    until(
+        &mut table.0,
+        &mut table.1,
+        || daemon.turn(),
+        |roster| {
+            states(roster, Column::Applied) == "4.50"
+                && states(roster, Column::Slips) == "3"
+                && states(roster, Column::Model) == "file"
+        },
+    );
+    assert_eq!(states(&table.1, Column::Here), "here");
+    assert_eq!(states(&table.1, Column::Firmware), "1.2.3");
+    assert_eq!(*table.1.status(), SourceStatus::Live);
+    drop(listening);
+    until(
+        &mut table.0,
+        &mut table.1,
+        || {},
+        |roster| {
+            states(roster, Column::Here) == "gone"
+                && matches!(roster.status(), SourceStatus::Connecting { before, .. } if before.contains("any more"))
+        },
+    );
+    assert_eq!(states(&table.1, Column::Applied), "4.50", "what was known stays");
+    let _listening = router(&at(&endpoint)).unwrap();
+    until(
+        &mut table.0,
+        &mut table.1,
+        || daemon.turn(),
+        |roster| states(roster, Column::Here) == "here" && *roster.status() == SourceStatus::Live,
+    );
+}
+
+#[test]
+fn one_gripper_of_a_network_is_a_source_without_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let (endpoint, network) = place(folder.path());
+    let _listening = router(&at(&endpoint)).unwrap();
+    let spec =
+        SourceSpec::Other(Arc::new(GripperAt { network: network.clone(), member: member() }));
+    let mut watch = Watch::new(spec);
+    let absent = |model: &Model| matches!(model.status(), SourceStatus::Connecting { before, .. } if before.contains("is gone"));
+    watch.until(|| {}, absent);
+    let mut daemon = Daemon::start(&network);
+    let rowless = |model: &Model| model.info().daemon.as_ref().is_some_and(|of| of.every_nth == 0);
+    watch.until(|| daemon.turn(), rowless);
+    assert_eq!(*watch.model.status(), SourceStatus::Live);
+    assert_eq!(watch.model.info().gripper.and_then(|gripper| gripper.force_max_n), Some(33.0));
+    assert!(watch.samples(Channel::Applied) > 5, "forces come with states");
+    assert_eq!(watch.samples(Channel::Stylus), 0);
+    assert_eq!(watch.model.health().latest().map(|health| health.slips), Some(3));
+    daemon.report("the line was opened again");
+    watch.until(
+        || daemon.turn(),
+        |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),
+    );
+    assert!(watch.handle.command(slip_core::ClientCommand::Stop).is_ok());
+    watch.until(
+        || daemon.turn(),
+        |model| model.notices().any(|line| line.text.contains("sends no command")),
+    );
+    drop(daemon);
+    watch.until(|| {}, absent);
+    assert!(watch.model.events().iter().any(|mark| mark.kind == EventKind::Link));
+}
