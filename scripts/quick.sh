@@ -18,4 +18,4 @@ cargo fmt --all --check
 # shellcheck disable=SC2046,SC2086 # lists of words
 [ -z "$changed" ] || cargo clippy $(packages $changed) --all-targets -- -D warnings
 # shellcheck disable=SC2046,SC2086
-cargo test --quiet $(packages $heart $(printf '%s\n' $changed | grep -vxF "$(printf '%s\n' $heart)"))
+cargo test --quiet --no-fail-fast $(packages $heart $(printf '%s\n' $changed | grep -vxF "$(printf '%s\n' $heart)"))
