@@ -304,10 +304,8 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
         write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
         write_confidence(f, slip.confidence.unwrap_or(f32::NAN))?;
     }
-    match slip.certified_s {
-        Some(s) => write!(f, ", certified: one false alarm in {s:.0} s or more")?,
-        None if slip.duration_s.is_none() => write!(f, ", fast trigger only")?,
-        None => {}
+    if let Some(s) = slip.certified_s {
+        write!(f, ", certified: one false alarm in {s:.0} s or more")?;
     }
     for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
         if bits != 0 {

@@ -9,8 +9,8 @@ use crate::{
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore,
-        RecordingScore, Rules, Score, ScoreError, Total, Watch, compare,
+        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore, RecordingScore,
+        Rules, Score, ScoreError, Total, Watch, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};

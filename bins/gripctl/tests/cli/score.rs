@@ -152,9 +152,8 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     assert!(drawn.contains("(ROC)") && drawn.contains("fused, as configured"), "{drawn}");
     let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
-    let onsets_missed = ["stylus", "travel"].map(|name| {
-        row(name).split_whitespace().skip(1).take(2).collect::<Vec<_>>().join(" ")
-    });
+    let onsets_missed = ["stylus", "travel"]
+        .map(|name| row(name).split_whitespace().skip(1).take(2).collect::<Vec<_>>().join(" "));
     assert_eq!(onsets_missed, ["3 1", "3 2"], "{text}");
 }
 
