@@ -6,10 +6,7 @@
 //! - *undetected* = 0: a frame handed out is one that was sent, word for word, and handed out once, in order;
 //! - *clean frames lost* = 0: a frame none of whose wire bytes (delimiters included) was hit is handed out;
 //! - *delay* = 0: and with its own last byte, wherever the fault has moved it.
-//!
-//! For comparison the same frames go through the same kind of fault in a plain framing: CRC-16 and no sequence check.
 
-mod plain;
 mod traffic;
 
 pub use traffic::{Sent, Stream, Traffic};
@@ -47,8 +44,6 @@ pub struct Tally {
     pub clean_lost: u64,
     /// Most bytes that a clean frame needed beyond its own last one.
     pub delay_bytes: usize,
-    /// The same for the plain framing: wrong or repeated frames accepted.
-    pub plain_undetected: u64,
 }
 
 impl Tally {
@@ -71,12 +66,9 @@ pub fn run(fault: LineFault, frames: u64, seed: u64) -> Result<Tally> {
         let direction =
             if rng.next_u64() % 4 == 0 { Direction::ToDevice } else { Direction::ToHost };
         let stream = traffic.stream(direction, FRAMES)?;
-        let plain = plain::Stream::of(&stream);
         for _ in 0..FAULTS_A_STREAM {
             let faulty = fault.inject(&stream.bytes, &mut rng);
             tally.judge(&stream, &faulty, &receive(&stream, &faulty, &mut rng));
-            let faulty = fault.inject(&plain.bytes, &mut rng);
-            tally.plain_undetected += plain.undetected(&faulty);
         }
     }
     Ok(tally)
