@@ -34,8 +34,6 @@ pub struct Tally {
     pub frames: u64,
     /// Frames that a fault hit, or fell into.
     pub damaged: u64,
-    /// Blocks that the decoder refused as no frame.
-    pub refused: u64,
     /// Blocks that were good frames but came again or out of order, and were refused for it.
     pub repeats: u64,
     /// Frames handed out that were not sent like this, or were handed out before.
@@ -80,7 +78,6 @@ struct Received {
     /// Frames in the order in which they were handed out: which one it is, and the position behind the byte that
     /// completed it. `None` where no such frame was sent.
     frames: Vec<(Option<usize>, usize)>,
-    refused: u64,
     repeats: u64,
 }
 
@@ -103,16 +100,13 @@ fn receive(stream: &Stream, faulty: &Faulty, rng: &mut impl Rng) -> Received {
         }
         rest = after;
     }
-    let counters = decoder.counters();
-    received.refused = u64::from(counters.bad_blocks());
-    received.repeats = u64::from(counters.duplicate);
+    received.repeats = u64::from(decoder.counters().duplicate);
     received
 }
 
 impl Tally {
     fn judge(&mut self, stream: &Stream, faulty: &Faulty, received: &Received) {
         self.faults += 1;
-        self.refused += received.refused;
         self.repeats += received.repeats;
         let mut next = 0;
         for (frame, _) in &received.frames {
