@@ -53,18 +53,6 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Both counts together.
-    #[must_use]
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            trials: self.trials + other.trials,
-            failures: self.failures + other.failures,
-            open: self.open + other.open,
-            missing: self.missing + other.missing,
-            tightest: self.tightest.max(other.tightest),
-        }
-    }
-
     fn check<T: Real + Into<f64>>(
         &mut self,
         esc: Option<Esc<T>>,

@@ -97,21 +97,3 @@ fn surface_rows(rows: usize, seed: u64) -> Result<String> {
     }
     Ok(csv)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{building1, surface2};
-    use std::path::Path;
-
-    #[test]
-    fn without_data_the_surface_is_drawn_and_building1_is_missed() {
-        let parts = surface2(None).unwrap();
-        assert_eq!((parts.train[1].nrows(), parts.test[1].nrows()), (100, 60));
-        let range = parts.train[1]
-            .iter()
-            .fold((1.0_f64, -1.0_f64), |(low, high), &y| (low.min(y), high.max(y)));
-        assert!((range.0 + 1.0).abs() < 1e-12 && (range.1 - 1.0).abs() < 1e-12, "{range:?}");
-        let missing = building1(Path::new("no such folder")).unwrap_err().to_string();
-        assert!(missing.contains("no such folder/learning/building1_train.csv"), "{missing}");
-    }
-}

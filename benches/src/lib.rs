@@ -9,13 +9,8 @@
 //! cargo run --release -p slip-benches --bin network-peers -- DIR   our side of scripts/network-peers.sh
 //! cargo bench -p slip-benches --bench latency     p50 to max beside the stated limits
 //! cargo run --release -p slip-benches --bin accuracy          time against error: E_sc, filters, tanh, forward passes, trainers
-//! cargo run --release -p slip-benches --bin esc-containment   every enclosure of E_sc holds the exact value
-//! cargo run --release -p slip-benches --bin soak              drift of every streaming state over 1e9 steps
 //! cargo run --release -p slip-benches --bin detectors         run time against latency of every detector at stated false-alarm rates
-//! cargo run --release -p slip-benches --bin esc-readings      readings of E_sc against simulated dissipation
 //! cargo test  -p slip-benches                     nothing is allocated on these paths
-//! cargo run --release -p slip-benches --bin link-faults   nine kinds of line faults, counted
-//! cargo run --release -p slip-benches --bin link-soak     ten minutes at 10 kHz, every sample accounted for
 //! cargo run --release -p slip-benches --bin daemon-faults   a real gripd, killed, unplugged, disturbed and starved
 //! cargo run --release -p slip-benches --bin daemon-latency   the hot loop of gripd: last byte of a frame to the command
 //! cargo run --release -p slip-benches --bin daemon-soak      gripd with clients and a recording: samples, processor, memory
@@ -32,7 +27,6 @@ pub mod frames;
 pub mod learning;
 pub mod link_faults;
 pub mod networks;
-pub mod null_laws;
 pub mod peers;
 pub mod scenes;
 pub mod signals;

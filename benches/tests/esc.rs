@@ -1,5 +1,4 @@
 //! Every enclosure of E_sc holds the exact value, on random inputs and on inputs steered onto poles and zeros.
-//! `esc-containment` does the same with millions.
 
 use slip_benches::{
     containment::{Path, check, one},

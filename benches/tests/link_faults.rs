@@ -15,7 +15,6 @@ fn check(fault: LineFault) {
     assert!(tally.damaged > tally.faults / 2 && FRAMES == 7, "{tally:?}");
     let repeating = matches!(fault, LineFault::PacketDoubled | LineFault::Swapped);
     assert!(!repeating || tally.repeats > 0, "whole frames came again: {tally:?}");
-    assert!(!repeating || tally.plain_undetected > 0, "which only a sequence check sees");
 }
 
 macro_rules! fault_kinds {

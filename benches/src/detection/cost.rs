@@ -26,26 +26,3 @@ pub fn cost<A: Alarm + Clone>(
     }
     shortest
 }
-
-#[cfg(test)]
-mod tests {
-    use super::cost;
-    use crate::detection::{Hand, Peer, RobotConfig};
-    use core::cell::Cell;
-
-    #[test]
-    fn the_shortest_round_counts() {
-        let mut hand = Hand::new(RobotConfig::default(), 1.6, 1);
-        let samples: Vec<_> = (0..100).map(|_| hand.sample()).collect();
-        let now = Cell::new(0.0);
-        let round = Cell::new(0.0);
-        // Each look at the clock advances it by 1000 ns in the first round, by 500, 333, ... ns later.
-        let clock = || {
-            round.set(round.get() + 0.5);
-            now.set(now.get() + 1000.0 / f64::ceil(round.get()));
-            now.get()
-        };
-        let ns = cost(&[Peer::single(1e4, 1.0)], &samples, 4, &clock);
-        assert!((ns[0] - 1000.0 / 4.0 / 100.0).abs() < 1e-9, "{ns:?}");
-    }
-}

@@ -48,17 +48,3 @@ pub fn quantile(ordered: &[f64], q: f64) -> f64 {
     let place = (ordered.len().saturating_sub(1) as f64 * q).round() as usize;
     ordered.get(place).copied().unwrap_or(f64::INFINITY)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Latency, Trial};
-
-    #[test]
-    fn a_missed_slip_is_infinitely_late_and_an_early_one_left_out() {
-        let trials = [Trial::Found(3.0), Trial::Early, Trial::Missed, Trial::Found(-1.0)];
-        let latency = Latency::of(&trials);
-        assert_eq!((latency.slips, latency.missed, latency.early), (4, 1, 1));
-        assert!((latency.p50 - 3.0).abs() < 1e-12 && latency.p95.is_infinite());
-        assert!(Latency::of(&[Trial::Early]).p50.is_infinite());
-    }
-}

@@ -6,10 +6,7 @@
 //! - *undetected* = 0: a frame handed out is one that was sent, word for word, and handed out once, in order;
 //! - *clean frames lost* = 0: a frame none of whose wire bytes (delimiters included) was hit is handed out;
 //! - *delay* = 0: and with its own last byte, wherever the fault has moved it.
-//!
-//! For comparison the same frames go through the same kind of fault in a plain framing: CRC-16 and no sequence check.
 
-mod plain;
 mod traffic;
 
 pub use traffic::{Sent, Stream, Traffic};
@@ -37,8 +34,6 @@ pub struct Tally {
     pub frames: u64,
     /// Frames that a fault hit, or fell into.
     pub damaged: u64,
-    /// Blocks that the decoder refused as no frame.
-    pub refused: u64,
     /// Blocks that were good frames but came again or out of order, and were refused for it.
     pub repeats: u64,
     /// Frames handed out that were not sent like this, or were handed out before.
@@ -47,8 +42,6 @@ pub struct Tally {
     pub clean_lost: u64,
     /// Most bytes that a clean frame needed beyond its own last one.
     pub delay_bytes: usize,
-    /// The same for the plain framing: wrong or repeated frames accepted.
-    pub plain_undetected: u64,
 }
 
 impl Tally {
@@ -71,12 +64,9 @@ pub fn run(fault: LineFault, frames: u64, seed: u64) -> Result<Tally> {
         let direction =
             if rng.next_u64() % 4 == 0 { Direction::ToDevice } else { Direction::ToHost };
         let stream = traffic.stream(direction, FRAMES)?;
-        let plain = plain::Stream::of(&stream);
         for _ in 0..FAULTS_A_STREAM {
             let faulty = fault.inject(&stream.bytes, &mut rng);
             tally.judge(&stream, &faulty, &receive(&stream, &faulty, &mut rng));
-            let faulty = fault.inject(&plain.bytes, &mut rng);
-            tally.plain_undetected += plain.undetected(&faulty);
         }
     }
     Ok(tally)
@@ -88,7 +78,6 @@ struct Received {
     /// Frames in the order in which they were handed out: which one it is, and the position behind the byte that
     /// completed it. `None` where no such frame was sent.
     frames: Vec<(Option<usize>, usize)>,
-    refused: u64,
     repeats: u64,
 }
 
@@ -111,16 +100,13 @@ fn receive(stream: &Stream, faulty: &Faulty, rng: &mut impl Rng) -> Received {
         }
         rest = after;
     }
-    let counters = decoder.counters();
-    received.refused = u64::from(counters.bad_blocks());
-    received.repeats = u64::from(counters.duplicate);
+    received.repeats = u64::from(decoder.counters().duplicate);
     received
 }
 
 impl Tally {
     fn judge(&mut self, stream: &Stream, faulty: &Faulty, received: &Received) {
         self.faults += 1;
-        self.refused += received.refused;
         self.repeats += received.repeats;
         let mut next = 0;
         for (frame, _) in &received.frames {

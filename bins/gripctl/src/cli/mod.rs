@@ -102,7 +102,7 @@ pub(crate) enum Command {
     Eval(EvalArgs),
     /// Write a model file as C99 source or as an ONNX graph.
     Export(ExportArgs),
-    /// Repeat the study of the four nets on simulated grasps and explain it: tables, curves, report.
+    /// Repeat the study of the four nets on simulated grasps: tables, curves, report.
     Study(StudyArgs),
 }
 

@@ -12,7 +12,7 @@ use grip_study::{
     Condition, Report, Section, Sets, StudyConfig,
     outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
     study::{
-        self, ConditionResult, Findings, Study,
+        self, ConditionResult, Study,
         claims::{Judged, judge},
     },
 };
@@ -203,9 +203,8 @@ fn rows(folder: Folder<'_>, condition: &Condition, seed: u64) -> anyhow::Result<
 }
 
 fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()> {
-    let findings = Findings::of(study);
-    let paper = findings
-        .distances
+    let distances = study::distances(study);
+    let paper = distances
         .iter()
         .find(|distance| distance.condition == "paper" && distance.tolerance == "within_10pct");
     let summary = Summary {
@@ -222,11 +221,13 @@ fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()>
     if args.json {
         return output::json(&summary);
     }
-    for text in findings.explains.iter().chain(&findings.explains_not).chain(&findings.beyond) {
-        output::line(&format!("- {text}"))?;
+    for id in ["all-unseen", "distances"] {
+        if let Some(table) = report.tables().into_iter().find(|table| table.id == id) {
+            output::line(&format!("{}\n", table.markdown()))?;
+        }
     }
     Ok(output::line(&format!(
-        "\n{} trainings under {} conditions, {:.1} s of processor time; report {}, numbers {}, {} figures beside them",
+        "{} trainings under {} conditions, {:.1} s of processor time; report {}, numbers {}, {} figures beside them",
         summary.trainings,
         summary.conditions,
         summary.cpu_s,

@@ -5,7 +5,6 @@
 mod device;
 mod dice;
 mod host;
-mod host_lives;
 mod lives;
 mod peer;
 mod streams;

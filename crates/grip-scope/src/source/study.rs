@@ -1,4 +1,4 @@
-//! The report of a study (JSON) in; its learning curves and findings out.
+//! The report of a study (JSON) in; its learning curves and summary out.
 //!
 //! Read are `gripctl study` (results with nets, each with a learning curve) and nothing else: another JSON file is reported as such.
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Condition::sets -> repeats of each net -> run nearest the average -> Scores, Curve
-//!                 -> Ceiling                                        -> findings, tables, figures
+//!                 -> Ceiling                                        -> distances, tables, figures
 //! ```
 //! Every net is 2-10-1 (more inputs where a condition has them), trained on all rows at once for 1000 epochs from 20
 //! starts; the run whose training error is nearest the average of all is the one reported, as in the source study.
@@ -11,13 +11,13 @@
 
 mod ceiling;
 pub mod claims;
-mod findings;
+mod distances;
 mod net;
 mod pages;
 mod training;
 
 pub use ceiling::{Ceiling, ceiling};
-pub use findings::{Distance, Findings};
+pub use distances::{Distance, distances};
 pub use net::{HEAVY_BALL, HIDDEN, NETS, Net};
 pub use training::{Curve, Summary};
 
@@ -69,7 +69,7 @@ impl StudyConfig {
         }
     }
 
-    /// A look in seconds: the conditions that the summary speaks of, three starts, one draw, 300 epochs.
+    /// A look in seconds: seven conditions, three starts, one draw, 300 epochs.
     #[must_use]
     pub fn quick(seed: u64) -> Self {
         let names =

@@ -1,7 +1,7 @@
-//! A study in, its report out: findings, the table of all conditions, then each condition with Tables 1 and 2 and
-//! Figs. 3 to 7.
+//! A study in, its report out: distances from the published figures, the table of all conditions, then each condition
+//! with Tables 1 and 2 and Figs. 3 to 7.
 
-use super::{ConditionResult, Findings, NETS, NetResult, Study};
+use super::{ConditionResult, Distance, NETS, NetResult, Study, distances};
 use crate::report::Block;
 use crate::{
     Cell, Figure, Report, Score, Section, Table, Tolerance,
@@ -17,14 +17,14 @@ impl Study {
     /// The report. Other comparisons may be pushed behind its sections.
     #[must_use]
     pub fn report(&self) -> Report {
-        let findings = Findings::of(self);
+        let distances = distances(self);
         let mut report = Report {
             title: "The study of the four nets, repeated and explained".to_owned(),
             ..Report::default()
         };
-        report.summary = summary(&findings);
-        report.fields = self.fields(&findings);
-        report.push(explanation(&findings));
+        report.summary = summary(self);
+        report.fields = self.fields(&distances);
+        report.push(nearest(&distances));
         report.push(overview(self));
         for name in SHOWN {
             if let Some(result) = self.result(name) {
@@ -36,11 +36,10 @@ impl Study {
                 report.push(section);
             }
         }
-        report.push(method(self));
         report
     }
 
-    fn fields(&self, findings: &Findings) -> serde_json::Map<String, Value> {
+    fn fields(&self, distances: &[Distance]) -> serde_json::Map<String, Value> {
         let config = &self.config;
         let results: Vec<Value> = self.results.iter().map(result_json).collect();
         let fields = json!({
@@ -49,8 +48,11 @@ impl Study {
             "repeats": config.repeats,
             "draws": config.draws,
             "epochs": config.epochs,
+            "goal": config.goal,
+            "hidden": config.hidden,
+            "known_rows": config.known_rows,
             "tolerances": Tolerance::ALL.map(Tolerance::key),
-            "findings": findings,
+            "distances": distances,
             "results": results,
         });
         match fields {
@@ -77,35 +79,33 @@ fn result_json(result: &ConditionResult) -> Value {
     })
 }
 
-/// The first of each kind.
-fn summary(findings: &Findings) -> Vec<String> {
-    let not = findings.explains_not.iter().find(|text| text.starts_with("A varied trial force"));
-    [findings.explains.first(), not, findings.beyond.first()]
-        .into_iter()
-        .flatten()
-        .cloned()
-        .collect()
+/// One line for the paper-like condition, one for a varied force, one for the shipped features.
+fn summary(study: &Study) -> Vec<String> {
+    let results =
+        ["paper", "varied-0", DEFAULT.name].into_iter().filter_map(|name| study.result(name));
+    let line = |result: &ConditionResult| {
+        let share = |share: f64| format!("{:.0}", 100.0 * share);
+        let nets = result.nets.iter();
+        let nets: Vec<String> = nets
+            .map(|net| format!("{} {}", net.trainer, share(net.mean(|s| s.unseen.within_10pct()))))
+            .collect();
+        format!(
+            "{}: {} % of unseen answers within 10 %; best possible {} %",
+            result.condition.title(),
+            nets.join(", "),
+            share(result.ceiling.within_10pct)
+        )
+    };
+    results.map(line).collect()
 }
 
-fn explanation(findings: &Findings) -> Section {
-    let mut section =
-        Section::new("explanation", "What explains the published figures, and what does not");
-    for (title, part) in [
-        ("What does", &findings.explains),
-        ("What does not", &findings.explains_not),
-        ("What reaches further", &findings.beyond),
-    ] {
-        if !part.is_empty() {
-            section = section.with(Block::Heading(title.to_owned()));
-            section = part.iter().fold(section, |section, text| section.with(text.as_str()));
-        }
-    }
+fn nearest(distances: &[Distance]) -> Section {
     let mut table = Table::new(
         "distances",
         "Nearest to the published figures: mean difference over the eight of them, in percentage points",
         &["condition", "an answer is correct", "difference", "this run minus the study"],
     );
-    for distance in findings.distances.iter().take(20) {
+    for distance in distances.iter().take(20) {
         table.push(vec![
             Cell::text(&distance.title),
             Cell::text(distance.tolerance_title),
@@ -113,7 +113,7 @@ fn explanation(findings: &Findings) -> Section {
             Cell::Number(distance.offset),
         ]);
     }
-    section.with(table)
+    Section::new("nearest", "Distance from the published figures").with(table)
 }
 
 fn heads(first: &str, last: &[&str]) -> Vec<String> {
@@ -153,7 +153,7 @@ fn overview(study: &Study) -> Section {
     }
     let mut section = Section::new("conditions", "All conditions").with(
         "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
-         target unless ln f is named. The best possible answer is an estimate from below (see the method).",
+         target unless ln f is named. The best possible answer is an estimate from below: the higher of the closed form and of neighbours.",
     );
     section = section.with(unseen);
     if let Some(figure) = noise_figure(study) {
@@ -367,38 +367,4 @@ fn score_row(net: &str, rows: &str, score: &Score, published: Cell) -> Vec<Cell>
     cells.extend(score.correct.map(Cell::Percent));
     cells.extend([Cell::Number(score.mse), published]);
     cells
-}
-
-fn method(study: &Study) -> Section {
-    let config = &study.config;
-    Section::new("method", "How it was done")
-        .with(
-            "Data: the source study does not publish its rows, so they come from the simulator. An object of 0.2 to 1 kg \
-             (log-uniform) with friction 0.2 to 0.5 (uniform) between two fingers slips by d = 2 mm under a trial force F \
-             that does not hold it; a = g (1 - F/F_req), v = sqrt(2ad), T = v/a, adequate force f = 1.2 F_req. The surface \
-             has a roughness grade from N4 to N12, RSm = 200 um (Ra / 1.6 um)^0.5 times a log-normal factor (0.35), heights \
-             3.5 Ra (log-normal 0.3), spacings RSm (log-normal 0.2). Fixed means F = 2 N, varied 0.1 to 0.95 of F_req. \
-             Noise is normal and relative; E_sc is computed from the noisy v and F and the exact irregularities.",
-        )
-        .with(format!(
-            "Nets: {} tanh neurons, one linear output, inputs and target scaled to -1..1 on the training rows, Nguyen-Widrow \
-             starts, full batch, {} epochs, f64, saved in f32. Trainers have the usual settings where no others were given (GD and \
-             GDM rate 0.01; GDM momentum 0.9 in the averaged form; Rprop- 0.07, 1.2, 0.5, 50; SCG sigma 5e-5, lambda 5e-7). \
-             No validation rows. \
-             {} starts each; of these the run whose training error is nearest the average is reported. {} independent draws \
-             of rows: Tables 1 and 2 and the figures show the first, tables of all conditions the mean. Seed {}.",
-            config.hidden, config.epochs, config.repeats, config.draws, config.seed
-        ))
-        .with(format!(
-            "Best possible answers: the higher of two estimates, both made on rows that had no part in making them. Closed \
-             form: f = kappa F / (1 - a/g) from the noisy measurements. Neighbours: among {} other rows those with the \
-             nearest features, and the answer that is within 10 % of most of them; the number of neighbours and the subset \
-             of the features are chosen on other rows than those counted. Three or more features are too many for it, there \
-             the closed form counts.",
-            config.known_rows
-        ))
-        .with(
-            "Not covered: validation stops, other net sizes, errors of the travel d, friction that changes while sliding, a \
-             trial force chosen by a person. Any of these may have shaped the published figures.",
-        )
 }
