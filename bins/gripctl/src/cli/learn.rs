@@ -113,7 +113,8 @@ pub(crate) struct TrainArgs {
     /// Function of the hidden neurons: tanh, logistic or relu.
     #[arg(long, default_value = "tanh")]
     pub(crate) activation: String,
-    /// gd, gdm, gdx, rprop, scg, lbfgs or lm.
+    /// gd, gdm, gdx, rprop, scg, lbfgs, lm, or br: lm with the penalty on large weights that the rows themselves show (Bayesian
+    /// regularisation), for few and noisy rows.
     #[arg(long, default_value = "rprop")]
     pub(crate) algorithm: String,
     #[command(flatten)]

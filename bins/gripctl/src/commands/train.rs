@@ -47,7 +47,22 @@ struct Result {
     gradient_evaluations: usize,
     repeats_scaled_mse: Vec<f64>,
     #[serde(flatten)]
+    evidence: Evidence,
+    #[serde(flatten)]
     rows: Rows,
+}
+
+/// What Bayesian regularisation has found out, in scaled units; absent for other rules.
+#[derive(Default, Serialize)]
+struct Evidence {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alpha: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    effective_parameters: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ln_evidence: Option<f64>,
 }
 
 /// How well classes are distinguished; absent where none are.
@@ -293,6 +308,12 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         repeats: args.repeats,
         gradient_evaluations: run.gradient_evaluations,
         repeats_scaled_mse: fit.runs.iter().map(|run| run.mse).collect(),
+        evidence: run.evidence.map_or_else(Evidence::default, |found| Evidence {
+            alpha: Some(found.alpha),
+            beta: Some(found.beta),
+            effective_parameters: Some(found.effective),
+            ln_evidence: Some(found.ln_evidence),
+        }),
         rows,
     };
     if args.json {
@@ -308,6 +329,17 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         result.repeats,
         result.cpu_s
     ))?;
+    if let Some(found) = run.evidence {
+        let weights = run.weights.len();
+        output::line(&format!(
+            "evidence: {:.1} of {weights} parameters in use, alpha {:.3e}, beta {:.3e} (noise {:.2e} rms, scaled), ln {:.1}",
+            found.effective,
+            found.alpha,
+            found.beta,
+            (0.5 / found.beta).sqrt(),
+            found.ln_evidence
+        ))?;
+    }
     let of = format!("train: {} rows,", result.rows.train_rows);
     output::evaluation(&of, &fit.train)?;
     if let Some(test) = &fit.test {

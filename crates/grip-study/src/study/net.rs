@@ -24,14 +24,15 @@ pub struct Net {
     pub published: Option<[f64; 2]>,
 }
 
-/// M1 to M4 and two more.
-pub const NETS: [Net; 6] = [
+/// M1 to M4 and three more.
+pub const NETS: [Net; 7] = [
     Net { name: "M1", trainer: "GD", figure: "3", published: Some([0.53, 0.6397]) },
     Net { name: "M2", trainer: "GDM", figure: "4", published: Some([0.51, 0.5892]) },
     Net { name: "M3", trainer: "RPROP", figure: "5", published: Some([0.63, 0.6902]) },
     Net { name: "M4", trainer: "SCG", figure: "6", published: Some([0.56, 0.6734]) },
     Net { name: "LM", trainer: "LM", figure: "6a", published: None },
     Net { name: "LBFGS", trainer: "L-BFGS", figure: "6b", published: None },
+    Net { name: "BR", trainer: "BR", figure: "6c", published: None },
 ];
 
 /// M2 with the other form of momentum: the study does not state which it has.
@@ -52,6 +53,7 @@ impl Net {
             "GDM heavy ball" => Algorithm::Gdm(heavy),
             "SCG" => Algorithm::Scg(ScgConfig::default()),
             "LM" => Algorithm::Lm(LevenbergMarquardtConfig::default()),
+            "BR" => Algorithm::Br,
             "L-BFGS" => Algorithm::Lbfgs(LbfgsConfig::default()),
             _ => Algorithm::Rprop(minus),
         })
@@ -76,6 +78,6 @@ mod tests {
     fn every_net_has_its_own_trainer() {
         let names: Vec<&str> =
             NETS.iter().map(|net| net.algorithm(&Hyper::default()).name()).collect();
-        assert_eq!(names, ["gd", "gdm", "rprop", "scg", "lm", "lbfgs"]);
+        assert_eq!(names, ["gd", "gdm", "rprop", "scg", "lm", "lbfgs", "br"]);
     }
 }

@@ -194,6 +194,7 @@ mod tests {
             epochs: 0,
             gradient_evaluations: 0,
             stop: Stop::Epochs,
+            evidence: None,
         }
     }
 

@@ -278,7 +278,7 @@ impl<'a> Fitting<'a> {
         let (n_in, n_out) = (train.inputs.len(), train.targets.len());
         let topology = Topology::with_hidden(n_in, &config.hidden, config.activation, n_out)?;
         check_weights(&config.algorithm, topology.weights())?;
-        if let (Some(_), Algorithm::Lm(_)) = (&train.classes, &config.algorithm) {
+        if let (Some(_), Algorithm::Lm(_) | Algorithm::Br) = (&train.classes, &config.algorithm) {
             return Err(FitError::Squares { algorithm: config.algorithm.name() });
         }
         let (inputs, targets) = train.scalings(config.scaler);
@@ -288,7 +288,8 @@ impl<'a> Fitting<'a> {
         };
         let (rows, validation) = (scaled(train)?, validation.map(scaled).transpose()?);
         let (validation, classes) = (validation.as_ref(), train.classes.is_some());
-        let decay = config.decay;
+        // The penalty of Bayesian regularisation is its own.
+        let decay = if config.algorithm == Algorithm::Br { 0.0 } else { config.decay };
         let rows = match config.precision {
             Precision::Single => {
                 Rows::Single(Pair::new(&topology, &rows, validation, classes, decay)?)
@@ -391,7 +392,7 @@ pub fn fit(
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
     let finite: Vec<(usize, f64)> =
-        runs.iter().map(|run| run.mse).enumerate().filter(|(_, mse)| mse.is_finite()).collect();
+        runs.iter().map(score).enumerate().filter(|(_, score)| score.is_finite()).collect();
     let centre = match choice {
         Choice::Best => f64::NEG_INFINITY,
         Choice::NearestAverage => {
@@ -403,6 +404,11 @@ pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
         .into_iter()
         .min_by(|(_, left), (_, right)| distance(*left).total_cmp(&distance(*right)))
         .map(|(place, _)| place)
+}
+
+/// What the best run has least of: its error, or where a rule estimates it the evidence against it.
+fn score(run: &Run) -> f64 {
+    run.evidence.map_or(run.mse, |evidence| -evidence.ln_evidence)
 }
 
 fn check_weights(algorithm: &Algorithm, weights: usize) -> Result<(), FitError> {

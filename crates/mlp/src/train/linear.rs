@@ -49,6 +49,26 @@ fn substitute(factor: &[f64], right: &mut [f64]) {
     }
 }
 
+/// Logarithm of the determinant of `L L'`, of `size` rows.
+pub(super) fn log_determinant(factor: &[f64], size: usize) -> f64 {
+    2.0 * factor.iter().step_by(size + 1).map(|diagonal| diagonal.ln()).sum::<f64>()
+}
+
+/// Trace of the inverse of `L L'`: the sum of squares of the columns of the inverse of L. `column` is scratch.
+pub(super) fn inverse_trace(factor: &[f64], column: &mut [f64]) -> f64 {
+    let size = column.len();
+    let mut trace = 0.0;
+    for at in 0..size {
+        for row in at..size {
+            let line = &factor[row * size..=row * size + row];
+            let one = if row == at { 1.0 } else { 0.0 };
+            column[row] = (one - product(&line[at..row], &column[at..row])) / line[row];
+        }
+        trace += product(&column[at..], &column[at..]);
+    }
+    trace
+}
+
 /// Inner product over the shorter slice.
 fn product(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(|(a, b)| a * b).sum()
@@ -67,6 +87,17 @@ mod tests {
         for (x, expected) in right.iter().zip([1.0, -2.0, 3.0]) {
             assert!((x - expected).abs() < 1e-14, "{right:?}");
         }
+    }
+
+    #[test]
+    fn trace_of_the_inverse_and_determinant_are_those_of_a_small_matrix() {
+        // A = [[4, 2, 0], [2, 5, 1], [0, 1, 3]]: determinant 44, diagonal of its inverse 14, 12 and 16 of 44.
+        let matrix = [4.0, 0.0, 0.0, 2.0, 5.0, 0.0, 0.0, 1.0, 3.0];
+        let mut factor = [0.0; 9];
+        solve_shifted(&matrix, 0.0, &mut factor, &mut [0.0; 3]).unwrap();
+        let trace = inverse_trace(&factor, &mut [0.0; 3]);
+        assert!((trace - 42.0 / 44.0).abs() < 1e-14, "{trace}");
+        assert!((log_determinant(&factor, 3) - 44.0_f64.ln()).abs() < 1e-14);
     }
 
     #[test]

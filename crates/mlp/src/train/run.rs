@@ -6,7 +6,7 @@ use core::time::Duration;
 use super::objective::Objective;
 use super::real::Real;
 use super::setting::{SettingError, above_one, not_negative};
-use super::trainer::{Finish, Trainer};
+use super::trainer::{Evidence, Finish, Trainer};
 use super::vector::finite;
 
 /// When to stop.
@@ -112,6 +112,8 @@ pub struct Run {
     pub gradient_evaluations: usize,
     /// Why it stopped.
     pub stop: Stop,
+    /// Noise and weights by their evidence, of a rule that estimates them.
+    pub evidence: Option<Evidence>,
 }
 
 /// The best weights seen so far.
@@ -132,7 +134,14 @@ struct Progress<'a, T> {
 
 impl<T: Real> Progress<'_, T> {
     /// Notes the errors of `weights` at the next epoch; returns a reason to stop there.
-    fn note(&mut self, weights: &[T], mse: f64, validation: Option<f64>) -> Option<Stop> {
+    /// A rule that `regularises` ends where it is best.
+    fn note(
+        &mut self,
+        weights: &[T],
+        mse: f64,
+        validation: Option<f64>,
+        regularises: bool,
+    ) -> Option<Stop> {
         let epoch = self.history.len();
         self.history.push(mse);
         self.validation.extend(validation);
@@ -141,7 +150,7 @@ impl<T: Real> Progress<'_, T> {
             return Some(Stop::Diverged { epoch, mse });
         }
         let score = validation.unwrap_or(mse);
-        if score < self.best.score {
+        if score < self.best.score || (regularises && validation.is_none()) {
             // An infinite weight may hide behind a saturated neuron.
             if !finite(weights) {
                 return Some(Stop::Diverged { epoch, mse });
@@ -207,12 +216,14 @@ pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &Run
         if epochs == config.epochs || late {
             let mse = objective.mse(&weights);
             let reason = if late { Stop::Time } else { Stop::Epochs };
-            break progress.note(&weights, mse, validation_mse).unwrap_or(reason);
+            let regularises = trainer.evidence().is_some();
+            break progress.note(&weights, mse, validation_mse, regularises).unwrap_or(reason);
         }
         before.copy_from_slice(&weights);
         let report = trainer.step(objective, &mut weights);
         gradient_evaluations += report.gradient_evaluations;
-        if let Some(stop) = progress.note(&before, report.mse, validation_mse) {
+        let regularises = trainer.evidence().is_some();
+        if let Some(stop) = progress.note(&before, report.mse, validation_mse, regularises) {
             break stop;
         }
         if let Some(finish) = report.finished {
@@ -233,6 +244,7 @@ pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &Run
         epochs,
         gradient_evaluations,
         stop,
+        evidence: trainer.evidence(),
     }
 }
 

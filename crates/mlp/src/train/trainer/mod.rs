@@ -9,6 +9,7 @@
 //! | with momentum and adaptive rate | [`gdx`] | 1 gradient |
 //! | L-BFGS | [`lbfgs`] | 1 gradient, more where the line search goes on |
 //! | Levenberg-Marquardt | [`lm`] | 1 Jacobian, 1 error per trial |
+//! | Bayesian regularisation | [`br`] | the same, and the trace of an inverse |
 //!
 //! All run in `f32` and `f64`. Every rule is deterministic: equal starts give equal bits on one instruction set.
 
@@ -21,6 +22,7 @@ use super::real::Real;
 use super::setting::{SettingError, above_one, at_least_one, not_negative, positive, share};
 use super::vector::{add, combine, dot, finite, norm};
 
+pub mod br;
 pub mod gd;
 pub mod gdm;
 pub mod gdx;
@@ -29,6 +31,7 @@ pub mod lm;
 pub mod rprop;
 pub mod scg;
 
+pub use br::Bayesian;
 pub use gd::{GradientDescent, GradientDescentConfig};
 pub use gdm::{Momentum, MomentumConfig, MomentumForm};
 pub use gdx::{AdaptiveRate, AdaptiveRateConfig};
@@ -64,6 +67,8 @@ pub enum Finish {
     Flat,
     /// No step was short enough to lower the error: the damping reached its limit.
     DampingLimit,
+    /// Steps no longer change error and penalty.
+    Arrived,
     /// The error or gradient is not finite.
     NotFinite,
 }
@@ -73,6 +78,7 @@ impl fmt::Display for Finish {
         f.write_str(match self {
             Self::Flat => "gradient is zero",
             Self::DampingLimit => "no shorter step lowers the error",
+            Self::Arrived => "error and penalty no longer change",
             Self::NotFinite => "error or gradient is not finite",
         })
     }
@@ -85,6 +91,25 @@ pub trait Trainer<T = f64> {
     /// Between the steps of one training the caller must not change objective or weights: rules remember
     /// gradients. `weights` has [`Objective::weights`] values.
     fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport;
+
+    /// What the rule has found out about noise and weights, if it does: its last weights are then the best, not those of the lowest
+    /// training error.
+    fn evidence(&self) -> Option<Evidence> {
+        None
+    }
+}
+
+/// Noise and weights by the evidence of the training rows, in scaled units ([`br`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// 1 / (2 variance) of a weight.
+    pub alpha: f64,
+    /// 1 / (2 variance) of the noise of a target.
+    pub beta: f64,
+    /// Effective number of parameters, of as many as there are weights.
+    pub effective: f64,
+    /// Logarithm of the evidence.
+    pub ln_evidence: f64,
 }
 
 /// A training rule and its settings.
@@ -104,6 +129,8 @@ pub enum Algorithm {
     Lbfgs(LbfgsConfig),
     /// Levenberg-Marquardt.
     Lm(LevenbergMarquardtConfig),
+    /// Bayesian regularisation.
+    Br,
 }
 
 /// Settings in place of the usual ones, for the rules that have them.
@@ -165,7 +192,7 @@ impl Hyper {
                 put(&mut config.lambda, self.lambda);
             }
             Algorithm::Lm(config) => put(&mut config.mu, self.mu),
-            Algorithm::Lbfgs(_) => {}
+            Algorithm::Lbfgs(_) | Algorithm::Br => {}
         }
         algorithm
     }
@@ -174,7 +201,7 @@ impl Hyper {
 impl Algorithm {
     /// All rules with their usual settings.
     #[must_use]
-    pub fn all() -> [Self; 7] {
+    pub fn all() -> [Self; 8] {
         [
             Self::Gd(GradientDescentConfig::default()),
             Self::Gdm(MomentumConfig::default()),
@@ -183,10 +210,11 @@ impl Algorithm {
             Self::Lm(LevenbergMarquardtConfig::default()),
             Self::Gdx(AdaptiveRateConfig::default()),
             Self::Lbfgs(LbfgsConfig::default()),
+            Self::Br,
         ]
     }
 
-    /// Short name: `gd`, `gdm`, `rprop`, `scg`, `lm`, `gdx` or `lbfgs`.
+    /// Short name: `gd`, `gdm`, `rprop`, `scg`, `lm`, `gdx`, `lbfgs` or `br`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -197,6 +225,7 @@ impl Algorithm {
             Self::Lm(_) => "lm",
             Self::Gdx(_) => "gdx",
             Self::Lbfgs(_) => "lbfgs",
+            Self::Br => "br",
         }
     }
 
@@ -206,7 +235,7 @@ impl Algorithm {
         match self {
             Self::Gd(_) | Self::Gdm(_) | Self::Gdx(_) | Self::Rprop(_) => 1e-5,
             Self::Scg(_) | Self::Lbfgs(_) => 1e-6,
-            Self::Lm(_) => 1e-7,
+            Self::Lm(_) | Self::Br => 1e-7,
         }
     }
 
@@ -248,6 +277,7 @@ impl Algorithm {
                 above_one("increase", config.increase)?;
                 share("decrease", config.decrease)
             }
+            Self::Br => Ok(()),
         }
     }
 
@@ -256,6 +286,7 @@ impl Algorithm {
     pub const fn max_weights(&self) -> Option<usize> {
         match self {
             Self::Lm(_) => Some(lm::MAX_WEIGHTS),
+            Self::Br => Some(br::MAX_WEIGHTS),
             _ => None,
         }
     }
@@ -271,13 +302,14 @@ impl Algorithm {
             Self::Gdx(config) => Box::new(AdaptiveRate::new(config, weights)),
             Self::Lbfgs(config) => Box::new(Lbfgs::new(config, weights)),
             Self::Lm(config) => Box::new(LevenbergMarquardt::new(config, weights)),
+            Self::Br => Box::new(Bayesian::new(weights)),
         }
     }
 }
 
 /// A text that names no training rule.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm, gdx, lbfgs)")]
+#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm, gdx, lbfgs, br)")]
 pub struct UnknownAlgorithm {
     /// The text given.
     pub text: String,

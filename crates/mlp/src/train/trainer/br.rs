@@ -1,0 +1,154 @@
+//! Bayesian regularisation: Levenberg-Marquardt on `beta E_D + alpha E_W`, alpha and beta by their evidence.
+//!
+//! MacKay (1992); Foresee and Hagan (1997). With the sum of squared residuals `E_D` over n of them, the sum of squared weights `E_W` over N, the
+//! Jacobian J and `r = alpha / beta`:
+//!
+//! ```text
+//! A = J'J + r I        gamma = N - r tr(A^-1)        alpha = gamma / (2 E_W)        beta = (n - gamma) / (2 E_D)
+//! ln evidence = -beta E_D - alpha E_W + n/2 ln(beta / pi) + N/2 ln r - 1/2 ln |A|
+//! ```
+//!
+//! gamma is the effective number of parameters, from 0 to N: those that the data determine. The deviation of the noise is `1 / sqrt(2 beta)`.
+
+use super::super::linear::{inverse_trace, log_determinant, solve_shifted};
+use super::super::objective::count;
+use super::{Evidence, Finish, Isa, Objective, Real, StepReport, Trainer, norm};
+
+/// The trace of an inverse in each step: its time grows with the cube of the weights.
+pub const MAX_WEIGHTS: usize = 1024;
+
+/// First damping as a share of the largest diagonal element of `J'J`, factors after an accepted and a rejected step, and the share at which it
+/// gives up: MATLAB's trainbr, but for the scale.
+const MU: f64 = 5e-3;
+const LESS: f64 = 0.1;
+const MORE: f64 = 10.0;
+const MOST: f64 = 1e10;
+/// A step that lowers the regularised sum of squares by no more than this share has arrived, so many times in a row.
+const ARRIVED: f64 = 1e-7;
+const IN_A_ROW: u32 = 10;
+/// Sums of squares below this are none.
+const LEAST: f64 = 1e-300;
+
+/// Bayesian regularisation. One step is one Jacobian, the trace of an inverse and as many trials as it takes; all of that in `f64`.
+/// Penalty and noise are found from the training rows alone, so that no rows are held back for validation.
+#[derive(Debug, Clone)]
+pub struct Bayesian<T = f64> {
+    isa: Isa,
+    mu: f64,
+    normal: Vec<f64>,
+    projected: Vec<f64>,
+    factor: Vec<f64>,
+    step: Vec<f64>,
+    trial: Vec<T>,
+    arrived: u32,
+    evidence: Option<Evidence>,
+}
+
+impl<T: Real> Bayesian<T> {
+    /// Ready for the first step on `weights` weights.
+    #[must_use]
+    pub fn new(weights: usize) -> Self {
+        let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
+        Self {
+            isa: Isa::detect(),
+            mu: MU,
+            normal: square.clone(),
+            projected: zeros.clone(),
+            factor: square,
+            step: zeros,
+            trial: vec![T::default(); weights],
+            arrived: 0,
+            evidence: None,
+        }
+    }
+
+    /// Estimates alpha and beta at weights with these sums of squares over `n` residuals; `None` where `J'J` is not finite.
+    fn estimate(&mut self, n: f64, residuals2: f64, weights2: f64) -> Option<Evidence> {
+        let size = count(self.projected.len());
+        let (residuals2, weights2) = (residuals2.max(LEAST), weights2.max(LEAST));
+        let of = |gamma: f64| {
+            let alpha = gamma / (2.0 * weights2);
+            // As many parameters as residuals: nothing is left that shows the noise.
+            let free = if n > gamma { n - gamma } else { 1.0 };
+            (alpha, free / (2.0 * residuals2))
+        };
+        let (alpha, beta) = self.evidence.map_or_else(|| of(size), |e| (e.alpha, e.beta));
+        let ratio = alpha / beta;
+        self.step.fill(0.0);
+        solve_shifted(&self.normal, ratio, &mut self.factor, &mut self.step)?;
+        let gamma = size - ratio * inverse_trace(&self.factor, &mut self.step);
+        let (alpha, beta) = of(gamma.clamp(1e-6 * size, size));
+        let ln_determinant = log_determinant(&self.factor, self.projected.len());
+        let ln_evidence = -beta * residuals2 - alpha * weights2
+            + 0.5 * n * (beta / core::f64::consts::PI).ln()
+            + 0.5 * size * ratio.ln()
+            - 0.5 * ln_determinant;
+        Some(Evidence { alpha, beta, effective: gamma, ln_evidence })
+    }
+
+    /// Moves `weights` to where the regularised sum of squares is below `sum`, by how much; `None` when no damping does.
+    fn descend(
+        &mut self,
+        objective: &mut dyn Objective<T>,
+        weights: &mut [T],
+        ratio: f64,
+        sum: f64,
+    ) -> Option<f64> {
+        let n = count(objective.residuals());
+        let diagonal = self.normal.iter().step_by(self.projected.len() + 1);
+        let scale = diagonal.copied().fold(LEAST, f64::max);
+        let slopes = self.projected.iter().zip(&*weights);
+        let right: Vec<f64> = slopes.map(|(p, w)| p + ratio * w.double()).collect();
+        while self.mu <= MOST {
+            self.step.copy_from_slice(&right);
+            let shift = ratio + self.mu * scale;
+            if solve_shifted(&self.normal, shift, &mut self.factor, &mut self.step).is_some() {
+                for (trial, (w, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step))
+                {
+                    *trial = T::of(w.double() - step);
+                }
+                let after = n * objective.mse(&self.trial) + ratio * squares(&self.trial);
+                if after < sum {
+                    weights.copy_from_slice(&self.trial);
+                    self.mu *= LESS;
+                    return Some(sum - after);
+                }
+            }
+            self.mu *= MORE;
+        }
+        None
+    }
+}
+
+impl<T: Real> Trainer<T> for Bayesian<T> {
+    fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
+        let n = count(objective.residuals());
+        let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
+        let (residuals2, weights2) = (n * mse, squares(weights));
+        let gradient_norm = 2.0 / n * norm(self.isa, &self.projected);
+        let report =
+            |finished| StepReport { mse, gradient_norm, gradient_evaluations: 1, finished };
+        if !(mse.is_finite() && gradient_norm.is_finite()) {
+            return report(Some(Finish::NotFinite));
+        }
+        let Some(evidence) = self.estimate(n, residuals2, weights2) else {
+            return report(Some(Finish::NotFinite));
+        };
+        self.evidence = Some(evidence);
+        let ratio = evidence.alpha / evidence.beta;
+        let sum = residuals2 + ratio * weights2;
+        let Some(fall) = self.descend(objective, weights, ratio, sum) else {
+            return report(Some(Finish::DampingLimit));
+        };
+        self.arrived = if fall <= ARRIVED * sum { self.arrived + 1 } else { 0 };
+        report((self.arrived >= IN_A_ROW).then_some(Finish::Arrived))
+    }
+
+    fn evidence(&self) -> Option<Evidence> {
+        self.evidence
+    }
+}
+
+fn squares<T: Real>(weights: &[T]) -> f64 {
+    weights.iter().map(|w| w.double().powi(2)).sum()
+}
