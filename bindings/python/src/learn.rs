@@ -112,7 +112,7 @@ fn specs(given: Option<Names>, letter: &str, width: usize) -> PyResult<Vec<Colum
 ///
 /// inputs, targets: names of the columns; `name:ln` takes the logarithm. A model that gripd uses has features of a slip
 /// as inputs, and one target in N named so: `adequate_force_n`. validation: (x, y) whose error ends the training.
-/// algorithm: gd, gdm, gdx, rprop, scg, lbfgs or lm; activation: tanh, logistic or relu.
+/// algorithm: gd, gdm, gdx, rprop, scg, lbfgs, lm or br; activation: tanh, logistic or relu.
 #[pyfunction]
 #[pyo3(signature = (
     x, y, *, inputs=None, targets=None, validation=None, hidden=vec![10], activation="tanh", algorithm="rprop",

@@ -3,7 +3,7 @@
 //! ```text
 //! grip_sim rows -> Condition::sets -> a learner -> Sets::score -> Section of a Report -> HTML, JSON, figures
 //! ```
-//! [`study`] trains the four nets of the source study and two more under every [`Condition`] and measures how far each is
+//! [`study`] trains the four nets of the source study and three more under every [`Condition`] and measures how far each is
 //! from the published figures. Any other learner is compared on the same rows by the same rules:
 //!
 //! ```

@@ -162,8 +162,9 @@ fn beside<'a>(scores: impl Iterator<Item = &'a Score>, guard_ms: f64) -> anyhow:
     )?;
     for score in scores {
         let (total, causes) = (score.total(guard_ms), score.causes());
-        let seconds: f64 = causes.iter().map(|cause| cause.seconds).sum();
-        let in_alarm_s: f64 = causes.iter().map(|cause| cause.in_alarm_s).sum();
+        // The sum of nothing is -0.
+        let seconds = causes.iter().map(|cause| cause.seconds).sum::<f64>() + 0.0;
+        let in_alarm_s = causes.iter().map(|cause| cause.in_alarm_s).sum::<f64>() + 0.0;
         let alarms: u32 = causes.iter().map(|cause| cause.alarms).sum();
         let per_minute = (seconds > 0.0).then(|| 60.0 * f64::from(alarms) / seconds);
         output::line(&format!(

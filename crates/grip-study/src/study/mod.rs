@@ -1,4 +1,4 @@
-//! Conditions and a seed in; four nets and two more trained under each, their ceilings and a report out.
+//! Conditions and a seed in; four nets and three more trained under each, their ceilings and a report out.
 //!
 //! ```text
 //! Condition::sets -> repeats of each net -> run nearest the average -> Scores, Curve

@@ -104,6 +104,9 @@ pub enum FitError {
         /// Name of the rule.
         algorithm: &'static str,
     },
+    /// A penalty beside that of Bayesian regularisation.
+    #[error("br finds the penalty on large weights by itself: leave the decay at 0")]
+    Decay,
     /// Layers out of limits, or weights too large for the model's precision.
     #[error(transparent)]
     Shape(#[from] ShapeError),
@@ -264,7 +267,7 @@ impl<'a> Fitting<'a> {
     ///
     /// # Errors
     /// [`FitError::NoRepeats`], [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`],
-    /// [`FitError::Squares`] or [`FitError::OtherColumns`].
+    /// [`FitError::Squares`], [`FitError::Decay`] or [`FitError::OtherColumns`].
     pub fn new(
         train: &'a DataSet,
         validation: Option<&DataSet>,
@@ -278,6 +281,9 @@ impl<'a> Fitting<'a> {
         let (n_in, n_out) = (train.inputs.len(), train.targets.len());
         let topology = Topology::with_hidden(n_in, &config.hidden, config.activation, n_out)?;
         check_weights(&config.algorithm, topology.weights())?;
+        if config.algorithm == Algorithm::Br && config.decay != 0.0 {
+            return Err(FitError::Decay);
+        }
         if let (Some(_), Algorithm::Lm(_) | Algorithm::Br) = (&train.classes, &config.algorithm) {
             return Err(FitError::Squares { algorithm: config.algorithm.name() });
         }
@@ -288,8 +294,7 @@ impl<'a> Fitting<'a> {
         };
         let (rows, validation) = (scaled(train)?, validation.map(scaled).transpose()?);
         let (validation, classes) = (validation.as_ref(), train.classes.is_some());
-        // The penalty of Bayesian regularisation is its own.
-        let decay = if config.algorithm == Algorithm::Br { 0.0 } else { config.decay };
+        let decay = config.decay;
         let rows = match config.precision {
             Precision::Single => {
                 Rows::Single(Pair::new(&topology, &rows, validation, classes, decay)?)
@@ -391,6 +396,10 @@ pub fn fit(
 /// Place of the run to keep, among those with a finite error.
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
+    let score = |run: &Run| match choice {
+        Choice::Best => score(run),
+        Choice::NearestAverage => run.mse,
+    };
     let finite: Vec<(usize, f64)> =
         runs.iter().map(score).enumerate().filter(|(_, score)| score.is_finite()).collect();
     let centre = match choice {

@@ -112,7 +112,7 @@ pub struct Run {
     pub gradient_evaluations: usize,
     /// Why it stopped.
     pub stop: Stop,
-    /// Noise and weights by their evidence, of a rule that estimates them.
+    /// Noise and weights by their evidence, of a rule that estimates them; none with validation rows.
     pub evidence: Option<Evidence>,
 }
 
@@ -235,6 +235,7 @@ pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &Run
         epochs += 1;
     };
     let Progress { best, history, validation, .. } = progress;
+    let validated = !validation.is_empty();
     Run {
         weights: best.weights.iter().map(|weight| weight.double()).collect(),
         best_epoch: best.epoch,
@@ -244,7 +245,8 @@ pub fn run<T: Real>(training: Training<'_, T>, mut weights: Vec<T>, config: &Run
         epochs,
         gradient_evaluations,
         stop,
-        evidence: trainer.evidence(),
+        // With validation rows other weights are kept than the last.
+        evidence: trainer.evidence().filter(|_| !validated),
     }
 }
 

@@ -23,6 +23,8 @@ const MU: f64 = 5e-3;
 const LESS: f64 = 0.1;
 const MORE: f64 = 10.0;
 const MOST: f64 = 1e10;
+/// Damping never falls below this, so that it can always rise again.
+const MIN_MU: f64 = 1e-20;
 /// A step that lowers the regularised sum of squares by no more than this share has arrived, so many times in a row.
 const ARRIVED: f64 = 1e-7;
 const IN_A_ROW: u32 = 10;
@@ -62,7 +64,7 @@ impl<T: Real> Bayesian<T> {
         }
     }
 
-    /// Estimates alpha and beta at weights with these sums of squares over `n` residuals; `None` where `J'J` is not finite.
+    /// Estimates alpha and beta at weights with these sums of squares over `n` residuals; `None` where the matrix is not positive definite.
     fn estimate(&mut self, n: f64, residuals2: f64, weights2: f64) -> Option<Evidence> {
         let size = count(self.projected.len());
         let (residuals2, weights2) = (residuals2.max(LEAST), weights2.max(LEAST));
@@ -77,12 +79,14 @@ impl<T: Real> Bayesian<T> {
         self.step.fill(0.0);
         solve_shifted(&self.normal, ratio, &mut self.factor, &mut self.step)?;
         let gamma = size - ratio * inverse_trace(&self.factor, &mut self.step);
-        let (alpha, beta) = of(gamma.clamp(1e-6 * size, size));
+        let gamma = gamma.clamp(1e-6 * size, size);
         let ln_determinant = log_determinant(&self.factor, self.projected.len());
+        // Of the alpha and beta that the matrix is of.
         let ln_evidence = -beta * residuals2 - alpha * weights2
             + 0.5 * n * (beta / core::f64::consts::PI).ln()
             + 0.5 * size * ratio.ln()
             - 0.5 * ln_determinant;
+        let (alpha, beta) = of(gamma);
         Some(Evidence { alpha, beta, effective: gamma, ln_evidence })
     }
 
@@ -110,7 +114,7 @@ impl<T: Real> Bayesian<T> {
                 let after = n * objective.mse(&self.trial) + ratio * squares(&self.trial);
                 if after < sum {
                     weights.copy_from_slice(&self.trial);
-                    self.mu *= LESS;
+                    self.mu = (self.mu * LESS).max(MIN_MU);
                     return Some(sum - after);
                 }
             }
@@ -131,8 +135,9 @@ impl<T: Real> Trainer<T> for Bayesian<T> {
         if !(mse.is_finite() && gradient_norm.is_finite()) {
             return report(Some(Finish::NotFinite));
         }
+        // Where rounding leaves no matrix to solve with, nothing is left to be found.
         let Some(evidence) = self.estimate(n, residuals2, weights2) else {
-            return report(Some(Finish::NotFinite));
+            return report(Some(Finish::Arrived));
         };
         self.evidence = Some(evidence);
         let ratio = evidence.alpha / evidence.beta;
