@@ -86,6 +86,8 @@ mod tests {
         let noise = (0.5 / found.beta).sqrt() / span;
         assert!((0.15..0.27).contains(&noise), "{noise}");
         assert!(lm.runs[lm.chosen].evidence.is_none());
+        let decay = FitConfig { decay: 0.1, ..config("br", 1) };
+        assert!(matches!(fit(&train, None, None, &decay), Err(FitError::Decay)));
         let best =
             br.runs.iter().map(|run| run.evidence.unwrap().ln_evidence).fold(f64::MIN, f64::max);
         assert!(found.ln_evidence >= best);
