@@ -35,7 +35,7 @@ fn the_number_of_threads_changes_nothing() {
 fn progress_counts_every_training() {
     let (done, config) = (AtomicUsize::new(0), tiny());
     run(&config, &|| _ = done.fetch_add(1, Ordering::Relaxed)).unwrap();
-    assert_eq!((done.into_inner(), config.trainings()), (3 * 2 * 6 * 3, 3 * 2 * 6 * 3));
+    assert_eq!((done.into_inner(), config.trainings()), (3 * 2 * 7 * 3, 3 * 2 * 7 * 3));
 }
 
 /// The texts of all cells of a page, row by row: what is shown and the value behind it.
