@@ -155,18 +155,22 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
     cause_table(&score.causes())
 }
 
+/// Time in which nothing slipped (s), of it in alarm (s), and the alarms in it, over all causes.
+pub(super) fn without_slip(score: &Score) -> [f64; 3] {
+    score.causes().iter().fold([0.0; 3], |[seconds, in_alarm_s, alarms], cause| {
+        [seconds + cause.seconds, in_alarm_s + cause.in_alarm_s, alarms + f64::from(cause.alarms)]
+    })
+}
+
 /// A row for each detector.
 fn beside<'a>(scores: impl Iterator<Item = &'a Score>, guard_ms: f64) -> anyhow::Result<()> {
     output::line(
         "\ndetector     onsets  missed  inside  early  latency 50 %  95 % ms  without slip: seconds  alarms  per minute  in alarm s",
     )?;
     for score in scores {
-        let (total, causes) = (score.total(guard_ms), score.causes());
-        // The sum of nothing is -0.
-        let seconds = causes.iter().map(|cause| cause.seconds).sum::<f64>() + 0.0;
-        let in_alarm_s = causes.iter().map(|cause| cause.in_alarm_s).sum::<f64>() + 0.0;
-        let alarms: u32 = causes.iter().map(|cause| cause.alarms).sum();
-        let per_minute = (seconds > 0.0).then(|| 60.0 * f64::from(alarms) / seconds);
+        let total = score.total(guard_ms);
+        let [seconds, in_alarm_s, alarms] = without_slip(score);
+        let per_minute = (seconds > 0.0).then(|| 60.0 * alarms / seconds);
         output::line(&format!(
             "{:11}  {:>6}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {seconds:>21.1}  {alarms:>6}  {:>10}  {in_alarm_s:>10.1}",
             total.detector,

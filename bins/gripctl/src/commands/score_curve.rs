@@ -1,5 +1,6 @@
 //! The curves of detectors over their thresholds: misses, latency and false alarms as JSON, found against false alarms (ROC) as a chart.
 
+use super::score::without_slip;
 use crate::output;
 use grip_eval::score::{Decides, Point, Score};
 use grip_plot::{Axis, Chart, Layer};
@@ -69,9 +70,7 @@ fn chart(curves: &[(&str, Vec<Point>)], own: &[&Score], guard_ms: f64) -> Chart 
         chart = chart.with(Layer::markers(format!("{name}, as configured"), set));
     }
     for score in own {
-        let (total, causes) = (score.total(guard_ms), score.causes());
-        let alarms = causes.iter().map(|cause| f64::from(cause.alarms)).sum();
-        let rest_s = causes.iter().map(|cause| cause.seconds).sum();
+        let (total, [rest_s, _, alarms]) = (score.total(guard_ms), without_slip(score));
         let found = total.onsets - total.missed - total.inside;
         let point = place(alarms, rest_s, found, total.onsets).into_iter().collect();
         chart = chart.with(Layer::markers(total.detector, point));
