@@ -27,6 +27,8 @@ pub mod ensemble_file;
 #[cfg(feature = "file")]
 pub mod file;
 pub mod fixed;
+#[cfg(feature = "file")]
+pub mod interval;
 pub mod model;
 pub mod network;
 pub mod q15;
