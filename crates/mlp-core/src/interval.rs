@@ -36,9 +36,8 @@ impl Interval {
             Transform::Identity => 0.0,
             Transform::Ln => 1.0,
         };
-        let fits = |(width, target): (&f32, &FileColumn)| {
-            width.is_finite() && *width >= least(target)
-        };
+        let fits =
+            |(width, target): (&f32, &FileColumn)| width.is_finite() && *width >= least(target);
         let fit = self.widths.len() == targets.len()
             && self.widths.iter().zip(targets).all(fits)
             && rounded(self.level) > 0.0

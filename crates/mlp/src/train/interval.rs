@@ -4,8 +4,8 @@
 //! those answers missed by, in the unit of the target or in its logarithm. It takes no bell curve for granted, and is a little too wide for
 //! few rows, since the model of all rows has seen more than those of the parts.
 //!
-//! Rows with labels (an object, a world) stay together. The width then holds `level` of the rows in `level` of the groups; for 0.9 that is the worst
-//! one of up to 18.
+//! Rows with labels (an object, a world) stay together. The width then holds `level` of the rows of a new group, where each group counts the same
+//! (Lee, Barber, Willett 2023), or `level` of the rows in the worst group there is, whichever is less: that of a few worlds.
 
 use std::collections::BTreeMap;
 
@@ -15,11 +15,11 @@ pub use mlp_core::interval::Interval;
 
 use super::column::ColumnSpec;
 use super::data::DataSet;
-use crate::model::Transform;
 use super::file::rounded;
 use super::metrics::r_squared;
 use super::objective::count;
 use super::split::{Split, SplitError};
+use crate::model::Transform;
 
 /// Parts that are held out, one after the other.
 pub const PARTS: usize = 10;
@@ -47,7 +47,9 @@ pub enum IntervalError {
     #[error("classes have probabilities and no interval")]
     Classes,
     /// Answers of held-out rows that are not finite, or not as many as rows.
-    #[error("target {target} has no finite answer for so many held-out rows that nothing limits it")]
+    #[error(
+        "target {target} has no finite answer for so many held-out rows that nothing limits it"
+    )]
     NoLimit {
         /// Its place.
         target: usize,
@@ -92,7 +94,7 @@ impl<'a> HeldOut<'a> {
             named.entry(label).or_default().push(row);
         }
         let groups: Vec<Vec<usize>> = if named.is_empty() {
-            vec![(0..data.rows()).collect()]
+            (0..data.rows()).map(|row| vec![row]).collect()
         } else {
             named.into_values().collect()
         };
@@ -100,8 +102,7 @@ impl<'a> HeldOut<'a> {
         if data.labels().is_empty() && rows < needed {
             return Err(IntervalError::TooFewRows { rows, needed, level });
         }
-        let units = if data.labels().is_empty() { rows } else { groups.len() };
-        let splits = Split::folds(data, units.min(PARTS), seed)?;
+        let splits = Split::folds(data, groups.len().min(PARTS), seed)?;
         Ok(Self { data, level, groups, splits })
     }
 
@@ -123,23 +124,24 @@ impl<'a> HeldOut<'a> {
                 all.row_mut(row).assign(&answers);
             }
         }
-        let width = |(target, spec): (usize, &ColumnSpec)| {
+        let of = |(target, spec): (usize, &ColumnSpec)| {
             let missed =
                 |&row: &usize| missed(spec.transform, truths[[row, target]], all[[row, target]]);
-            let of = |group: &Vec<usize>| quantile(group.iter().map(missed).collect(), self.level);
-            let width = quantile(self.groups.iter().map(of).collect(), self.level);
+            let groups = self.groups.iter().map(|group| group.iter().map(missed).collect());
+            let width = width(groups.collect(), self.level);
             let width = match spec.transform {
                 Transform::Identity => rounded(width),
                 Transform::Ln => rounded(width.exp()),
             };
             if width.is_finite() { Ok(width) } else { Err(IntervalError::NoLimit { target }) }
         };
-        let widths = self.data.targets.iter().enumerate().map(width).collect::<Result<_, _>>()?;
+        let widths = self.data.targets.iter().enumerate().map(of).collect::<Result<_, _>>()?;
         let (parts, rows) = (self.splits.len(), self.data.rows());
-        let from = match self.groups.len() {
-            1 => format!("{parts} parts of {rows} rows, each held out once"),
-            groups => format!("{parts} parts of {groups} groups, {rows} rows, each held out once"),
+        let groups = match self.groups.len() {
+            groups if groups == rows => String::new(),
+            groups => format!("{groups} groups, "),
         };
+        let from = format!("{parts} parts of {groups}{rows} rows, each held out once");
         let mse = (&all - &truths).mapv(|error| error * error).sum_axis(Axis(0)) / count(rows);
         let interval = Interval { level: self.level, widths, from };
         Ok(Shown { interval, r2: r_squared(&mse, self.data) })
@@ -155,11 +157,23 @@ fn missed(transform: Transform, truth: f64, answer: f64) -> f64 {
     if off.is_nan() { f64::INFINITY } else { off.abs() }
 }
 
-/// The value that `level` of as many again are below, or the largest.
-fn quantile(mut values: Vec<f64>, level: f64) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    let place = rank(level * count(values.len() + 1)).clamp(1, values.len().max(1));
-    values.get(place - 1).copied().unwrap_or(f64::INFINITY)
+/// The distance within which `level` of the values of one more group lie, each group counting the same, or of those in the worst group.
+fn width(groups: Vec<Vec<f64>>, level: f64) -> f64 {
+    let (mut all, mut worst) = (Vec::new(), 0.0_f64);
+    let wanted = level * count(groups.len() + 1) - 1e-9;
+    for mut group in groups {
+        group.sort_unstable_by(f64::total_cmp);
+        let (size, place) = (count(group.len()), rank(level * count(group.len())));
+        worst = worst.max(group.get(place.saturating_sub(1)).copied().unwrap_or(0.0));
+        all.extend(group.into_iter().map(|value| (value, 1.0 / size)));
+    }
+    all.sort_unstable_by(|left, right| left.0.total_cmp(&right.0));
+    let mut sum = 0.0;
+    let place = all.iter().find(|(_, share)| {
+        sum += share;
+        sum >= wanted
+    });
+    place.map_or(worst, |(value, _)| value.min(worst))
 }
 
 /// The next whole number, but for what rounding adds.
@@ -246,6 +260,20 @@ mod tests {
         let shown = held.shown(&answers(&held, |row| (row % 3) as f64)).unwrap();
         assert_eq!(shown.interval.widths, [2.0]);
         assert_eq!(shown.interval.from, "3 parts of 3 groups, 60 rows, each held out once");
+    }
+
+    #[test]
+    fn of_many_groups_each_counts_the_same() {
+        // Groups of one, two or three rows that are missed by their number: 90 of 100 groups.
+        let groups = |n: usize| -> Vec<Vec<f64>> {
+            (1..=n).map(|group| vec![group as f64; 1 + group % 3]).collect()
+        };
+        assert_eq!(width(groups(99), 0.9), 90.0);
+        assert_eq!(width(groups(9), 0.9), 9.0);
+        assert_eq!(width(groups(8), 0.9), 8.0, "the worst of a few");
+        // The nine tenths of the worst group.
+        let ten: Vec<f64> = (1..=10).map(f64::from).collect();
+        assert_eq!(width(vec![ten.clone(), vec![2.0; 5], vec![0.0; 50]], 0.9), 9.0);
     }
 
     #[test]
