@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Leave one world out: a network learns from what gripd measured in all worlds but one, and is judged in that one.
 
-Usage: scripts/worlds.py PROGRAMS [--trials N] [--seed N]
+Usage: scripts/worlds.py PROGRAMS [--trials N] [--seed N] [--built-in]
 
 PROGRAMS is the folder of gripctl. Rows for the trainings come from seeds 30000 and following, those that judge from --seed. Beside the network
 stand the closed formula, the model that is built in, and the mean of the training. The networks state an interval from the worlds they learn of, each
@@ -100,6 +100,7 @@ def main():
     arguments.add_argument("programs", type=pathlib.Path)
     arguments.add_argument("--trials", type=int, default=60)
     arguments.add_argument("--seed", type=int, default=990_000)
+    arguments.add_argument("--built-in", action="store_true", help="train no networks: their columns stay empty")
     args = arguments.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         judge(args, pathlib.Path(folder))
@@ -128,7 +129,7 @@ def judge(args, folder):
         worst = max(width for other, width in widths.items() if other != name)
         nets, fates = [], [f"{total['dropped']} + {total['crushed']}"]
         shares, factors = [held_by(stated(answered), worst)], [f"{math.exp(worst):.1f}"]
-        for inputs in (FEW, MANY):
+        for inputs in () if args.built_in else (FEW, MANY):
             model = folder / "model.json"
             gripctl(args.programs, "train", folder / "others.csv", "--inputs", ",".join(inputs), "--target", "adequate_force_n:ln",
                     "--algorithm", "scg", "--epochs", "600", "--interval", LEVEL, "--split-by", "scene", "--output", model)
@@ -138,7 +139,7 @@ def judge(args, folder):
             nets.append(errors(found, lambda row: float(row["estimate_n"])))
             shares.append(held(found))
             fates.append(f"{fate['dropped']} + {fate['crushed']}")
-        print(f"| {name} | {len(rows)} | {errors(rows, lambda _: mean)} | {errors(rows, formula)} | {built_in} | {nets[0]} | {nets[1]}"
+        print(f"| {name} | {len(rows)} | {errors(rows, lambda _: mean)} | {errors(rows, formula)} | {built_in} | {' | '.join(nets or '--')}"
               f" | {' / '.join(shares)} | {' / '.join(factors)} | {' / '.join(fates)} |", flush=True)
     print(f"over all worlds the built-in model needs the factor {math.exp(max(widths.values())):.2f}")
 
