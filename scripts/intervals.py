@@ -3,8 +3,8 @@
 
 Usage: scripts/intervals.py PROGRAMS [--seed N] [--sets N]
 
-PROGRAMS is the folder of gripctl. Rows: `gripctl generate --source trial` with 3 % noise, 100 for training, 2,000 unseen; and what gripd measured
-in the slips of 30 simulated grasps, of which whole ones are held out, against those of 30 others. Prints the table of docs/results/learning.md.
+PROGRAMS is the folder of gripctl. Rows: `gripctl generate --source trial` with 3 % noise, 100 for training, 2,000 unseen. Prints the table of
+docs/results/learning.md.
 """
 
 import argparse
@@ -33,15 +33,10 @@ def gripctl(programs, *arguments):
     return done.stdout
 
 
-def generated(programs, folder, seed, rows):
-    for name, count, of in (("train", rows, seed), ("unseen", 2000, seed + 1_000_000)):
+def generated(programs, folder, seed):
+    for name, count, of in (("train", 100, seed), ("unseen", 2000, seed + 1_000_000)):
         gripctl(programs, "generate", "-o", folder / f"{name}.csv", "--source", "trial", "--rows", count, "--seed", of, "--speed-noise", 0.03,
                 "--force-noise", 0.03, "--force")
-
-
-def grasped(programs, folder, seed, grasps):
-    for name, of in (("train", seed), ("unseen", seed + 1_000_000)):
-        gripctl(programs, "grasp", "--seed", of, "--trials", grasps, "--rows", folder / f"{name}.csv", "--force")
 
 
 def main():
@@ -50,28 +45,23 @@ def main():
     arguments.add_argument("--seed", type=int, default=991_000)
     arguments.add_argument("--sets", type=int, default=10)
     args = arguments.parse_args()
-    print("| rows | learner | truths held, mean (least - most) | factor | R2 on held-out / unseen rows |\n|---|---|---|---|---|")
-    worlds = (
-        ("100 generated", generated, 100, []),
-        ("slips of 30 grasps", grasped, 30, ["--split-by", "seed"]),
-    )
-    for title, rows, count, options in worlds:
-        found = {name: [] for name in LEARNERS}
-        for at in range(args.sets):
-            with tempfile.TemporaryDirectory() as name:
-                folder = pathlib.Path(name)
-                rows(args.programs, folder, args.seed + 1000 * at, count)
-                for learner, settings in LEARNERS.items():
-                    model = folder / "model.json"
-                    trained = gripctl(args.programs, "train", folder / "train.csv", *COLUMNS, *settings, "--interval", 0.9, *options, "--seed", at,
-                                      "-o", model, "--force", "--json")
-                    trained = json.loads(trained.splitlines()[-1])
-                    unseen = json.loads(gripctl(args.programs, "eval", model, folder / "unseen.csv", "--json"))
-                    found[learner].append((100 * unseen["coverage"], trained["interval"]["widths"][0], trained["held_out_r2"], unseen["r2"]))
-        for learner, sets in found.items():
-            held, widths, before, after = zip(*sets)
-            print(f"| {title} | {learner} | {statistics.mean(held):.1f} ({min(held):.0f} - {max(held):.0f}) | {statistics.median(widths):.2f}"
-                  f" | {statistics.median(before):.3f} / {statistics.median(after):.3f} |", flush=True)
+    found = {name: [] for name in LEARNERS}
+    for at in range(args.sets):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            generated(args.programs, folder, args.seed + 1000 * at)
+            for learner, settings in LEARNERS.items():
+                model = folder / "model.json"
+                trained = gripctl(args.programs, "train", folder / "train.csv", *COLUMNS, *settings, "--interval", 0.9, "--seed", at,
+                                  "-o", model, "--force", "--json")
+                trained = json.loads(trained.splitlines()[-1])
+                unseen = json.loads(gripctl(args.programs, "eval", model, folder / "unseen.csv", "--json"))
+                found[learner].append((100 * unseen["coverage"], trained["interval"]["widths"][0], trained["held_out_r2"], unseen["r2"]))
+    print("| learner | truths held, mean (least - most) | factor | R2 on held-out / unseen rows |\n|---|---|---|---|")
+    for learner, sets in found.items():
+        held, widths, before, after = zip(*sets)
+        print(f"| {learner} | {statistics.mean(held):.1f} ({min(held):.0f} - {max(held):.0f}) | {statistics.median(widths):.2f}"
+              f" | {statistics.median(before):.3f} / {statistics.median(after):.3f} |")
 
 
 main()
