@@ -1,6 +1,6 @@
-//! The timing and count tables against constants where there are any, and against what the machines do.
+//! The tables of constants against constants of the crate where there are any, and against what the machines do.
 
-use crate::markdown::pairs;
+use crate::page::{assert_states, row};
 use crate::rig::{device, hello, report};
 use crate::source::constant;
 use crate::targets::gripper::{CONFIG, SESSION, press, sent, written};
@@ -9,7 +9,6 @@ use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{HostConfig, HostLink, LinkState};
 use grip_link::message::{Config, ConfigAck, Grip, Kind, MAX_CHANNELS, SamplesHeader};
-use std::collections::BTreeMap;
 
 /// Ticks a millisecond of the device, and microseconds of the host.
 const MS: u64 = 1000;
@@ -91,49 +90,65 @@ fn back_off() -> (u64, u64) {
     (waits[0] / MS, waits[9] / MS)
 }
 
-fn stated(heading: &str) -> BTreeMap<String, u64> {
-    let rows = pairs(heading, 0, 1);
-    let numbers = rows.iter().map(|(name, value)| {
-        (name.clone(), value.trim_end_matches(" ms").parse().unwrap_or_else(|_| panic!("{value}")))
-    });
-    numbers.collect()
+/// The page has rows of these constants, in this order.
+fn compare(page: &str, expected: &[(&str, String)]) {
+    let name = |names: &str| names.split(' ').map(|name| format!("`{name}`")).collect::<Vec<_>>();
+    let rows: Vec<String> =
+        expected.iter().map(|(names, value)| row(&[&name(names).join(", "), value])).collect();
+    assert_states(page, &rows);
 }
 
-fn compare(heading: &str, expected: &[(&str, u64)]) {
-    let expected: BTreeMap<String, u64> =
-        expected.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    assert_eq!(stated(heading), expected, "{heading}");
-    assert_eq!(pairs(heading, 0, 1).len(), expected.len(), "{heading}");
+fn ms(value: impl Into<u64>) -> String {
+    format!("{} ms", value.into())
 }
 
 #[test]
-fn timing() {
+fn constants_of_the_device() {
     let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..CONFIG });
     let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..CONFIG });
+    assert_eq!(events_kept(), answers_kept());
+    compare(
+        "SPEC.md",
+        &[
+            ("STATUS_PERIOD", ms(period_ms(Kind::STATUS))),
+            ("STATS_PERIOD", ms(period_ms(Kind::STATS))),
+            ("ANNOUNCE_PERIOD", ms(announce_ms())),
+            ("BATCH_AGE", ms(batch_age_ms())),
+            ("LONGEST_STEP", ms(longest_step_ms())),
+            ("TTL_MIN TTL_MAX", format!("{}, {} ms", shortest.ttl_ms, longest.ttl_ms)),
+            (
+                "LOSS_AFTER_MIN LOSS_AFTER_MAX",
+                format!("{}, {} ms", shortest.loss_after_ms, longest.loss_after_ms),
+            ),
+            ("DUPLICATE_WINDOW", DUPLICATE_WINDOW.to_string()),
+            ("MAX_CHANNELS", MAX_CHANNELS.to_string()),
+            ("KEPT_BATCHES", KEPT_BATCHES.to_string()),
+            ("WAITING", events_kept().to_string()),
+        ],
+    );
+}
+
+#[test]
+fn constants_of_the_host() {
     let host = HostConfig::new(CONFIG);
-    let host_ms = |name| constant("host/conversation.rs", name) / MS;
+    let conversation = |name| constant("host/conversation.rs", name);
     let (first_wait, last_wait) = back_off();
     compare(
-        "### Timing",
+        "HOST.md",
         &[
-            ("STATUS_PERIOD", period_ms(Kind::STATUS)),
-            ("STATS_PERIOD", period_ms(Kind::STATS)),
-            ("ANNOUNCE_PERIOD", announce_ms()),
-            ("BATCH_AGE", batch_age_ms()),
-            ("LONGEST_STEP", longest_step_ms()),
-            ("TTL_MIN", shortest.ttl_ms.into()),
-            ("TTL_MAX", longest.ttl_ms.into()),
-            ("LOSS_AFTER_MIN", shortest.loss_after_ms.into()),
-            ("LOSS_AFTER_MAX", longest.loss_after_ms.into()),
-            ("HELLO_PERIOD", host_ms("HELLO_EVERY_US")),
-            ("HELLO_FOR", host.hello_for_us / MS),
-            ("RETRY", constant("host/request.rs", "RETRY_US") / MS),
-            ("QUICK_PING", host_ms("QUICK_PING_US")),
-            ("PING_PERIOD", host_ms("PING_US")),
-            ("STALE", host.stale_us / MS),
-            ("LOST", host.lost_us / MS),
-            ("BACK_OFF_MIN", first_wait),
-            ("BACK_OFF_MAX", last_wait),
+            ("HELLO_PERIOD", ms(conversation("HELLO_EVERY_US") / MS)),
+            ("HELLO_FOR", ms(host.hello_for_us / MS)),
+            ("RETRY", ms(constant("host/request.rs", "RETRY_US") / MS)),
+            ("TRIES", constant("host/request.rs", "TRIES").to_string()),
+            ("QUICK_PING", ms(conversation("QUICK_PING_US") / MS)),
+            ("QUICK_PINGS", conversation("QUICK_PINGS").to_string()),
+            ("PING_PERIOD", ms(conversation("PING_US") / MS)),
+            ("STALE", ms(host.stale_us / MS)),
+            ("LOST", ms(host.lost_us / MS)),
+            ("BACK_OFF_MIN BACK_OFF_MAX", format!("{first_wait}, {last_wait} ms")),
+            ("PREAMBLE", preamble().to_string()),
+            ("CLOCK_WINDOW", constant("clock.rs", "WINDOW").to_string()),
+            ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART").to_string()),
         ],
     );
 }
@@ -167,25 +182,6 @@ fn preamble() -> u64 {
     let len = host.poll_transmit(0, &mut out).unwrap();
     assert!(out[..len].iter().all(|byte| *byte == 0));
     len as u64
-}
-
-#[test]
-fn counts() {
-    assert_eq!(events_kept(), answers_kept());
-    compare(
-        "### Counts",
-        &[
-            ("DUPLICATE_WINDOW", DUPLICATE_WINDOW.into()),
-            ("MAX_CHANNELS", MAX_CHANNELS as u64),
-            ("KEPT_BATCHES", KEPT_BATCHES as u64),
-            ("WAITING", events_kept()),
-            ("TRIES", constant("host/request.rs", "TRIES")),
-            ("QUICK_PINGS", constant("host/conversation.rs", "QUICK_PINGS")),
-            ("PREAMBLE", preamble()),
-            ("CLOCK_WINDOW", constant("clock.rs", "WINDOW")),
-            ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART")),
-        ],
-    );
 }
 
 #[test]
