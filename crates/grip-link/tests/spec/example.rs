@@ -26,7 +26,7 @@ fn the_annotation_is_the_row_of_the_vectors() {
         let inside = at.checked_sub(2).and_then(|from| decoded.get(from..from + length)).map(hex);
         expected.push(match inside {
             Some(inside) => row(&[&part, &inside]),
-            None => format!("\n| {part} | |"),
+            None => format!(" | {part} | |"),
         });
         at += length;
     }

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-/// A page of `protocol`, or the README of the crate.
+/// A page of `protocol`, or the README of the crate, in one line.
 fn page(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../protocol").join(name);
-    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Each phrase stands on the page, one behind the other.
@@ -23,5 +24,5 @@ pub(crate) fn assert_states(name: &str, phrases: &[String]) {
 
 /// The beginning of a row of a table.
 pub(crate) fn row(cells: &[&str]) -> String {
-    format!("\n| {} |", cells.join(" | "))
+    format!(" | {} |", cells.join(" | "))
 }

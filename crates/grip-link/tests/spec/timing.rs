@@ -1,6 +1,6 @@
-//! The tables of constants against constants of the crate where there are any, and against what the machines do.
+//! Times and counts of the pages against constants of the crate where there are any, and against what the machines do.
 
-use crate::page::{assert_states, row};
+use crate::page::assert_states;
 use crate::rig::{device, hello, report};
 use crate::source::constant;
 use crate::targets::gripper::{CONFIG, SESSION, press, sent, written};
@@ -90,67 +90,77 @@ fn back_off() -> (u64, u64) {
     (waits[0] / MS, waits[9] / MS)
 }
 
-/// The page has rows of these constants, in this order.
-fn compare(page: &str, expected: &[(&str, String)]) {
-    let name = |names: &str| names.split(' ').map(|name| format!("`{name}`")).collect::<Vec<_>>();
-    let rows: Vec<String> =
-        expected.iter().map(|(names, value)| row(&[&name(names).join(", "), value])).collect();
-    assert_states(page, &rows);
-}
-
-fn ms(value: impl Into<u64>) -> String {
-    format!("{} ms", value.into())
+fn states(page: &str, phrases: impl IntoIterator<Item = String>) {
+    for phrase in phrases {
+        assert_states(page, &[phrase]);
+    }
 }
 
 #[test]
-fn constants_of_the_device() {
+fn numbers_of_the_device() {
     let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..CONFIG });
     let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..CONFIG });
-    assert_eq!(events_kept(), answers_kept());
-    compare(
+    assert_eq!(period_ms(Kind::STATS), 1000);
+    assert_eq!((events_kept(), answers_kept()), (8, 8));
+    states(
         "SPEC.md",
-        &[
-            ("STATUS_PERIOD", ms(period_ms(Kind::STATUS))),
-            ("STATS_PERIOD", ms(period_ms(Kind::STATS))),
-            ("ANNOUNCE_PERIOD", ms(announce_ms())),
-            ("BATCH_AGE", ms(batch_age_ms())),
-            ("LONGEST_STEP", ms(longest_step_ms())),
-            ("TTL_MIN TTL_MAX", format!("{}, {} ms", shortest.ttl_ms, longest.ttl_ms)),
-            (
-                "LOSS_AFTER_MIN LOSS_AFTER_MAX",
-                format!("{}, {} ms", shortest.loss_after_ms, longest.loss_after_ms),
+        [
+            format!("| every {} ms, after every GRIP", period_ms(Kind::STATUS)),
+            "| every second; change of state".to_owned(),
+            format!("| IDENT of session 0, at most every {} ms |", announce_ms()),
+            format!("when its first row is {} ms old.", batch_age_ms()),
+            format!("with the time since the last call limited to {} ms:", longest_step_ms()),
+            format!("(newest - seq) mod 65536 < {DUPLICATE_WINDOW} |"),
+            format!("keeps {KEPT_BATCHES} finished batches beside the one being filled"),
+            "answers, oldest first (8 wait; a ninth".to_owned(),
+            "The 8 newest events wait".to_owned(),
+        ],
+    );
+    let range = |from: u16, to: u16| format!("clamped to {from}..{to} |");
+    states(
+        "MESSAGES.md",
+        [
+            format!("life of a GRIP; {}", range(shortest.ttl_ms, longest.ttl_ms)),
+            format!(
+                "HOLD before the loss action; {}",
+                range(shortest.loss_after_ms, longest.loss_after_ms)
             ),
-            ("DUPLICATE_WINDOW", DUPLICATE_WINDOW.to_string()),
-            ("MAX_CHANNELS", MAX_CHANNELS.to_string()),
-            ("KEPT_BATCHES", KEPT_BATCHES.to_string()),
-            ("WAITING", events_kept().to_string()),
+            format!("| n, 0..{MAX_CHANNELS}; more is malformed |"),
         ],
     );
 }
 
 #[test]
-fn constants_of_the_host() {
+fn numbers_of_the_host() {
     let host = HostConfig::new(CONFIG);
     let conversation = |name| constant("host/conversation.rs", name);
     let (first_wait, last_wait) = back_off();
-    compare(
+    let tries = constant("host/request.rs", "TRIES");
+    let retry_ms = constant("host/request.rs", "RETRY_US") / MS;
+    assert_eq!((conversation("PING_US"), host.lost_us), (1000 * MS, 1000 * MS));
+    states(
         "HOST.md",
-        &[
-            ("HELLO_PERIOD", ms(conversation("HELLO_EVERY_US") / MS)),
-            ("HELLO_FOR", ms(host.hello_for_us / MS)),
-            ("RETRY", ms(constant("host/request.rs", "RETRY_US") / MS)),
-            ("TRIES", constant("host/request.rs", "TRIES").to_string()),
-            ("QUICK_PING", ms(conversation("QUICK_PING_US") / MS)),
-            ("QUICK_PINGS", conversation("QUICK_PINGS").to_string()),
-            ("PING_PERIOD", ms(conversation("PING_US") / MS)),
-            ("STALE", ms(host.stale_us / MS)),
-            ("LOST", ms(host.lost_us / MS)),
-            ("BACK_OFF_MIN BACK_OFF_MAX", format!("{first_wait}, {last_wait} ms")),
-            ("PREAMBLE", preamble().to_string()),
-            ("CLOCK_WINDOW", constant("clock.rs", "WINDOW").to_string()),
-            ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART").to_string()),
+        [
+            format!(
+                "| HELLO | every {} ms, the first at once |",
+                conversation("HELLO_EVERY_US") / MS
+            ),
+            format!("| HELLO | {} s over |", host.hello_for_us / MS / 1000),
+            format!("| request sent {tries} times, {retry_ms} ms after the last |"),
+            format!(
+                "sends PING {} times {} ms apart after IDENT and again after an OUTLIER, else every second",
+                conversation("QUICK_PINGS"),
+                conversation("QUICK_PING_US") / MS
+            ),
+            format!("no SAMPLES for more than {} ms or 3 sample periods", host.stale_us / MS),
+            "no good frame for more than 1 s |".to_owned(),
+            format!("waits {first_wait} ms x 2^(k-1), at most {} s", last_wait / 1000),
+            format!("write `00` {} times", preamble()),
+            format!("The last {} kept points", constant("clock.rs", "WINDOW")),
+            format!("the {}th outlier in a row", constant("clock.rs", "OUTLIERS_TO_RESTART")),
         ],
     );
+    states("SPEC.md", [format!("sent up to {tries} times {retry_ms} ms apart")]);
 }
 
 /// Events that a device kept for a host which comes late.
