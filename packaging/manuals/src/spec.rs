@@ -20,8 +20,14 @@ const VECTORS: [&str; 2] = [
     include_str!("../../../protocol/vectors/valid.tsv"),
     include_str!("../../../protocol/vectors/clients.tsv"),
 ];
-/// Heading, what is counted, and who knows the type.
-const WAYS: [(&str, fn(Kind) -> bool); 4] = [
+/// A heading, and who knows the types below it.
+type Way = (&'static str, fn(Kind) -> bool);
+/// Number, name and meaning of a bit.
+type Bit = (u8, &'static str, &'static str);
+/// A column between name and meaning, and its cell for a code.
+type Column = (&'static str, fn(u8) -> String);
+
+const WAYS: [Way; 4] = [
     ("To the device", Kind::is_to_device),
     ("To the host", Kind::is_to_host),
     ("To the daemon", Kind::is_to_daemon),
@@ -117,7 +123,7 @@ fn example(name: &str) -> String {
     format!("\n```text\n{fields}{}\n```\n", wire.join("\n"))
 }
 
-const BITS: [(&str, &[(u8, &str, &str)]); 7] = [
+const BITS: [(&str, &[Bit]); 7] = [
     ("Clamp bits", ForceClamp::BITS),
     ("Status flags", StatusFlags::BITS),
     ("Clamped fields", Clamped::BITS),
@@ -156,7 +162,7 @@ const CODES: [(&str, &[Row]); 25] = [
 
 /// A table of codes, with what belongs to each besides its meaning.
 fn codes(heading: &str, all: &[Row]) -> String {
-    let more: Option<(&str, fn(u8) -> String)> = match heading {
+    let more: Option<Column> = match heading {
         "Channel kinds" => Some(("unit", |code| {
             let unit = ChannelKind::from_code(code).unit().code();
             let unit = Unit::TABLE.iter().find(|row| row.code == unit);
@@ -178,7 +184,7 @@ fn codes(heading: &str, all: &[Row]) -> String {
     format!("\n## {heading}\n{}", table(&columns, &rows))
 }
 
-fn bit((bit, name, about): &(u8, &str, &str)) -> String {
+fn bit((bit, name, about): &Bit) -> String {
     format!("| {bit} | {name} | {} |", about.trim_end_matches('.'))
 }
 
