@@ -355,6 +355,8 @@ def main():
     print("\n## Seconds of .ci/run\n")
     if len(sys.argv) > 2:
         steps = re.findall(r"^== (.+) \((\d+) s\)$", Path(sys.argv[2]).read_text(), re.M)
+        # Lints run beside others and are shown behind them.
+        steps.sort(key=lambda step: int(step[1]))
         for (step, begin), (_, end) in zip(steps, steps[1:]):
             print(f"- {step}: {int(end) - int(begin)}")
         print(f"- all: {steps[-1][1] if steps else 'no step found'}")
