@@ -1,7 +1,7 @@
 //! Inputs in, outputs of each kind of network out.
 
 use mlp_core::{
-    Activation, Column, DeepMlp, Dense, Estimate, Mlp, Model, Network, PredictError, Q15, Q15Error,
+    Activation, Column, DeepMlp, Dense, Estimate, Mlp, Model, Network, PredictError,
     ScaleError, Scaler, ShapeError, tanh,
 };
 
@@ -106,40 +106,6 @@ pub fn network_forward_double(
     output: &mut [f64],
 ) -> Result<(), ShapeError> {
     network.forward_double(input, output)
-}
-
-/// Integers only.
-#[unsafe(no_mangle)]
-pub fn q15_forward(network: &Q15<'_>, input: &[i16], output: &mut [i32]) -> Result<(), ShapeError> {
-    network.forward(input, output)
-}
-
-/// Turns weights into integers; whether that worked.
-#[unsafe(no_mangle)]
-pub fn q15_quantize(
-    network: &Network<&'static [f32]>,
-    weights: &mut [i16],
-    biases: &mut [i32],
-) -> bool {
-    Q15::quantize(network, weights, biases).is_ok()
-}
-
-/// Joins integers made elsewhere.
-#[unsafe(no_mangle)]
-pub fn q15_new<'a>(
-    sizes: &[usize],
-    activations: &[Activation],
-    exponents: &[u8],
-    weights: &'a [i16],
-    biases: &'a [i32],
-) -> Result<Q15<'a>, Q15Error> {
-    Q15::new(sizes, activations, exponents, weights, biases)
-}
-
-/// How far off the integers may be.
-#[unsafe(no_mangle)]
-pub fn q15_error_bound(network: &Q15<'_>) -> f64 {
-    network.error_bound()
 }
 
 /// Raw features to a raw target.

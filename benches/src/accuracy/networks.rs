@@ -5,7 +5,7 @@ use crate::{
     exact::{Exact, exact, pool::Draw, to_f64},
     networks,
 };
-use mlp::{Q15, tanh, train::Isa};
+use mlp::{tanh, train::Isa};
 
 const INPUTS: usize = 4096;
 
@@ -110,10 +110,8 @@ fn forward(clock: Clock<'_>) -> Option<Panel> {
     let weights = networks::weights(41);
     let wanted: Vec<f64> = inputs.iter().map(|x| to_f64(&exact_forward(&weights, x))).collect();
     let scale = (wanted.iter().map(|y| y * y).sum::<f64>() / wanted.len() as f64).sqrt();
-    let (mut integers, mut offsets) = ([0; 30], [0; 11]);
-    let q15 = Q15::quantize(&network, &mut integers, &mut offsets).ok()?;
     type Pass<'a> = Box<dyn Fn(&[f32; 2]) -> f64 + 'a>;
-    let passes: [(&'static str, Pass<'_>); 6] = [
+    let passes: [(&'static str, Pass<'_>); 5] = [
         ("Mlp, rational tanh", Box::new(|x| small.forward(x)[0].into())),
         ("Mlp, exact tanh", Box::new(|x| small.forward_exact(x)[0].into())),
         ("Mlp, f64", Box::new(|x| small.forward_double(&x.map(f64::from))[0])),
@@ -121,14 +119,6 @@ fn forward(clock: Clock<'_>) -> Option<Panel> {
         (
             "Network, f64",
             Box::new(|x| slice([f64::NAN], |y| network.forward_double(&x.map(f64::from), y))),
-        ),
-        (
-            "Q15",
-            Box::new(|x| {
-                // Exact: the inputs are Q15 numbers.
-                let x = x.map(|v| (v * 32_768.0) as i16);
-                slice([i32::MAX], |y| q15.forward(&x, y)) / 32_768.0
-            }),
         ),
     ];
     let inputs = &inputs;

@@ -9,7 +9,6 @@
 //! | [`Scaler`] | raw values to `[-1, 1]` and back |
 //! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
 //! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |
-//! | [`Q15`] | forward pass in 16-bit integers for processors without floating point |
 //!
 //! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
 //!
@@ -29,7 +28,6 @@ pub mod file;
 pub mod fixed;
 pub mod model;
 pub mod network;
-pub mod q15;
 pub mod tanh;
 #[cfg(feature = "file")]
 pub mod topology;
@@ -40,4 +38,3 @@ pub use model::{
     Column, Coverage, Estimate, MAX_IO, Model, PredictError, ScaleError, Scaler, Transform,
 };
 pub use network::{MAX_LAYERS, MAX_WIDTH, Network, ShapeError, weight_count};
-pub use q15::{Q15, Q15Error};

@@ -184,7 +184,8 @@ fn codes(heading: &str, all: &[Row]) -> String {
     format!("\n## {heading}\n{}", table(&columns, &rows))
 }
 
-fn bit((bit, name, about): &Bit) -> String {
+fn bit(row: &Bit) -> String {
+    let (bit, name, about) = row;
     format!("| {bit} | {name} | {} |", about.trim_end_matches('.'))
 }
 

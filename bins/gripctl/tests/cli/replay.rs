@@ -220,3 +220,13 @@ fn dirty_recordings_of_a_hand_held_stylus() {
         assert_eq!(found, unusable + 20.0, "{name}: every glitch is counted");
     }
 }
+
+#[test]
+fn one_of_more_axes_than_a_vector_has_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t_s,vibration_1,vibration_2,vibration_3,vibration_4\n0,1,2,3,4\n0.001,1,2,3,4\n";
+    fs::write(folder.path().join("four.csv"), text).unwrap();
+    let one = ["replay", "four.csv", "--map", "vibration=vibration_2"];
+    let ran = gripctl(folder.path(), &one).done();
+    assert!(ran.err.contains("vibration_3"), "what is not used is said: {}", ran.err);
+}
