@@ -17,13 +17,13 @@ import torch
 from lerobot.datasets.compute_stats import compute_episode_stats
 from lerobot.datasets.dataset_tools import merge_datasets
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
-from test_lerobot import FPS, SEEDS, connected, grasp, gripd
+from test_lerobot import FPS, OBSERVED, SEEDS, connected, grasp, gripd
 
 from slipgrip.lerobot import FEATURES, LiveSlip, columns, convert, open_recording
 
 __all__ = ["gripd"]
 TASK = "hold the cup"
-WHOLE = [f"observation.slip.{name}" for name in FEATURES if name != "action"]
+WHOLE = [f"observation.slip.{name}" for name in OBSERVED]
 
 
 @pytest.fixture(scope="module")

@@ -220,7 +220,7 @@ class LiveSlip:
         self.names = _frames.chosen(list(FEATURES), observed if features is None else features)
         self._daemon = _connect(url)
         self._slips = SlipState()
-        self._readings = dict.fromkeys(("statistic", "action", *CHANNELS), 0.0)
+        self._readings = dict.fromkeys(("statistic", "need_n", "held", "command_n", "action", *CHANNELS), 0.0)
         self._error: Optional[Exception] = None
         self._lock, self._ended = threading.Lock(), threading.Event()
         try:
@@ -282,7 +282,10 @@ class LiveSlip:
             self._slips.event({"type": kind, **dict(zip(_frames.OF_SLIPS, values))})
         elif isinstance(message, State):
             self._reading("statistic", message.statistic)
+            self._reading("command_n", message.command)
             self._reading("action", message.command)
+            self._reading("need_n", math.nan if message.need is None else message.need)
+            self._readings["held"] = float(message.scene is Scene.HOLDING)
             # Also of a slip that had begun before this connection.
             self._slips.seen(message.scene is Scene.SLIPPING)
         elif isinstance(message, Rows):
