@@ -13,7 +13,7 @@ from ._types import NEED, SCENES
 
 FEATURES: Dict[str, str] = {
     "active": "1 where an object slipped at any time since the frame before, else 0",
-    "statistic": "evidence of a slip over the wanted interval: 1 and above is a slip",
+    "statistic": "evidence of a slip over the wanted interval: 1 and above is a slip; 1000 at most",
     "confidence": "of the present slip, 0 to 1; 0 while nothing slips",
     "speed_m_s": "speed of the present slip as last reported (m/s); 0 while nothing slips",
     "esc_w": "E_sc of the last slip as last reported (W); 0 before the first",
@@ -39,6 +39,8 @@ Columns = Dict[str, npt.NDArray[np.float32]]
 """Values of shape (frames,) for each feature."""
 
 HOLDING = SCENES.index("holding")
+MOST = 1000.0
+"""Of the statistic, which grows beyond all squares that a float32 holds: LeRobot's deviation of it would be no number."""
 HALF_US = 0.5e-6
 """Times are whole microseconds: a row belongs to a frame of the same one."""
 
@@ -107,7 +109,7 @@ def columns(
     if len(found.t_s) != len(times):
         raise ValueError(f"found: it is of {len(found.t_s)} rows, the recording has {len(times)}")
     last = _rows_of_frames(recording, times, fps)
-    readings = {"statistic": _held(found.statistic, last), "held": (found.scene[last] == HOLDING).astype(np.float32)}
+    readings = {"statistic": np.minimum(_held(found.statistic, last), np.float32(MOST)), "held": (found.scene[last] == HOLDING).astype(np.float32)}
     for name in CHANNELS:
         if name in recording.channels and np.isfinite(recording[name]).any():
             readings[name] = _held(recording[name], last)
