@@ -24,8 +24,7 @@ MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfl
 GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/foxglove-check.sh
 ros/check.sh "$built/gripd"
 ../scripts/doc-commands.py "$built"
-# The subscriber of docs/fleet.md.
 python_work fleet-check
 rm -rf "$work"
 mkdir -p "$work"
-"$python" scripts/peers/fleet_check.py docs/fleet.md "$built/gripd" "$built/gripfleet" "$work"
+"$python" scripts/peers/fleet_check.py docs/subscriber.py "$built/gripd" "$built/gripfleet" "$work"
