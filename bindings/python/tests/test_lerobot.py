@@ -247,9 +247,9 @@ def test_the_dataset_of_a_gripd_and_its_live_frames_agree(gripd: Path, tmp_path:
     happened: List[Any] = found.events
     events = {name: {np.float32(event.get(name) or 0.0) for event in happened} for name in ("esc_w", "estimate_n", "speed_m_s")}
     assert found.need is not None
-    rows = {"force_n": recording["force_n"], "travel_m": recording["travel_m"], "statistic": found.statistic.clip(max=1000.0)}
-    rows.update(action=found.command_n, command_n=found.command_n, need_n=found.need[:, 1], held=[1.0])
-    known: Dict[str, Any] = {**events, **{name: {np.float32(0.0), *values} for name, values in rows.items()}}  # type: ignore[misc]
+    rows: Dict[str, Any] = {"force_n": recording["force_n"], "travel_m": recording["travel_m"], "held": [1.0]}
+    rows.update(action=found.command_n, command_n=found.command_n, need_n=found.need[:, 1], statistic=found.statistic.clip(max=1000.0))
+    known: Dict[str, Any] = {**events, **{name: {np.float32(0.0), *values} for name, values in rows.items()}}
     for name, values in known.items():
         key = name if name == "action" else f"observation.slip.{name}"
         seen = {frame[key][0] for frame in frames}
