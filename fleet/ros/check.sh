@@ -14,12 +14,13 @@ root=$(cd "$here/../.." && pwd)
 mkdir -p "${CARGO_TARGET_DIR:-$root/target}/ros"
 work=$(cd "${CARGO_TARGET_DIR:-$root/target}/ros" && pwd)
 venv=$work/venv
+. "$root/scripts/missing.sh"
 if [ ! -e "$work/installed" ]; then
     "${PYTHON:-python3}" -m venv --clear "$venv"
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check colcon-common-extensions cmake empy==3.3.4 "$root/protocol/python" \
         ros-{rclpy,rmw-fastrtps-cpp,sensor-msgs,rosidl-default-generators,rosidl-core-generators,ament-package,fastrtps-cmake-module} \
         ros-{ament-cmake,ament-cmake-ros,ament-cmake-ros-core,ament-cmake-include-directories,ament-cmake-gtest,ament-cmake-gmock,ament-cmake-pytest} \
-        ros-python-cmake-module
+        ros-python-cmake-module || { missing pip "ROS 2 of the Python index"; exit 0; }
     # Where the wheels were built Python stood elsewhere.
     include=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("include"))')
     packages=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
