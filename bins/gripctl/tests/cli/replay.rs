@@ -100,7 +100,7 @@ fn slips_are_drawn_without_a_window() {
         assert_eq!(ran.out, plain, "the events are the same");
     }
     let svg = fs::read_to_string(folder.join("slips.svg")).unwrap();
-    for text in ["found: 1 slip", "time (s)", "evidence over the wanted interval", ">slip<"] {
+    for text in ["found: 1 slip", "time (s)", "evidence (1: a slip)", ">signal<"] {
         assert!(svg.contains(text), "no {text} in {svg}");
     }
     assert!(fs::read(folder.join("slips.png")).unwrap().starts_with(b"\x89PNG"));
