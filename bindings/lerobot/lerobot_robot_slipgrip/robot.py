@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional
 
 from grip_link import Config, Daemon, GripLink, LinkClosed
 from grip_link.messages import ChannelKind
-from grip_link.messages.daemon import Command, Operation, Subscribe, Topics
+from grip_link.messages.daemon import Command, Operation, Subscribe, Topics, WelcomeFlags
 from lerobot.robots import RobotConfig
 from lerobot.robots.so_follower import SOFollower, SOFollowerRobotConfig
 from slip_servo.bridge import Bridge, Scale
@@ -107,7 +107,7 @@ class SlipGrip(SOFollower):
         return {**self._motors_ft, **{f"slip.{name}": float for name in NAMES}, **self._cameras_ft}
 
     def connect(self, calibrate: bool = True) -> None:
-        """The arm, the board, then gripd, which must run. Raises OSError where one of them is not there."""
+        """The arm, the board, then gripd, which must run. Raises OSError where one of them is not there, or takes no commands."""
         config = self.config
         super().connect(calibrate)
         self._board = Board(config.sensor, config.rate_hz)
@@ -115,6 +115,9 @@ class SlipGrip(SOFollower):
         self._bridge = Bridge((config.rows, config.rate_hz), self._board.readings, servo, scale, config.trial_n)
         self._live = LiveSlip(config.gripd, NAMES)
         self._orders = Daemon.open(config.gripd, Subscribe(topics=Topics(0)))
+        if not self._orders.welcome.flags & WelcomeFlags.COMMANDS:
+            self.disconnect()
+            raise PermissionError("gripd takes no commands, and the jaw could not be opened: allow_commands = true")
 
     def get_observation(self) -> Dict[str, Any]:
         with self._lock:

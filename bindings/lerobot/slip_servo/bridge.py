@@ -108,7 +108,7 @@ class Bridge:
         if line is not None:
             line.close()
         # Another gripd begins with its trial force: that must not let go of what is held.
-        self._least_n = self.command_n
+        self._least_n = self._trial_n if self.opened else self.command_n
         self._ended.wait(RETRY_S)
 
     def _commands(self) -> None:

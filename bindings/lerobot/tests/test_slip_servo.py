@@ -133,6 +133,13 @@ def test_what_is_held_stays_held_when_gripd_comes_back(bridged: Tuple[Bridge, Se
         until(lambda: servo.limits[-1:] == [500])
         line.sendall(command(1.5))
         until(lambda: servo.limits[-1:] == [75])
+        line.sendall(command(5.0) + b'{"type":"command","mode":"open"}\n')
+        until(lambda: servo.limits[-1:] == [500])
+    # What was opened is not held: another gripd may begin with its trial force.
+    line, _ = gripd.accept()
+    with line:
+        line.sendall(command(1.5))
+        until(lambda: servo.limits[-1:] == [75])
 
 
 def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[Bridge, Servo, socket.socket]) -> None:
