@@ -5,7 +5,7 @@
 #
 #   fleet/ros/check.sh GRIPD [SLIP]      SLIP: folder of scripts/c-library.sh; without it the controller is left out
 #
-# Needs python3 3.11 to 3.13 with venv, a C++ compiler, and a package index. Some minutes.
+# Needs python3 3.11 to 3.13 with venv and its headers, a C++ compiler, and a package index. Some minutes.
 set -euo pipefail
 gripd=$(realpath "${1:?usage: check.sh GRIPD [SLIP]}")
 slip=${2:+$(realpath "$2")}
