@@ -39,7 +39,9 @@ FULL_N = 19.0
 MOST = 500
 """LeRobot's own limit of the gripper's torque, against burnt windings (0.1 %)."""
 TRIAL_N = 1.5
-SETTINGS = f"[grip]\nf_max_n = {FULL_N * MOST / 1000}\ntrial_force_n = {TRIAL_N}\n"
+GRIP = {"f_max_n": FULL_N * MOST / 1000, "trial_force_n": TRIAL_N, "reflex_tau_ms": 50.0}
+"""Of gripd.toml. The gear answers 30 ms late: a reflex of 20 ms, the default, is at the largest force before it is felt."""
+SETTINGS = "[grip]\n" + "".join(f"{name} = {value}\n" for name, value in GRIP.items())
 OPEN, CLOSED, OBJECT = 3000, 1000, 1800
 """Places of the jaw: open, closed, and where the object is (steps of the servo)."""
 
@@ -306,7 +308,7 @@ def grasp(chance: random.Random, number: int, chunk: int, delay: int) -> World:
     from slipgrip import Pipeline
 
     world = World(chance.uniform(0.5, 7.0), chance.uniform(0.2, 0.8), chance.uniform(1.0, 2.0), number)
-    pipeline = Pipeline(RATE_HZ, ["vibration", "force_n"], config={"grip": {"f_max_n": FULL_N * MOST / 1000, "trial_force_n": TRIAL_N}})
+    pipeline = Pipeline(RATE_HZ, ["vibration", "force_n"], config={"grip": GRIP})
     scale = Scale(FULL_N, MOST)
     limits = collections.deque([scale.thousandths(TRIAL_N)] * (delay + 1))
     rows: List[List[float]] = []
