@@ -22,6 +22,7 @@ cargo build --locked -p grip-fleet --example ros_messages
 built=$CARGO_TARGET_DIR/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/ros-check.sh
 GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/foxglove-check.sh
+ros/check.sh "$built/gripd"
 ../scripts/doc-commands.py "$built"
 python_work fleet-check
 rm -rf "$work"

@@ -1,7 +1,8 @@
-// Not ros2_control: what the example needs of it, so that it runs without ROS 2. Names and signatures are those of Humble; from Jazzy on,
-// get_value() is deprecated in favour of get_optional().
+// Not ros2_control: what the controller needs of it, so that it runs without ROS 2. Names and signatures are those of Jazzy, with HUMBLE those
+// of Humble.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,15 @@ namespace hardware_interface {
 class LoanedInterface {
  public:
   explicit LoanedInterface(double *value) : value_(value) {}
+#ifdef HUMBLE
   double get_value() const { return *value_; }
   void set_value(double value) { *value_ = value; }
+#else
+  template <typename T = double>
+  std::optional<T> get_optional(unsigned = 10) const { return *value_; }
+  template <typename T>
+  [[nodiscard]] bool set_value(const T &value, unsigned = 10) { return *value_ = value, true; }
+#endif
 
  private:
   double *value_;
@@ -53,6 +61,8 @@ class ControllerInterface {
   virtual CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) = 0;
   virtual return_type update(const rclcpp::Time &time, const rclcpp::Duration &period) = 0;
   unsigned get_update_rate() const { return update_rate_; }
+  template <typename T>
+  T auto_declare(const std::string &, const T &value) { return value; }
 
   std::vector<hardware_interface::LoanedInterface> command_interfaces_, state_interfaces_;
   unsigned update_rate_ = 1000;
