@@ -200,7 +200,7 @@ fn forward_passes_allocate_nothing() {
     });
     assert_eq!(heap, 0);
     for output in [fast[0], exact[0]] {
-        assert!((f64::from(output) - double[0]).abs() < 5e-6, "{output} {double:?}");
+        assert!((f64::from(output) - double[0]).abs() < 2e-5, "{output} {double:?}");
     }
 }
 
