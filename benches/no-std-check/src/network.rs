@@ -1,7 +1,8 @@
 //! Inputs in, outputs of each kind of network out.
 
 use mlp_core::{
-    Activation, Column, Estimate, Model, Network, PredictError, ScaleError, Scaler, ShapeError, tanh,
+    Activation, Column, Estimate, Model, Network, PredictError, ScaleError, Scaler, ShapeError,
+    tanh,
 };
 
 /// Every tanh.
