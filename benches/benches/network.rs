@@ -9,20 +9,6 @@ use slip_benches::networks;
 fn forward(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forward pass");
     group.throughput(Throughput::Elements(1));
-    let fixed = networks::small().expect("2-10-1");
-    group.bench_function("Mlp 2-10-1", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward(black_box(&[0.25, -0.5])));
-    });
-    group.bench_function("Mlp 2-10-1, exact tanh", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward_exact(black_box(&[0.25, -0.5])));
-    });
-    group.bench_function("Mlp 2-10-1, f64", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward_double(black_box(&[0.25, -0.5])));
-    });
-    let deep = networks::deep().expect("16-32-16-1");
-    group.bench_function("DeepMlp 16-32-16-1", |bencher| {
-        bencher.iter(|| black_box(&deep).forward(black_box(&[0.25; 16])));
-    });
     for (name, sizes) in
         [("Network 2-10-1", &[2, 10, 1][..]), ("Network 16-32-16-1", &[16, 32, 16, 1])]
     {

@@ -8,9 +8,8 @@
 //! | [`Model`] | raw features to raw targets, reports when it has to extrapolate |
 //! | [`Scaler`] | raw values to `[-1, 1]` and back |
 //! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
-//! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |
 //!
-//! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
+//! [`Network`] also computes with an exact tanh and in double precision ([`tanh`] has the errors).
 //!
 //! With the feature `file` (std) the modules [`mod@file`] and [`ensemble_file`] read and write model files. Trainers are in the crate
 //! `mlp`, which exports all of this again.
@@ -25,7 +24,8 @@ pub mod column;
 pub mod ensemble_file;
 #[cfg(feature = "file")]
 pub mod file;
-pub mod fixed;
+#[cfg(feature = "file")]
+pub mod interval;
 pub mod model;
 pub mod network;
 pub mod tanh;
@@ -33,7 +33,6 @@ pub mod tanh;
 pub mod topology;
 
 pub use activation::Activation;
-pub use fixed::{DeepMlp, Dense, Mlp};
 pub use model::{
     Column, Coverage, Estimate, MAX_IO, Model, PredictError, ScaleError, Scaler, Transform,
 };

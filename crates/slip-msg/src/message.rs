@@ -349,7 +349,9 @@ message! {
         72 certified_s as "certified": Option<f32>, "s, interval that the slip is certified with: such false alarms are at least so far apart on average; left out where it is not", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
     }
     local {
-        estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate.";
+        estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate in the physics that the model was trained on.";
+        estimate_lo_n: Option<f32>, "N", "Lower limit of the interval that the model states.";
+        estimate_hi_n: Option<f32>, "N", "Its upper limit.";
         mean_slope: Option<f32>, "", "Mean height over distance of the irregularities the stylus passed.";
         first: bool, "", "Whether this is the first notice of the slip: not its turn to gross, its certificate or its end.";
     }

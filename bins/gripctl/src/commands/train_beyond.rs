@@ -2,17 +2,22 @@
 
 use super::{
     clock,
-    train::{rows::Parts, warn},
+    train::{
+        interval::{self, Stated},
+        rows::Parts,
+        warn, worse_than_mean,
+    },
 };
 use crate::{cli::learn::TrainArgs, output};
 use core::time::Duration;
 use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
-    Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
+    Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, answers,
+    score,
 };
 use mlp::train::{
-    DataSet, FitConfig, ModelFile,
+    ColumnSpec, DataSet, FitConfig, ModelFile,
     fit::{no_better_than_the_mean, warnings},
     split::Split,
 };
@@ -35,6 +40,9 @@ struct Result<'a> {
     test_within_10pct: Option<f64>,
     train_r2: Option<f64>,
     test_r2: Option<f64>,
+    worse_than_mean: bool,
+    #[serde(flatten)]
+    stated: Stated,
     support_vectors: Option<usize>,
     members: Option<usize>,
 }
@@ -52,8 +60,13 @@ pub(crate) fn ensemble(
     let before = clock::processor()?;
     let sampling = if args.beyond.bagging { Sampling::Bagging } else { Sampling::Starts };
     let config = EnsembleConfig { members: args.beyond.members, sampling, fit };
-    let ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
+    let mut ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
+    let stated = interval::shown(args, data, |train, held_out| {
+        let ensemble = Ensemble::fit(train, None, &config).map_err(explain)?;
+        Ok(answers(&ensemble, held_out)?)
+    })?;
+    ensemble.interval.clone_from(&stated.interval);
     let text = ensemble.to_json()?;
     out.write(&text)?;
     let notes = ensemble.members().iter().filter_map(|file| file.training.as_ref());
@@ -62,11 +75,14 @@ pub(crate) fn ensemble(
         epochs: notes.map(|note| note.epochs).sum(),
         members: Some(config.members),
         stop: format!("{} networks trained", config.members),
+        stated,
         ..scored(&ensemble, data, test, config.fit.algorithm.name(), cpu)?
     };
+    let judges = [result.test_r2, result.stated.held_out_r2, result.train_r2];
+    let result = Result { worse_than_mean: worse_than_mean(judges), ..result };
     let weights = ensemble.members().first().map_or(0, weights);
     warn(args, warnings(data, weights).into_iter().chain(poor(&result)), Some(&text));
-    report(args, &result)
+    report(args, &result, &data.targets)
 }
 
 fn weights(network: &ModelFile) -> usize {
@@ -95,7 +111,7 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
         ..scored(&svr, data, test, "svr", cpu)?
     };
     warn(args, warnings(data, 1).into_iter().chain(poor(&result)), None);
-    report(args, &result)
+    report(args, &result, &data.targets)
 }
 
 /// What is not given is chosen on a fifth of the rows, and then all rows are fitted.
@@ -151,12 +167,14 @@ fn scored<'a>(
         test_within_10pct: test.map(|test| test.within_10pct),
         train_r2: train.r2,
         test_r2: test.and_then(|test| test.r2),
+        worse_than_mean: worse_than_mean([test.and_then(|test| test.r2), train.r2, None]),
+        stated: Stated::default(),
         support_vectors: None,
         members: None,
     })
 }
 
-fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
+fn report(args: &TrainArgs, result: &Result<'_>, targets: &[ColumnSpec]) -> anyhow::Result<Exit> {
     if args.json {
         output::json(result)?;
         return Ok(Exit::Done);
@@ -174,6 +192,7 @@ fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
     {
         output::errors("test: ", [mse, scaled], within, result.test_r2)?;
     }
+    result.stated.report(targets)?;
     output::line(&format!("model written to {}", args.output.display()))?;
     Ok(Exit::Done)
 }

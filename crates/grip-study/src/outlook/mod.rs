@@ -27,6 +27,6 @@ pub use compare::{Comparison, Sets, compare};
 pub use ensemble::{Ensemble, EnsembleConfig, Sampling};
 pub use genome::Genome;
 pub use learners::{Learner, LearnersConfig, learners};
-pub use score::{OutlookError, Predict, Score, Spread, score};
+pub use score::{OutlookError, Predict, Score, Spread, answers, score};
 pub use search::{Candidate, Search, SearchConfig, search};
 pub use svr::{Svr, SvrConfig};

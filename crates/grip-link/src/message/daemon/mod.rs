@@ -29,7 +29,6 @@ use super::{Ack, Kind, Nack, PayloadError, received};
 
 received! {
     /// Every message to a client.
-    #[expect(clippy::large_enum_variant, reason = "one lives at a time, and nothing here allocates")]
     ToClient<'a> {
         WELCOME => Welcome(Welcome<'a>),
         SLIP => Slip(SlipReport),
