@@ -36,7 +36,7 @@ mod data_error;
 pub mod fit;
 pub mod init;
 pub mod lanes;
-mod linear;
+pub mod linear;
 pub mod metrics;
 pub mod objective;
 pub mod real;
