@@ -105,7 +105,7 @@ pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::R
     let cpu = clock::processor()?.saturating_sub(before);
     out.write(gp.to_json()?)?;
     let detail = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
-    without_network(args, parts, (&gp, "gp", detail), cpu)
+    without_network(args, parts, &gp, "gp", detail, cpu)
 }
 
 /// A polynomial: `mean`, `linear`, or `poly`, a cubic.
@@ -120,13 +120,15 @@ pub(crate) fn poly(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow:
     let cpu = clock::processor()?.saturating_sub(before);
     out.write(poly.to_json()?)?;
     let detail = format!("degree {degree}, {} coefficients", poly.size());
-    without_network(args, parts, (&poly, poly.name(), detail), cpu)
+    without_network(args, parts, &poly, poly.name(), detail, cpu)
 }
 
 fn without_network(
     args: &TrainArgs,
     parts: &Parts,
-    (learner, model, stop): (&dyn Predict, &'static str, String),
+    learner: &dyn Predict,
+    model: &'static str,
+    stop: String,
     cpu: Duration,
 ) -> anyhow::Result<Exit> {
     let (data, test) = (&parts.train, parts.test.as_ref());

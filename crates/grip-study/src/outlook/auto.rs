@@ -137,7 +137,7 @@ pub fn auto(
     let tried: Vec<Tried> = all
         .par_iter()
         .map(|&(learner, form)| {
-            let held_out = cross_validated(learner, (rows, form), &splits, config);
+            let held_out = cross_validated(learner, rows, form, &splits, config);
             done();
             let refused = held_out.as_ref().err().map(ToString::to_string);
             Tried { learner, target: form.targets[0].transform, held_out: held_out.ok(), refused }
@@ -183,7 +183,8 @@ fn reason(tried: &[Tried], chosen: usize, error: &dyn Fn(&Tried) -> f64) -> Stri
 /// Every row once a deal, answered by what never saw it.
 fn cross_validated(
     way: Way,
-    (rows, form): (&DataSet, &DataSet),
+    rows: &DataSet,
+    form: &DataSet,
     splits: &[Split],
     config: &FitConfig,
 ) -> Result<Score, OutlookError> {

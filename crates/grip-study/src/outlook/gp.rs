@@ -185,7 +185,8 @@ impl Evidence<'_> {
         let determinant = log_determinant(&factor, self.rows.len());
         let penalty: f64 = weights.iter().enumerate().map(off).map(|z| 0.5 * z * z).sum();
         if let Some(gradient) = gradient {
-            self.slopes(&kernel, &factor, lengths, (&solved, signal), gradient);
+            solved.iter_mut().for_each(|value| *value /= signal.sqrt());
+            self.slopes(&kernel, &factor, lengths, &solved, gradient);
             let size = gradient.len();
             gradient[size - 1] *= noise;
             for (at, place) in gradient.iter_mut().enumerate() {
@@ -195,13 +196,13 @@ impl Evidence<'_> {
         RAISED + 0.5 * signal.ln() + (0.5 * determinant + penalty) / n
     }
 
-    /// `1/2 tr((A^-1 - a a' / s^2) dA)` for each ln length and for r, with a the solution and s^2 the signal variance.
+    /// `1/2 tr((A^-1 - a a') dA)` for each ln length and for r, with a the solution over the signal's deviation.
     fn slopes(
         &self,
         kernel: &[f64],
         factor: &[f64],
         lengths: &[f64],
-        (solved, signal): (&[f64], f64),
+        solved: &[f64],
         gradient: &mut [f64],
     ) {
         let size = self.rows.len();
@@ -216,7 +217,7 @@ impl Evidence<'_> {
                     &columns[i * size + i..(i + 1) * size],
                     &columns[j * size + i..(j + 1) * size],
                 );
-                let part = inverse - solved[i] * solved[j] / signal;
+                let part = inverse - solved[i] * solved[j];
                 if i == j {
                     gradient[lengths.len()] += 0.5 * part;
                     continue;

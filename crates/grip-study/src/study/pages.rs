@@ -130,6 +130,17 @@ fn beside(result: &ConditionResult) -> Table {
             Cell::Percent(found.mean(|scores| scores.unseen.within_10pct())),
         ]);
     }
+    let gp = |of: fn(&crate::Scores) -> f64| {
+        Cell::Percent(result.gp.iter().map(of).sum::<f64>() / result.gp.len() as f64)
+    };
+    table.push(vec![
+        Cell::text("GP, no net"),
+        gp(|scores| scores.train.within_10pct()),
+        Cell::Empty,
+        gp(|scores| scores.test.within_10pct()),
+        Cell::Empty,
+        gp(|scores| scores.unseen.within_10pct()),
+    ]);
     table
 }
 
@@ -219,7 +230,6 @@ fn overview(study: &Study, distances: &[Distance]) -> Section {
         &heads("condition", &["GP", "best possible", "± over draws (RPROP)"]),
     );
     let mut train = Table::new("all-train", caption("the training rows"), &heads("condition", &[]));
-    let mut test = Table::new("all-test", caption("the small test set"), &heads("condition", &[]));
     for result in &study.results {
         let row = |of: fn(&crate::Scores) -> f64| {
             let shares = result.nets.iter().map(|net| Cell::Percent(net.mean(of)));
@@ -232,7 +242,6 @@ fn overview(study: &Study, distances: &[Distance]) -> Section {
         cells.extend(spread.map(Cell::Percent));
         unseen.push(cells);
         train.push(row(|scores| scores.train.within_10pct()));
-        test.push(row(|scores| scores.test.within_10pct()));
     }
     let mut section = Section::new("conditions", "All conditions").with(
         "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
@@ -242,28 +251,9 @@ fn overview(study: &Study, distances: &[Distance]) -> Section {
     if let Some(figure) = noise_figure(study) {
         section = section.with(figure);
     }
-    let blocks = vec![train.into(), test.into(), ceilings(study).into(), nearest(distances).into()];
-    let title = "Training rows, test rows, ceilings, distance from the published shares".to_owned();
+    let blocks = vec![train.into(), nearest(distances).into()];
+    let title = "Training rows, distance from the published shares".to_owned();
     section.with(Block::Folded { title, blocks })
-}
-
-fn ceilings(study: &Study) -> Table {
-    let mut table = Table::new(
-        "ceilings",
-        "Best possible answers within 10 %, percent",
-        &["condition", "closed form", "neighbours", "found by", "the higher"],
-    );
-    for result in &study.results {
-        let ceiling = &result.ceiling;
-        table.push(vec![
-            Cell::text(result.condition.title()),
-            ceiling.closed_form.map_or(Cell::Empty, Cell::Percent),
-            Cell::Percent(ceiling.neighbours),
-            Cell::text(&ceiling.neighbours_by),
-            Cell::Percent(ceiling.within_10pct),
-        ]);
-    }
-    table
 }
 
 /// Shares against the noise of the speed, where there are at least two conditions that differ in it alone.

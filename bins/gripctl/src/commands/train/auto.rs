@@ -83,7 +83,10 @@ fn table(found: &Auto, rows: usize) -> anyhow::Result<()> {
             Some(score) => format!(
                 "{:<10.4e}  {:>7}  {:>8.1} %",
                 score.mse,
-                output::or_dash(score.r2, 3),
+                match score.r2 {
+                    Some(r2) if r2 < -99.0 => "< -99".to_owned(),
+                    r2 => output::or_dash(r2, 3),
+                },
                 100.0 * score.within_10pct
             ),
             None => refused.clone().unwrap_or_default(),
