@@ -82,7 +82,7 @@ pub(crate) enum CollectSplit {
 }
 
 /// Which columns a learner sees.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ColumnArgs {
     /// Input columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
@@ -95,16 +95,20 @@ pub(crate) struct ColumnArgs {
     pub(crate) classify: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct TrainArgs {
     /// Training rows: .csv, or .npz with a 1-dimensional array for each column (`numpy.savez(FILE, a=..., f=...)`).
     pub(crate) data: PathBuf,
     #[command(flatten)]
     pub(crate) columns: ColumnArgs,
-    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support
-    /// vector regression, which leaves the options of networks aside.
+    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support vector regression; gp, a
+    /// Gaussian process (up to 3000 rows); poly, a cubic, linear or mean. All but the first two leave the options of networks aside.
     #[arg(long, default_value = "mlp")]
     pub(crate) model: String,
+    /// Choose by cross-validation on the training rows among mean, line, cubic, networks (br, scg, rprop) and a Gaussian process, of
+    /// the target and of its logarithm, say why, and train that.
+    #[arg(long, conflicts_with_all = ["model", "algorithm", "classify", "folds", "validation"])]
+    pub(crate) auto: bool,
     #[command(flatten)]
     pub(crate) beyond: BeyondArgs,
     /// Neurons of the hidden layers.
@@ -174,7 +178,7 @@ pub(crate) struct TrainArgs {
 }
 
 /// Settings of training rules, the usual ones where none are given.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct HyperArgs {
     /// Learning rate of gd, gdm and gdx, 0.01 otherwise.
     #[arg(long, allow_negative_numbers = true)]
@@ -210,10 +214,10 @@ fn four(text: &str) -> Result<[f64; 4], String> {
 }
 
 /// Which rows are kept away from the training.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct SplitArgs {
     /// Keep rows together that have the same text in this column (an object, a grasp, a session): with --holdout, --validation,
-    /// --folds and --interval none of its groups stands on both sides.
+    /// --folds, --auto and --interval none of its groups stands on both sides.
     #[arg(long, value_name = "COLUMN")]
     pub(crate) split_by: Option<String>,
     /// Hold this share of the rows out and test on them.
@@ -234,7 +238,7 @@ pub(crate) struct SplitArgs {
 }
 
 /// Options of ensembles and support vector regressions.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct BeyondArgs {
     /// Networks of an ensemble.
     #[arg(long, value_name = "N", default_value_t = 10)]

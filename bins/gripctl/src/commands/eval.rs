@@ -7,11 +7,11 @@ use super::{
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_session::{ModelError, exit::Exit, model};
-use grip_study::outlook::{Ensemble, Predict, Score, Svr, answers, ensemble, score, svr};
+use grip_study::outlook::{Ensemble, Predict, Score, answers, columns as learner, ensemble, score};
 use mlp::{
     Column,
     train::{
-        DataSet, LargeModel, ModelFile, Scaling, evaluate,
+        DataSet, FileError, LargeModel, ModelFile, Scaling, evaluate,
         file::FileColumn,
         fit::no_better_than_the_mean,
         interval::{Interval, coverage},
@@ -35,7 +35,7 @@ struct Result {
     interval: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     coverage: Option<f64>,
-    /// Unknown for ensembles and support vector regressions.
+    /// Known of one network only.
     extrapolated: Option<usize>,
     /// Of classes: the share that is right, and the mean of -ln p of the right ones.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -49,10 +49,10 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
     let load = |(inputs, targets)| Columns::of_numbers(inputs, targets).load(&args.data);
     let (result, exit) = match Kind::of(&text) {
-        Kind::Svr => {
-            let svr = Svr::from_json(&text).map_err(fault)?;
-            let rows = load(svr.specs())?;
-            (scored(&svr, &rows, &svr.targets)?, columns::exit(&rows))
+        Kind::Learner(read) => {
+            let learner::Read { columns, predict } = read.map_err(fault)?;
+            let rows = load(columns.specs())?;
+            (scored(predict.as_ref(), &rows, &columns.targets)?, columns::exit(&rows))
         }
         Kind::Ensemble => {
             let ensemble = Ensemble::from_json(&text).map_err(fault)?;
@@ -83,7 +83,8 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
 enum Kind {
     Network,
     Ensemble,
-    Svr,
+    /// Support vectors, a Gaussian process or a polynomial.
+    Learner(core::result::Result<learner::Read, FileError>),
 }
 
 impl Kind {
@@ -93,8 +94,10 @@ impl Kind {
         struct Head {
             format: String,
         }
+        if let Some(read) = learner::read(text) {
+            return Self::Learner(read);
+        }
         match serde_json::from_str::<Head>(text).map(|head| head.format).as_deref() {
-            Ok(svr::FORMAT) => Self::Svr,
             Ok(ensemble::FORMAT) => Self::Ensemble,
             _ => Self::Network,
         }

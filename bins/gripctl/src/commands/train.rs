@@ -1,5 +1,6 @@
 //! `gripctl train`: a network from rows of data.
 
+mod auto;
 mod folds;
 pub(super) mod interval;
 pub(super) mod rows;
@@ -110,6 +111,9 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let config = fit_config(args)?;
     refuse_options_of_other_models(args)?;
     let wanted = Columns::new(&args.columns)?;
+    if args.auto {
+        return run(&auto::chosen(args, &config, wanted)?);
+    }
     match args.model.as_str() {
         "mlp" => network(args, &config, wanted, &out),
         "ensemble" => {
@@ -122,8 +126,19 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
             train_beyond::svr(args, &parts, &out)?;
             Ok(columns::exit(&parts.train))
         }
+        "gp" => {
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::gp(args, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
+        }
+        "mean" | "linear" | "poly" => {
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::poly(args, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
+        }
         other => {
-            let message = format!("--model {other}: expected mlp, ensemble or svr");
+            let message =
+                format!("--model {other}: expected mlp, ensemble, svr, gp, poly, linear or mean");
             Err(WrongArgument(message).into())
         }
     }

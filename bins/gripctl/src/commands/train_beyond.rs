@@ -1,4 +1,4 @@
-//! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
+//! `gripctl train --model ensemble|svr|gp|mean|linear|poly`: learners beyond one network from rows of data.
 
 use super::{
     clock,
@@ -13,7 +13,8 @@ use core::time::Duration;
 use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
-    Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, answers,
+    Ensemble, EnsembleConfig, Gp, OutlookError, Poly, Predict, Sampling, Score, Svr, SvrConfig,
+    answers,
     score,
 };
 use mlp::train::{
@@ -111,6 +112,46 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
         ..scored(&svr, data, test, "svr", cpu)?
     };
     warn(args, warnings(data, 1).into_iter().chain(poor(&result)), None);
+    report(args, &result, &data.targets)
+}
+
+pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
+    let before = clock::processor()?;
+    let gp = Gp::fit(&parts.train).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    out.write(gp.to_json()?)?;
+    let detail = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
+    without_network(args, parts, &gp, "gp", detail, cpu)
+}
+
+/// A polynomial: `mean`, `linear`, or `poly`, a cubic.
+pub(crate) fn poly(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
+    let degree = match args.model.as_str() {
+        "mean" => 0,
+        "linear" => 1,
+        _ => 3,
+    };
+    let before = clock::processor()?;
+    let poly = Poly::fit(&parts.train, degree).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    out.write(poly.to_json()?)?;
+    let detail = format!("degree {degree}, {} coefficients", poly.size());
+    without_network(args, parts, &poly, poly.name(), detail, cpu)
+}
+
+fn without_network(
+    args: &TrainArgs,
+    parts: &Parts,
+    learner: &dyn Predict,
+    model: &'static str,
+    stop: String,
+    cpu: Duration,
+) -> anyhow::Result<Exit> {
+    let (data, test) = (&parts.train, parts.test.as_ref());
+    let result = Result { model, stop, ..scored(learner, data, test, model, cpu)? };
+    // That the mean is no better than the mean needs no warning.
+    let poor = poor(&result).filter(|_| model != "mean");
+    warn(args, warnings(data, 1).into_iter().chain(poor), None);
     report(args, &result, &data.targets)
 }
 

@@ -23,6 +23,7 @@ mod splits;
 mod status;
 mod study;
 mod surfaces;
+mod tables;
 mod tape;
 
 /// What is tested.

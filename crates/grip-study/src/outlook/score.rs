@@ -99,6 +99,9 @@ pub enum OutlookError {
         /// What is possible.
         range: &'static str,
     },
+    /// Equations of a polynomial or of a Gaussian process without a solution.
+    #[error("the rows leave the equations without a solution")]
+    Singular,
     /// The support vector machine gave up.
     #[error("support vector regression: {message}")]
     Svr {

@@ -37,7 +37,7 @@ pub mod fit;
 pub mod init;
 pub mod interval;
 pub mod lanes;
-mod linear;
+pub mod linear;
 pub mod metrics;
 pub mod objective;
 pub mod real;

@@ -21,9 +21,10 @@ impl Parts {
             && [split.holdout, split.validation].iter().all(Option::is_none)
             && split.folds.is_none()
             && args.interval.is_none()
+            && !args.auto
         {
             let message =
-                "--split-by goes with --holdout, --validation, --folds or --interval only";
+                "--split-by goes with --holdout, --validation, --folds, --interval or --auto only";
             return Err(WrongArgument(message.to_owned()).into());
         }
         let train = columns.load_grouped(&args.data, split.split_by.as_deref())?;
