@@ -14,8 +14,7 @@ use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
     Ensemble, EnsembleConfig, Gp, OutlookError, Poly, Predict, Sampling, Score, Svr, SvrConfig,
-    answers,
-    score,
+    answers, score,
 };
 use mlp::train::{
     ColumnSpec, DataSet, FitConfig, ModelFile,
