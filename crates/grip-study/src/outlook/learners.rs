@@ -150,15 +150,15 @@ impl Method {
 /// # Errors
 /// As [`Gp::fit`].
 pub fn gp_by_evidence(train: &DataSet) -> Result<Gp, OutlookError> {
-    let mut best = (f64::NEG_INFINITY, Gp::fit(train)?);
-    for form in train.target_forms() {
-        let gp = Gp::fit(&form)?;
-        let evidence = gp.ln_evidence() + form.ln_jacobian();
-        if evidence > best.0 {
-            best = (evidence, gp);
+    let mut best = Gp::fit(train)?;
+    // The form as asked for is the first.
+    for form in train.target_forms().iter().skip(1) {
+        let gp = Gp::fit(form)?;
+        if gp.ln_evidence() + form.ln_jacobian() > best.ln_evidence() + train.ln_jacobian() {
+            best = gp;
         }
     }
-    Ok(best.1)
+    Ok(best)
 }
 
 /// Evidence decides on start and form of the target, and no rows are needed to stop by.
