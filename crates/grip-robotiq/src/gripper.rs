@@ -221,15 +221,16 @@ impl Gripper {
             return false;
         }
         let (to_write, look_us) = (self.to_write(), self.look_us);
+        let look = self.bus.look();
         match to_write {
-            Some(registers) if now_us < look_us + LOOK_BETWEEN_US => {
+            Some(registers) if look == Request::Read && now_us < look_us + LOOK_BETWEEN_US => {
                 self.sent = Some(registers);
                 self.bus.send(now_us, Request::Write(registers), out)
             }
             _ if now_us >= look_us => {
                 let pause_us = if self.state == State::Silent { LOOK_SILENT_US } else { LOOK_US };
                 self.look_us = now_us + pause_us;
-                self.bus.send(now_us, Request::Read, out)
+                self.bus.send(now_us, look, out)
             }
             _ => false,
         }
@@ -261,7 +262,9 @@ impl Gripper {
             }
             false => self.wanted,
         };
-        wanted.filter(|wanted| Some(*wanted) != held)
+        // What was sent after that and never acknowledged may stand in the registers.
+        let is_held = |wanted| held == Some(wanted) && self.sent.is_none_or(|sent| sent == wanted);
+        wanted.filter(|wanted| !is_held(*wanted))
     }
 
     fn answer(&mut self, now_us: u64, answer: Answer) {
@@ -269,6 +272,7 @@ impl Gripper {
             Answer::Failed => return,
             Answer::Written(registers) => self.written(now_us, registers),
             Answer::Status(registers) => self.judge(now_us, &Status::read(registers)),
+            Answer::Probed => self.look_us = now_us,
         }
         self.answered_us = now_us;
     }

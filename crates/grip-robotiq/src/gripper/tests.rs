@@ -1,3 +1,5 @@
+mod forwarder;
+
 use super::{Gripper, GripperConfig, Order, State};
 use crate::{Fault, Model};
 
@@ -9,6 +11,8 @@ struct Device {
     activated: bool,
     object: bool,
     fault: u8,
+    /// Current register (10 mA).
+    current: u8,
     /// Every write, in order.
     writes: Vec<[u16; 3]>,
 }
@@ -16,7 +20,15 @@ struct Device {
 impl Device {
     fn new(activated: bool) -> Self {
         let registers = if activated { [0x0900, 0, 0] } else { [0; 3] };
-        Self { registers, answers: true, activated, object: false, fault: 0, writes: Vec::new() }
+        Self {
+            registers,
+            answers: true,
+            activated,
+            object: false,
+            fault: 0,
+            current: 10,
+            writes: Vec::new(),
+        }
     }
 
     fn answer(&mut self, request: &[u8]) -> Option<Vec<u8>> {
@@ -31,13 +43,15 @@ impl Device {
                 vec![9, 0x10, 3, 0xE8, 0, 3]
             }
             4 => {
-                assert_eq!((word(2), word(4)), (0x07D0, 3));
+                assert!(word(2) == 0x07D0 && (1..=3).contains(&word(4)));
                 let [action, position, _] = self.registers;
                 let follows = u8::from(action & 0x0800 != 0) << 3;
                 let closes = follows != 0 && position >= 200;
                 let object = if closes && self.object { 2 << 6 } else { 3 << 6 };
                 let state = if self.activated { 0x31 | follows | object } else { 0 };
-                vec![9, 4, 6, state, 0, self.fault, position.to_be_bytes()[1], 100, 10]
+                let status = [state, 0, self.fault, position.to_be_bytes()[1], 100, self.current];
+                let count = 2 * request[5];
+                [&[9, 4, count], &status[..usize::from(count)]].concat()
             }
             other => panic!("function {other}"),
         };
