@@ -447,6 +447,10 @@ impl RowBoard {
                 self.reports
                     .push(format!("{error}; it is left out: the stream was joined in its middle"));
             }
+            if let Some(limits) = cutter.header().limits() {
+                self.options.actuator = None;
+                self.reports.push(limits);
+            }
             let mut link = DeviceLink::new(device_config(cutter.header(), &self.options))?;
             let holds_n = self.options.actuator.map_or(0.0, |actuator| actuator.holds_n);
             if holds_n > 0.0 {
