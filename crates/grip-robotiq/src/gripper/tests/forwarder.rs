@@ -1,6 +1,10 @@
 //! A gripper behind a TCP forwarder of a robot arm: bytes late, in pieces and together, stalls, and requests that are lost on RS-485.
 
-use super::{Device, F85, crc, is_ready};
+use super::{
+    F85,
+    device::{Device, crc},
+    is_ready,
+};
 use crate::gripper::{Gripper, Order, State};
 use std::collections::VecDeque;
 
