@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
+use grip_record::{StylusKind, outputs::OutputPath};
 use grip_session::{
     exit::{Exit, WrongArgument, escape},
     replay,

@@ -58,7 +58,7 @@ fn forces_become_registers_and_only_a_change_is_written() {
     let force = |register: u8| [0x0900, 0x00FF, u16::from_be_bytes([32, register])];
     assert_eq!(bench.device.writes, [force(0), force(18)]);
     let State::Ready(ready) = bench.gripper.state() else { panic!() };
-    assert!((ready.asked_n.unwrap() - 35.18).abs() < 0.01 && ready.arrived && !ready.holds);
+    assert!((ready.asked_n.unwrap() - 35.18).abs() < 0.01 && !ready.moving && !ready.holds);
     bench.device.object = true;
     let State::Ready(ready) = bench.run(20) else { panic!() };
     assert!(ready.holds && !ready.moving);
