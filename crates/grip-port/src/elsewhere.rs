@@ -160,7 +160,7 @@ fn is_gone(error: &io::Error) -> bool {
 #[cfg(test)]
 #[cfg(target_os = "linux")]
 mod tests {
-    use super::{LONGEST, Places, SHORTEST, Wire, is_double, open};
+    use super::{LONGEST, Places, SHORTEST, Wire, connect, is_double, open};
     use crate::PortError;
     use core::time::Duration;
     use grip_sim::Pty;
@@ -176,6 +176,11 @@ mod tests {
     /// What `Line` does for a read.
     fn read(wire: &mut Wire, input: &mut [u8], timeout: Duration) -> Result<usize, PortError> {
         if wire.wait(timeout, false)?.read { wire.take(input) } else { Ok(0) }
+    }
+
+    #[test]
+    fn a_forwarder_is_refused() {
+        assert!(matches!(connect("arm:54321"), Err(PortError::Argument(_))));
     }
 
     #[test]
