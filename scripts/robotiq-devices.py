@@ -6,9 +6,11 @@
     scripts/robotiq-devices.py --latency GRIPD S  time from a slip to its event, for S seconds
     scripts/robotiq-devices.py --objects GRIPD N [SEED]  N objects of random weight, friction and lift
 
-Frames and messages of Modbus are those of pymodbus, so that nothing of gripd's own protocol code is used. The world is a weight
-under Coulomb friction, stepped each millisecond; the force follows its register with a dead time of 5 ms and a lag of 15 ms. All of
-it is made up: no gripper was measured.
+With --forwarder before these the gripper is behind a robot arm: RS-485 over TCP on 127.0.0.1 (port 54321 with --serve), each way
+1 to 6 ms late, in pieces, and together where more is due.
+
+Python alone, and nothing of gripd's own protocol code. The world is a weight under Coulomb friction, stepped each millisecond; the
+force follows its register with a dead time of 5 ms and a lag of 15 ms. All of it is made up: no gripper was measured.
 """
 
 import collections
@@ -19,6 +21,8 @@ import pty
 import random
 import select
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -27,24 +31,25 @@ import time
 import tty
 from pathlib import Path
 
-from pymodbus.framer import FramerRTU
-from pymodbus.pdu import DecodePDU, ExceptionResponse
-from pymodbus.pdu.register_message import (
-    ReadInputRegistersRequest,
-    ReadInputRegistersResponse,
-    WriteMultipleRegistersRequest,
-    WriteMultipleRegistersResponse,
-)
-
 UNIT = 9
 COMMAND, STATUS = 0x03E8, 0x07D0
+
+
+def crc16(data):
+    """The checksum of Modbus RTU."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0xA001 if crc & 1 else crc >> 1
+    return struct.pack("<H", crc)
 
 
 class Line:
     """One end of a pseudo-terminal whose other end stands at a path, until it is unplugged."""
 
     def __init__(self, path):
-        self.path, self.fd = path, None
+        self.path, self.name, self.fd = path, str(path), None
         self.plug()
 
     def plug(self):
@@ -74,6 +79,67 @@ class Line:
                 os.write(self.fd, data)
         except (BlockingIOError, OSError):
             pass
+
+
+class Forwarder:
+    """The same over TCP, as an arm forwards RS-485: late, in pieces and together, but in order."""
+
+    def __init__(self, port=0):
+        self.random, self.port = random.Random(3), port
+        self.plug()
+
+    def plug(self):
+        self.server = socket.create_server(("127.0.0.1", self.port))
+        self.server.setblocking(False)
+        self.port = self.server.getsockname()[1]
+        self.name, self.fd = f"tcp:127.0.0.1:{self.port}", self.server.fileno()
+        self.lose()
+
+    def lose(self):
+        self.line, self.there, self.back = None, collections.deque(), collections.deque()
+
+    def unplug(self):
+        if self.line:
+            # Closed with a reset, as by a robot that starts again.
+            self.line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            self.line.close()
+        self.server.close()
+        self.server = self.fd = None
+        self.lose()
+
+    def late(self, way, data):
+        while data:
+            size = self.random.choice((len(data), len(data), 1 + self.random.randrange(len(data))))
+            due = time.monotonic() + self.random.uniform(0.001, 0.006)
+            way.append((max(due, way[-1][0] if way else 0.0), data[:size]))
+            data = data[size:]
+
+    def due(self, way):
+        out = b""
+        while way and way[0][0] <= time.monotonic():
+            out += way.popleft()[1]
+        return out
+
+    def read(self):
+        try:
+            if self.server and not self.line:
+                self.line = self.server.accept()[0]
+                self.line.setblocking(False)
+                self.line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if self.line:
+                self.line.send(self.due(self.back))
+                came = self.line.recv(4096)
+                if not came:
+                    self.lose()
+                self.late(self.there, came)
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.lose()
+        return self.due(self.there)
+
+    def write(self, data):
+        self.late(self.back, data)
 
 
 class World:
@@ -137,8 +203,6 @@ class Gripper:
         self.fault, self.mute, self.garble = 0, False, 0.0
         self.writes = []
         self.input = b""
-        self.decoder = DecodePDU(True)
-        self.framer = FramerRTU(self.decoder)
         self.due = []
         self.random = random.Random(1)
 
@@ -160,16 +224,30 @@ class Gripper:
         return [byte << 8, (self.fault << 8) | closes, (place << 8) | 12]
 
     def answer(self, request):
-        if isinstance(request, WriteMultipleRegistersRequest):
-            if request.address != COMMAND or len(request.registers) != 3:
-                return ExceptionResponse(0x10, 2)
-            self.write(list(request.registers))
-            return WriteMultipleRegistersResponse(address=COMMAND, count=3)
-        if isinstance(request, ReadInputRegistersRequest):
-            if request.address != STATUS or request.count != 3:
-                return ExceptionResponse(0x04, 2)
-            return ReadInputRegistersResponse(registers=self.status())
-        return ExceptionResponse(request.function_code, 1)
+        """The answer to a request, both without unit and checksum."""
+        function, address, count = struct.unpack(">BHH", request[:5])
+        if function == 0x10:
+            if (address, count, len(request)) != (COMMAND, 3, 12):
+                return bytes([0x90, 2])
+            self.write(list(struct.unpack(">3H", request[6:])))
+            return request[:5]
+        if address != STATUS or not 1 <= count <= 3:
+            return bytes([0x84, 2])
+        return struct.pack(f">BB{count}H", 4, 2 * count, *self.status()[:count])
+
+    def request(self):
+        """The next whole request, without unit and checksum; bytes that are none are left out."""
+        while len(self.input) >= 8:
+            length = 9 + self.input[6] if self.input[1] == 0x10 else 8
+            if self.input[0] == UNIT and self.input[1] in (4, 0x10):
+                frame = self.input[:length]
+                if len(frame) < length:
+                    return None
+                if crc16(frame[:-2]) == frame[-2:]:
+                    self.input = self.input[length:]
+                    return frame[1:-2]
+            self.input = self.input[1:]
+        return None
 
     def write(self, registers):
         self.writes.append((time.monotonic(), registers))
@@ -183,16 +261,11 @@ class Gripper:
         if self.activating_s and now >= self.activating_s:
             self.activated, self.activating_s = True, None
         self.input += self.line.read()
-        while len(self.input) >= 8:
-            used, unit, _, pdu = self.framer.decode(self.input)
-            if not used:
-                break
-            self.input = b""
-            if unit != UNIT or not pdu or self.mute:
+        while request := self.request():
+            if self.mute:
                 continue
-            request = self.decoder.decode(pdu)
-            reply = self.answer(request)
-            frame = bytearray(self.framer.encode(reply.function_code.to_bytes(1, "big") + reply.encode(), UNIT, 0))
+            frame = bytes([UNIT]) + self.answer(request)
+            frame = bytearray(frame + crc16(frame))
             if self.random.random() < self.garble:
                 frame[self.random.randrange(len(frame))] ^= 1 << self.random.randrange(8)
             # 115200 bits per second, both ways, and a millisecond to think.
@@ -250,10 +323,13 @@ class Tsf85:
 class Cell(threading.Thread):
     """Both devices and the world, in real time."""
 
-    def __init__(self, folder, world=None, **gripper):
+    forwarded = False
+
+    def __init__(self, folder, world=None, port=0, **gripper):
         super().__init__(daemon=True)
         self.world = world or World()
-        self.gripper = Gripper(Line(folder / "gripper"), self.world, **gripper)
+        line = Forwarder(port) if self.forwarded else Line(folder / "gripper")
+        self.gripper = Gripper(line, self.world, **gripper)
         self.sensor = Tsf85(Line(folder / "tsf85"), self.world)
         self.asks, self.stopped = collections.deque(), False
         self.start()
@@ -288,7 +364,7 @@ class Scene:
         self.folder = tempfile.TemporaryDirectory()
         folder = Path(self.folder.name)
         self.cell = Cell(folder, **cell)
-        command = [gripd, "--sensor", f"tsf85:{folder}/tsf85", "--gripper", f"robotiq:2f-85:{folder}/gripper{options}"]
+        command = [gripd, "--sensor", f"tsf85:{folder}/tsf85", "--gripper", f"robotiq:2f-85:{self.cell.gripper.line.name}{options}"]
         self.socket = f"unix:{folder}/gripd.sock"
         (folder / "gripd.toml").write_text(f'listen = "{self.socket}"\nallow_commands = true\n')
         command += ["--config", "gripd.toml", "--json", *args]
@@ -497,6 +573,9 @@ def objects(gripd, count, seed):
 
 
 def main():
+    if sys.argv[1] == "--forwarder":
+        Cell.forwarded = True
+        del sys.argv[1]
     if sys.argv[1] == "--objects":
         print(objects(os.path.abspath(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]) if len(sys.argv) > 4 else 1))
         return
@@ -504,7 +583,7 @@ def main():
         print(latency(os.path.abspath(sys.argv[2]), float(sys.argv[3])))
         return
     if sys.argv[1] == "--serve":
-        cell = Cell(Path(sys.argv[2]))
+        cell = Cell(Path(sys.argv[2]), port=54321)
         signal.sigwait({signal.SIGINT, signal.SIGTERM})
         cell.stopped = True
         cell.join()

@@ -23,4 +23,5 @@ python3 scripts/doc-blocks.py docs/rows.md >"$work/page.sh"
     grep -q '"rows":{"taken":2,"bad":0,"late":0,"missing":0}'
 tail -1 "$work/gripd.json" | grep -q '"rows":{"taken":3200,"bad":0,"late":0,"missing":0}'
 python3 -c 'import json, sys; [json.loads(line) for line in open(sys.argv[1])]' "$work/slip.json"
+PATH="$programs:$PATH" scripts/bridge-check.py
 echo "rows-check: done"

@@ -795,7 +795,7 @@ bool gl_receive(gl_link *l, uint64_t tick, const uint8_t **input, size_t *len, g
 
 static gl_init_error check(const gl_ident *id) {
   uint32_t elements = 0;
-  bool stylus = false;
+  bool slips = false;
   if (id->tick_hz < 1000) return GL_INIT_TICK_RATE;
   if (id->rate_max_hz == 0 || id->force_max_mn < 0 || id->slew_max_mn_s == 0 || id->hold_cap_mn < 0 ||
       id->hold_cap_mn > id->force_max_mn) {
@@ -806,9 +806,9 @@ static gl_init_error check(const gl_ident *id) {
     const gl_channel *c = &id->channels[i];
     if (c->count < 1 || c->count > 64 || !(c->scale > 0.0f && c->scale <= 3.4028235e38f)) return GL_INIT_ROW;
     elements += c->count;
-    stylus = stylus || c->kind == GL_STYLUS;
+    slips = slips || c->kind == GL_STYLUS || c->kind == GL_TRAVEL || c->kind == GL_PRESSURE_ARRAY;
   }
-  if (!stylus) return GL_INIT_NO_STYLUS;
+  if (!slips) return GL_INIT_NO_STYLUS;
   return elements * 4u > GL_BATCH_BYTES ? GL_INIT_ROW : GL_INIT_OK;
 }
 

@@ -23,7 +23,8 @@ pub(crate) struct Cli {
     #[arg(long, env = "GRIPD_SENSOR", value_name = "PORT", conflicts_with = "port")]
     pub(crate) sensor: Option<String>,
     /// `none` only observes; `rows`, or the name of the sensor again, sends the commands where the samples come from; a
-    /// serial device is a board on another line, robotiq:2f-85:PORT (2f-140, hand-e) a gripper of Robotiq.
+    /// serial device is a board on another line, robotiq:2f-85:PORT (2f-140, hand-e) a gripper of Robotiq, also with
+    /// tcp:HOST:PORT as its PORT.
     #[arg(long, env = "GRIPD_GRIPPER", value_name = "PORT")]
     pub(crate) gripper: Option<String>,
     /// Bits per second of the serial line; USB devices ignore it.

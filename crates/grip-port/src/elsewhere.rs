@@ -5,7 +5,7 @@
 //! distinguished from another one at the same name where it has neither a serial number nor a known socket.
 
 use crate::{
-    LineKind, PortError, PortInfo,
+    Line, LineKind, PortError, PortInfo,
     line::{Ready, Setup},
     list,
     open::is_near,
@@ -54,6 +54,11 @@ impl Places {
 /// macOS shows every port twice. The one under `tty.` waits for a carrier when it is opened; `cu.` is meant for us.
 fn is_double(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.starts_with("/dev/tty."))
+}
+
+/// As [`Line::connect`].
+pub(crate) fn connect(address: &str) -> Result<Line, PortError> {
+    Err(PortError::Argument(format!("tcp:{address}: ports over TCP are opened on Linux only")))
 }
 
 /// As [`crate::Line::open_in`].
@@ -155,7 +160,7 @@ fn is_gone(error: &io::Error) -> bool {
 #[cfg(test)]
 #[cfg(target_os = "linux")]
 mod tests {
-    use super::{LONGEST, Places, SHORTEST, Wire, is_double, open};
+    use super::{LONGEST, Places, SHORTEST, Wire, connect, is_double, open};
     use crate::PortError;
     use core::time::Duration;
     use grip_sim::Pty;
@@ -171,6 +176,11 @@ mod tests {
     /// What `Line` does for a read.
     fn read(wire: &mut Wire, input: &mut [u8], timeout: Duration) -> Result<usize, PortError> {
         if wire.wait(timeout, false)?.read { wire.take(input) } else { Ok(0) }
+    }
+
+    #[test]
+    fn a_forwarder_is_refused() {
+        assert!(matches!(connect("arm:54321"), Err(PortError::Argument(_))));
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub enum Wanted {
     Path(PathBuf),
     /// The only USB serial port that fits.
     Auto(UsbFilter),
+    /// What forwards a serial port at `HOST:PORT`, over TCP.
+    Tcp(String),
 }
 
 /// Finds one port, and the same one again.
@@ -44,7 +46,7 @@ impl Finder {
         Self { places, wanted, chosen: None }
     }
 
-    /// The path of the port that is wanted. Opens nothing.
+    /// The path of the port that is wanted, or `HOST:PORT`. Opens nothing.
     ///
     /// # Errors
     /// [`PortError::Absent`] where it is not there (yet), [`PortError::Argument`] with a list where several fit.
@@ -54,6 +56,14 @@ impl Finder {
             (Wanted::Path(path), Some(chosen)) => self.again(Some(path), chosen),
             (Wanted::Auto(_), Some(chosen)) => self.again(None, chosen),
             (Wanted::Auto(filter), None) => self.only(filter),
+            (Wanted::Tcp(address), _) => match address.rsplit_once(':') {
+                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
+                    Ok(address.into())
+                }
+                _ => Err(PortError::Argument(format!(
+                    "`tcp:{address}`: expected tcp:HOST:PORT, such as tcp:192.168.1.10:54321"
+                ))),
+            },
         }
     }
 
@@ -63,6 +73,9 @@ impl Finder {
     /// As [`Finder::find`] and [`Line::open`]. Where [`PortError::is_temporary`] holds, a later try may succeed; see [`Backoff`].
     pub fn open(&mut self, baud: u32) -> Result<Line, PortError> {
         let path = self.find()?;
+        if let Wanted::Tcp(address) = &self.wanted {
+            return Line::connect(address);
+        }
         let info = self.places.look_up(&path);
         let line = Line::open_in(&self.places, &path, baud)?;
         if self.chosen.is_none() {
@@ -230,10 +243,14 @@ impl Default for Backoff {
 }
 
 impl Wanted {
-    /// What a user asks for: `auto` with what the configuration states of USB, or a path.
+    /// What a user asks for: `auto` with what the configuration states of USB, `tcp:HOST:PORT`, or a path.
     #[must_use]
     pub fn new(name: &str, usb: UsbFilter) -> Self {
-        if name == "auto" { Self::Auto(usb) } else { Self::Path(Path::new(name).to_owned()) }
+        match name.strip_prefix("tcp:") {
+            _ if name == "auto" => Self::Auto(usb),
+            Some(address) => Self::Tcp(address.to_owned()),
+            None => Self::Path(Path::new(name).to_owned()),
+        }
     }
 }
 

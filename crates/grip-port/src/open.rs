@@ -40,6 +40,14 @@ impl Line {
         let (wire, setup) = system::open(places, path, baud)?;
         Ok(Self::new(wire, setup))
     }
+
+    /// Connects to what forwards a serial port at `HOST:PORT`. The rate of the port is a matter of the forwarder.
+    ///
+    /// # Errors
+    /// Where nothing listens there, or it is not reached within a second.
+    pub fn connect(address: &str) -> Result<Self, PortError> {
+        system::connect(address)
+    }
 }
 
 #[cfg(test)]

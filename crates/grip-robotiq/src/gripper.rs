@@ -11,7 +11,7 @@
 //! it was away, has let go what it held ([`Gripper::take_let_go`]); what it holds then is not ours.
 
 use crate::{
-    BusCounters, Fault, Model, ObjectDetection, Severity, Status,
+    BusCounters, Fault, Model, Severity, Status,
     modbus::{Answer, Bus, Request},
 };
 
@@ -89,12 +89,8 @@ pub struct Ready {
     pub moving: bool,
     /// Something stops them.
     pub holds: bool,
-    /// They have met, or let something go: they are where they were to go.
-    pub arrived: bool,
-    /// Force (N) that the registers ask for since `since_us`; `None` where nothing was asked for, or the fingers are to open.
+    /// Force (N) that the registers ask for; `None` where nothing was asked for, or the fingers are to open.
     pub asked_n: Option<f32>,
-    /// When that was acknowledged (us).
-    pub since_us: u64,
     /// Position, 0 open to 255 closed.
     pub position: u8,
     /// Motor current (mA).
@@ -120,10 +116,10 @@ pub struct Gripper {
     state: State,
     was_ready: bool,
     activation: Option<(Activation, u64)>,
-    /// What the registers are to hold; what they hold, since when (us).
+    /// What the registers are to hold; what they hold.
     wanted: Option<[u16; 3]>,
     stopped: bool,
-    held: Option<([u16; 3], u64)>,
+    held: Option<[u16; 3]>,
     /// What was sent last, acknowledged or not.
     sent: Option<[u16; 3]>,
     let_go: bool,
@@ -221,15 +217,16 @@ impl Gripper {
             return false;
         }
         let (to_write, look_us) = (self.to_write(), self.look_us);
+        let look = self.bus.look();
         match to_write {
-            Some(registers) if now_us < look_us + LOOK_BETWEEN_US => {
+            Some(registers) if look == Request::Read && now_us < look_us + LOOK_BETWEEN_US => {
                 self.sent = Some(registers);
                 self.bus.send(now_us, Request::Write(registers), out)
             }
             _ if now_us >= look_us => {
                 let pause_us = if self.state == State::Silent { LOOK_SILENT_US } else { LOOK_US };
                 self.look_us = now_us + pause_us;
-                self.bus.send(now_us, Request::Read, out)
+                self.bus.send(now_us, look, out)
             }
             _ => false,
         }
@@ -251,29 +248,32 @@ impl Gripper {
             None => {}
         }
         let State::Ready(ready) = self.state else { return None };
-        let held = self.held.map(|(registers, _)| registers);
         let wanted = match self.stopped {
             // Whether a gripper that is ordered to stand still presses on is not known.
             true if ready.holds => None,
             true => {
-                let [_, position, strength] = held.unwrap_or(ACTIVATE);
+                let [_, position, strength] = self.held.unwrap_or(ACTIVATE);
                 Some([STAND, position, strength])
             }
             false => self.wanted,
         };
-        wanted.filter(|wanted| Some(*wanted) != held)
+        // What was sent after that and never acknowledged may stand in the registers.
+        let is_held =
+            |wanted| self.held == Some(wanted) && self.sent.is_none_or(|sent| sent == wanted);
+        wanted.filter(|wanted| !is_held(*wanted))
     }
 
     fn answer(&mut self, now_us: u64, answer: Answer) {
         match answer {
             Answer::Failed => return,
-            Answer::Written(registers) => self.written(now_us, registers),
+            Answer::Written(registers) => self.written(registers),
             Answer::Status(registers) => self.judge(now_us, &Status::read(registers)),
+            Answer::Probed => self.look_us = now_us,
         }
         self.answered_us = now_us;
     }
 
-    fn written(&mut self, now_us: u64, registers: [u16; 3]) {
+    fn written(&mut self, registers: [u16; 3]) {
         match &mut self.activation {
             Some((stage @ Activation::Reset, _)) if registers == RESET => {
                 *stage = Activation::Begin
@@ -282,9 +282,9 @@ impl Gripper {
                 *stage = Activation::Moving;
             }
             _ => {
-                self.held = Some((registers, now_us));
+                self.held = Some(registers);
                 if let State::Ready(ready) = &mut self.state {
-                    (ready.asked_n, ready.since_us) = (self.config.asked_n(registers), now_us);
+                    ready.asked_n = self.config.asked_n(registers);
                 }
             }
         }
@@ -308,7 +308,7 @@ impl Gripper {
         let fault = status.fault.filter(|fault| fault.severity() != Severity::Passing);
         // What it reports in a fault may be otherwise when that is gone.
         if fault.is_none() && !matches!(self.state, State::Ready(_)) {
-            self.come_back(now_us, status);
+            self.come_back(status);
         }
         if fault.is_none() && self.was_ready && !active {
             self.forget();
@@ -335,15 +335,15 @@ impl Gripper {
     }
 
     /// Looks whether it still has our orders.
-    fn come_back(&mut self, now_us: u64, status: &Status) {
+    fn come_back(&mut self, status: &Status) {
         let has = |[action, position, _]: &[u16; 3]| {
             let follows = action & FOLLOW == FOLLOW;
             follows == status.follows && u16::from(status.requested) == *position
         };
-        if self.held.is_some_and(|(registers, _)| !has(&registers)) {
+        if self.held.is_some_and(|registers| !has(&registers)) {
             // The acknowledgement alone may be lost.
             match self.sent.filter(has) {
-                Some(registers) => self.held = Some((registers, now_us)),
+                Some(registers) => self.held = Some(registers),
                 None => self.forget(),
             }
         }
@@ -358,16 +358,14 @@ impl Gripper {
     }
 
     fn ready(&self, status: &Status) -> Ready {
-        let (asked_n, since_us) = match self.held {
-            Some((registers, since_us)) => (self.config.asked_n(registers), since_us),
-            None => (self.config.holds_n.filter(|_| status.holds()), 0),
+        let asked_n = match self.held {
+            Some(registers) => self.config.asked_n(registers),
+            None => self.config.holds_n.filter(|_| status.holds()),
         };
         Ready {
             moving: status.moves(),
             holds: status.holds(),
-            arrived: status.object == ObjectDetection::Arrived,
             asked_n,
-            since_us,
             position: status.position,
             current_ma: status.current_ma,
         }

@@ -3,6 +3,11 @@
 //! Frames, checksums and function codes are those of the crate rmodbus. An answer has a known length, so that it is taken with its last
 //! byte; between two frames the line is silent for [`SILENCE_US`]. An adapter with echo returns the request itself, and a line without
 //! bias gives stray bytes before an answer: both are skipped and counted.
+//!
+//! An answer does not name its request. Behind a forwarder one may come after it was given up, and would then count as that of the next
+//! request, and so on for ever. So the first request after a time-out, and on every new line, is a probe, which reads one register or
+//! two: its answer is shorter than that of a look, and what was owed before has come by then, because a line keeps the order. One and two
+//! take turns, so that the probes of a time-out are none of the one after it.
 
 use rmodbus::{ErrorKind, ModbusProto, client::ModbusRequest};
 
@@ -62,6 +67,8 @@ pub(crate) enum Request {
     Write([u16; REGISTERS]),
     /// Read the status registers (function 04).
     Read,
+    /// Read the first of them only, or the first two.
+    Probe(u16),
 }
 
 /// What came of a request.
@@ -71,6 +78,8 @@ pub(crate) enum Answer {
     Written([u16; REGISTERS]),
     /// The status registers.
     Status([u16; REGISTERS]),
+    /// Answers are those of their requests from now on.
+    Probed,
     /// Nothing usable came.
     Failed,
 }
@@ -87,6 +96,11 @@ pub(crate) struct Bus {
     input: Vec<u8>,
     /// From when on (us) the next request may go out.
     free_us: u64,
+    /// Whether an answer might be that of an earlier request; how many requests were given up whose answer may still come.
+    unsure: bool,
+    owed: u32,
+    /// Registers that a probe reads.
+    probed: u16,
     counters: BusCounters,
 }
 
@@ -99,6 +113,9 @@ impl Bus {
             echoed: false,
             input: Vec::with_capacity(64),
             free_us: 0,
+            unsure: true,
+            owed: 0,
+            probed: 1,
             counters: BusCounters::default(),
         }
     }
@@ -109,7 +126,8 @@ impl Bus {
 
     /// The line was opened anew.
     pub(crate) fn reset(&mut self, now_us: u64) {
-        self.pending = None;
+        self.owed += u32::from(self.pending.take().is_some());
+        self.doubt();
         self.input.clear();
         self.free_us = now_us + RESYNC_US;
     }
@@ -119,6 +137,18 @@ impl Bus {
         self.pending.is_none() && now_us >= self.free_us
     }
 
+    /// The next request that reads: the status, or a probe, which must come before any other.
+    pub(crate) fn look(&self) -> Request {
+        if self.unsure { Request::Probe(self.probed) } else { Request::Read }
+    }
+
+    /// An answer may come that is none of the next request.
+    fn doubt(&mut self) {
+        if !core::mem::replace(&mut self.unsure, true) {
+            self.probed = 3 - self.probed;
+        }
+    }
+
     /// Writes a request into `out`; `false` where that is not possible.
     pub(crate) fn send(&mut self, now_us: u64, request: Request, out: &mut Vec<u8>) -> bool {
         let mut frame = ModbusRequest::new(self.unit, ModbusProto::Rtu);
@@ -126,6 +156,7 @@ impl Bus {
         let made = match request {
             Request::Write(values) => frame.generate_set_holdings_bulk(COMMAND, &values, out),
             Request::Read => frame.generate_get_inputs(STATUS, count, out),
+            Request::Probe(count) => frame.generate_get_inputs(STATUS, count, out),
         };
         self.input.clear();
         self.sent.clone_from(out);
@@ -149,6 +180,8 @@ impl Bus {
             &mut self.counters.broken
         };
         *count += 1;
+        self.doubt();
+        self.owed = self.owed.saturating_add(1);
         self.fail(now_us)
     }
 
@@ -173,25 +206,42 @@ impl Bus {
             // An echo comes in pieces, too.
             Found::None if !self.echoed && (0..self.input.len()).any(may_echo) => return None,
             Found::None if self.input.len() < answer_length(*request, false) => return None,
+            // What is owed may stand before it.
+            Found::None if self.owed > 0 && self.input.len() < LONGEST => return None,
             Found::Begins if self.input.len() < LONGEST => return None,
             Found::None | Found::Begins => (Err(ErrorKind::FrameBroken), 0),
         };
         match answer {
             Ok(answer) => {
                 self.counters.answers += 1;
-                self.counters.stray += at as u64;
+                if self.owed == 0 {
+                    self.counters.stray += at as u64;
+                }
+                let request = *request;
+                self.settle(request);
                 self.pending = None;
                 self.free_us = now_us + SILENCE_US;
                 Some(answer)
             }
             Err(error) if error.is_modbus_error() => {
                 self.counters.refused += 1;
+                let request = *request;
+                self.settle(request);
                 self.fail(now_us)
             }
             Err(_) => {
                 self.counters.broken += 1;
                 self.fail(now_us)
             }
+        }
+    }
+
+    /// Something was answered, or refused.
+    fn settle(&mut self, request: Request) {
+        match request {
+            Request::Probe(_) => self.unsure = false,
+            // Whatever was owed came before it.
+            Request::Read | Request::Write(_) => self.owed = 0,
         }
     }
 
@@ -218,6 +268,8 @@ const fn answer_length(request: Request, refused: bool) -> usize {
         _ if refused => EXCEPTION,
         Request::Write(_) => WRITTEN,
         Request::Read => READ,
+        Request::Probe(1) => READ - 4,
+        Request::Probe(_) => READ - 2,
     }
 }
 
@@ -228,7 +280,7 @@ fn find(request: Request, frame: &ModbusRequest, unit: u8, input: &[u8]) -> Foun
         let rest = input.get(at..).unwrap_or(&[]);
         let function = match request {
             Request::Write(_) => 0x10,
-            Request::Read => 0x04,
+            Request::Read | Request::Probe(_) => 0x04,
         };
         let refused = match rest {
             [first, ..] if *first != unit => continue,
@@ -264,6 +316,15 @@ fn read(request: Request, frame: &ModbusRequest, bytes: &[u8]) -> Result<Answer,
             frame.parse_u16(bytes, &mut values)?;
             let values = values.try_into().map_err(|_| ErrorKind::FrameBroken)?;
             Ok(Answer::Status(values))
+        }
+        Request::Probe(count) => {
+            let mut values = Vec::with_capacity(REGISTERS);
+            frame.parse_u16(bytes, &mut values)?;
+            if values.len() == usize::from(count) {
+                Ok(Answer::Probed)
+            } else {
+                Err(ErrorKind::FrameBroken)
+            }
         }
     }
 }

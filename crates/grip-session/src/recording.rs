@@ -2,10 +2,10 @@
 
 use crate::{config::THRESHOLDS, report::Event, session::Beginning, tape::TapeError};
 use grip_record::{
-    Channel, ChannelSet, MOST_HELD, Notes, Recording, StylusKind, Taxels,
+    Channel, ChannelSet, MOST_HELD, Notes, Recording, Taxels,
     mcap::{Entry, EventRecord, McapReader, PipelineRecord, Record},
 };
-use slip_core::{Sample, Signal, alarm::Method};
+use slip_core::Sample;
 use std::path::Path;
 
 /// Name of the configuration among the attachments, with all layers merged.
@@ -151,14 +151,9 @@ pub fn read_mcap(file: &Path) -> Result<Recording, TapeError> {
 
 /// A recording of what begins so, without samples.
 fn empty(file: &Path, begun: &Beginning) -> Recording {
-    let stylus = match begun.config.signal {
-        _ if !begun.config.methods.has(Method::Stylus) => StylusKind::Absent,
-        Signal::Displacement => StylusKind::Displacement,
-        Signal::Vibration => StylusKind::Vibration,
-    };
     Recording {
         name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-        channels: ChannelSet::new(stylus).with_taxels(begun.taxels),
+        channels: ChannelSet::new(begun.stylus()).with_taxels(begun.taxels),
         samples: Vec::new(),
         taxels: Some(Taxels::new(begun.taxels)).filter(|taxels| taxels.count() > 0),
         rate_hz: begun.config.sample_rate.0,

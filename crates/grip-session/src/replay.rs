@@ -50,6 +50,23 @@ pub fn stylus_config(kind: StylusKind, rate: Hertz, config: &HostConfig) -> Pipe
     }
 }
 
+/// What a stream of such samples cannot show.
+#[must_use]
+pub const fn limits(kind: StylusKind, taxels: usize) -> Option<&'static str> {
+    match kind {
+        StylusKind::Displacement => None,
+        StylusKind::Vibration => Some(
+            "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
+        ),
+        StylusKind::Absent if matches!(taxels, 1 | 2) => Some(
+            "no stylus, and fewer than 3 taxels, whose distribution shows nothing: slips are found by a travel alone",
+        ),
+        StylusKind::Absent => {
+            Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
+        }
+    }
+}
+
 /// Times are recorded in whole microseconds, so the rate that they show may be off by some parts in a hundred, and with it
 /// the bands. A gripper works at the configured rate: where the recording agrees with that, this is the rate it had.
 fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {

@@ -175,7 +175,7 @@ codes! {
 
     /// What a channel measures.
     open ChannelKind {
-        1 => Stylus "stylus" "displacement of the stylus; required. In any other unit it is a vibration, for example of an accelerometer in the finger: slips are found, heights are not known.",
+        1 => Stylus "stylus" "displacement of the stylus. In any other unit it is a vibration, for example of an accelerometer in the finger: slips are found, heights are not known.",
         2 => NormalForce "normal_force" "normal force.",
         3 => TangentialForce "tangential_force" "tangential force.",
         4 => Travel "travel" "moved distance of the object, from a roller or encoder.",

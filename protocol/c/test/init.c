@@ -33,7 +33,9 @@ static void channels_all(gl_ident *id) {
   channels_many(id);
   id->channel_count = GL_CHANNELS;
 }
-static void second_stylus(gl_ident *id) { id->channels[0].kind = GL_SECOND_STYLUS; }
+static void second_stylus(gl_ident *id) { id->channels[0].kind = GL_SECOND_STYLUS, id->channel_count = 1; }
+static void taxels(gl_ident *id) { id->channels[0].kind = GL_NORMAL_FORCE; }
+static void travel(gl_ident *id) { id->channels[0].kind = GL_TRAVEL, id->channel_count = 1; }
 static void stylus_last(gl_ident *id) {
   id->channels[0].kind = GL_NORMAL_FORCE;
   id->channels[2].kind = GL_STYLUS;
@@ -64,6 +66,8 @@ static const refusal TABLE[] = {
     {"hold cap > F_max", cap_over, GL_INIT_LIMITS},
     {"no channels", channels_none, GL_INIT_NO_STYLUS},
     {"a second stylus only", second_stylus, GL_INIT_NO_STYLUS},
+    {"taxels without a stylus", taxels, GL_INIT_OK},
+    {"a travel alone", travel, GL_INIT_OK},
     {"stylus as the last channel", stylus_last, GL_INIT_OK},
     {"as many channels as there is room for", channels_all, GL_INIT_OK},
     {"more channels than there is room for", channels_many, GL_INIT_ROW},

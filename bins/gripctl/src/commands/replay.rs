@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
+use grip_record::{StylusKind, outputs::OutputPath};
 use grip_session::{
     exit::{Exit, WrongArgument, escape},
     replay,
@@ -62,22 +62,6 @@ pub(super) fn is_mcap(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap"))
 }
 
-/// What a recording of such signals cannot show.
-const fn limits_of(channels: &ChannelSet) -> Option<&'static str> {
-    match channels.stylus {
-        StylusKind::Displacement => None,
-        StylusKind::Vibration => Some(
-            "a vibration signal (signed or rectified): slips are found, heights and E_sc are not known",
-        ),
-        StylusKind::Absent if matches!(channels.taxels, 1 | 2) => Some(
-            "no stylus, and fewer than 3 taxels, whose distribution shows nothing: slips are found by a travel alone",
-        ),
-        StylusKind::Absent => {
-            Some("no stylus: slips are found by taxels and travel, heights and E_sc are not known")
-        }
-    }
-}
-
 /// A recording that is no MCAP.
 fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::Result<Exit> {
     let mut config = calibrated_config(args.config.as_deref(), args.calibration.as_deref())?;
@@ -89,7 +73,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     if !notes.is_empty() {
         output::note(&format!("{}: {notes}", escape(&file.to_string_lossy())));
     }
-    if let Some(limits) = limits_of(&recording.channels) {
+    if let Some(limits) = replay::limits(recording.channels.stylus, recording.channels.taxels) {
         output::remark(file.display(), limits);
     }
     let pipeline = replay::pipeline_config(recording, &config, args.observe);

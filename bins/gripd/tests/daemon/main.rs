@@ -1,6 +1,7 @@
 //! gripd as a person or a script meets it: its arguments in, its output, recording and exit code out.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+mod arm;
 mod ends;
 mod live;
 mod memory;

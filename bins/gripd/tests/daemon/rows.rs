@@ -83,6 +83,45 @@ fn standard_input_to_its_end() {
     assert!(ran.err.contains("only observing") && ran.err.contains("run in real time"), "{ran:?}");
 }
 
+/// Without a stylus: held with 5 N, and moved or pressed otherwise from 2 s on. What such a session cannot do is stated at its start, and
+/// its recording replays to the same lines.
+#[test]
+fn a_travel_or_taxels_alone_show_a_slip_and_move_nothing() {
+    const ROWS: u32 = 500;
+    let mut seed = 1;
+    let mut travel = format!("t_s,force_n,travel_mm,rate={ROWS}\n");
+    let mut taxels =
+        format!("t_s,force_n,pressure_0,pressure_1,pressure_2,pressure_3,rate={ROWS}\n");
+    for row in 0..3 * ROWS {
+        let t_s = f64::from(row) / f64::from(ROWS);
+        let (force_n, slid_s) = ((20.0 * t_s).min(5.0), (t_s - 2.0).clamp(0.0, 0.2));
+        let moved_mm = 20.0 * slid_s + 0.002 * f64::from(noise(&mut seed));
+        writeln!(travel, "{t_s:.6},{force_n:.3},{moved_mm:.5}").unwrap();
+        write!(taxels, "{t_s:.6},{force_n:.3}").unwrap();
+        for side in [1.0, -1.0, 0.5, -0.5] {
+            let share = 100.0 * force_n + 1500.0 * side * slid_s + f64::from(noise(&mut seed));
+            write!(taxels, ",{share:.3}").unwrap();
+        }
+        taxels.push('\n');
+    }
+    for (text, port) in [(travel, "--port"), (taxels, "--sensor")] {
+        let folder = tempfile::tempdir().unwrap();
+        let ran = piped(folder.path(), &[port, "rows:-", "--json", "--record", "run.mcap"], text);
+        replays(folder.path(), &ran);
+        let lines = ran.json();
+        let slips = lines.iter().filter(|line| line["type"] == "slip");
+        let times: Vec<f64> = slips.filter_map(|slip| slip["t_s"].as_f64()).collect();
+        let expected = times.first().is_some_and(|t_s| (2.0..2.2).contains(t_s));
+        assert!(expected, "{times:?} {}", ran.err);
+        assert!(
+            ran.err.contains("no stylus") && ran.err.contains("nothing is commanded"),
+            "{ran:?}"
+        );
+        let summary = lines.last().unwrap();
+        assert_eq!((&summary["commands"], &summary["rows"]["bad"]), (&0.into(), &0.into()));
+    }
+}
+
 /// A machine that starts after the floor was learned is no slip that a gripper could stop.
 #[test]
 fn an_alarm_with_the_level_of_a_machine_is_named_once() {

@@ -66,6 +66,11 @@ pub enum AddressError {
     /// No port.
     #[error("`{0}` names no port: expected tsf85:PORT or robotiq:MODEL:PORT")]
     Port(String),
+    /// A gripper in the place of a sensor.
+    #[error(
+        "`{0}`: this gripper feels no slip; name it with --gripper, and what feels the slip with --sensor"
+    )]
+    Numb(String),
     /// A force with which this gripper cannot hold.
     #[error("`{word}`: a {model} holds with {} to {} N", model.force_min_n(), model.force_max_n())]
     Holds {
@@ -111,10 +116,13 @@ impl SensorAddress {
     /// The sensor that `name` means.
     ///
     /// # Errors
-    /// Where it begins as one of those below and goes on as none.
+    /// Where it begins as one of those below and goes on as none, or is a gripper that feels nothing.
     pub fn parse(name: &str) -> Result<Self, AddressError> {
         if let Some(rows) = RowsAddress::of_port(name)? {
             return Ok(Self::Rows(rows));
+        }
+        if name.starts_with("robotiq:") {
+            return Err(AddressError::Numb(name.to_owned()));
         }
         let Some(rest) = name.strip_prefix("tsf85:") else {
             return Ok(Self::Board { port: name.to_owned() });
@@ -278,6 +286,11 @@ mod tests {
             GripperAddress::parse(name),
             Ok(GripperAddress::Robotiq { port, baud: 57_600, config })
         );
+        let arm = GripperAddress::parse("robotiq:hand-e:tcp:arm:54321,unit=3").unwrap();
+        assert_eq!(
+            (arm.line().0, arm.to_string()),
+            ("tcp:arm:54321", "Hand-E on tcp:arm:54321".to_owned())
+        );
         let spec = GripperAddress::parse("robotiq:hand-e:x").unwrap().spec().unwrap();
         assert!((spec.force_min_n, spec.force_max_n) == (20.0, 185.0) && spec.lag_s.is_some());
     }
@@ -309,6 +322,7 @@ mod tests {
             ("tsf85:", "names no port"),
             ("tsf85:x,finger=4", "finger=0 to finger=3"),
             ("rows:x", "no source of rows"),
+            ("robotiq:2f-85:tcp:10.0.0.2:54321", "--sensor"),
         ] {
             let text = SensorAddress::parse(name).unwrap_err().to_string();
             assert!(text.contains(words), "{name}: {text}");

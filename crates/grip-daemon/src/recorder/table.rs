@@ -3,7 +3,7 @@
 use super::{RecorderError, name};
 use grip_record::{ChannelSet, CsvWriter, StylusKind};
 use grip_session::session::Beginning;
-use slip_core::{Sample, Signal};
+use slip_core::Sample;
 use std::{
     fs::File,
     io::{BufWriter, Write as _},
@@ -49,10 +49,7 @@ impl Table {
     /// A pipeline begins.
     pub(super) fn begin(&mut self, beginning: &Beginning) {
         self.taxels = beginning.taxels;
-        self.stylus = match beginning.config.signal {
-            Signal::Displacement => StylusKind::Displacement,
-            Signal::Vibration => StylusKind::Vibration,
-        };
+        self.stylus = beginning.stylus();
     }
 
     /// Every channel and every taxel has a column, used or not: a sensor may be silent at the first sample, and a replay knows

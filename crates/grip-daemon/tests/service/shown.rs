@@ -56,6 +56,25 @@ fn the_page_is_read_by_a_strict_reader() {
 }
 
 #[test]
+fn the_shipped_alarms_ask_for_what_there_is() {
+    let samples = parse(&page(&made::board()));
+    let rules = include_str!("../../../../packaging/prometheus-alarms.yml");
+    let exprs: Vec<&str> =
+        rules.lines().filter_map(|line| line.trim().strip_prefix("expr: ")).collect();
+    assert_eq!(exprs.len(), rules.matches("- alert: ").count());
+    for expr in exprs.iter().filter(|expr| !expr.starts_with("up{")) {
+        let (_, rest) = expr.split_once("gripd_").unwrap_or_else(|| panic!("no metric: {expr}"));
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap();
+        let (name, rest) = (format!("gripd_{}", &rest[..end]), &rest[end..]);
+        let label = rest.strip_prefix('{').and_then(|rest| rest.split_once('}')?.0.split_once('='));
+        let asked =
+            label.map(|(label, value)| (label.to_owned(), value.trim_matches('"').to_owned()));
+        let fits = |labels: &Vec<_>| asked.as_ref().is_none_or(|asked| labels.contains(asked));
+        assert!(samples.keys().any(|(has, labels)| *has == name && fits(labels)), "{expr}");
+    }
+}
+
+#[test]
 fn the_histogram_is_whole() {
     let samples = parse(&page(&made::board()));
     let buckets: Vec<(f64, f64)> = samples

@@ -23,8 +23,7 @@ pub use peer::Peer;
 
 use crate::frame::MAX_PAYLOAD;
 use crate::message::{
-    Channel, ChannelKind, DeviceState, FaultCode, Ident, Layout, Limits, Reaction, SAMPLES_HEADER,
-    SampleFormat,
+    Channel, DeviceState, FaultCode, Ident, Layout, Limits, Reaction, SAMPLES_HEADER, SampleFormat,
 };
 use thiserror::Error;
 
@@ -60,8 +59,8 @@ pub enum DeviceConfigError {
         /// Largest force held without commands.
         hold_cap_mn: i32,
     },
-    /// No stylus among the channels.
-    #[error("none of the {channels} channels is a stylus")]
+    /// No channel that shows a slip.
+    #[error("none of the {channels} channels is a stylus, a travel or an array of taxels")]
     NoStylus {
         /// Channels given.
         channels: u8,
@@ -110,7 +109,7 @@ impl DeviceConfig {
             });
         }
         let channels = self.ident.channels();
-        if !channels.iter().any(|channel| channel.kind == ChannelKind::Stylus) {
+        if !self.ident.shows_slips() {
             return Err(DeviceConfigError::NoStylus { channels: channel_count });
         }
         let refused = channels.iter().enumerate().find(|(_, channel)| !channel.is_possible());

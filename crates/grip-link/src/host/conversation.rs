@@ -10,9 +10,9 @@ use crate::{
     decoder::{Counters, Decoder},
     frame::{Direction, Frame, MAX_WIRE, Sender},
     message::{
-        Ack, ChannelKind, ClearFault, Config, ConfigAck, DeviceState, Event, FaultCode, Grip,
-        GripMode, Hello, Ident, Kind, Layout, Log, Nack, NackReason, PayloadError, Ping, Pong,
-        Samples, SamplesHeader, Stats, Status, Versions,
+        Ack, ClearFault, Config, ConfigAck, DeviceState, Event, FaultCode, Grip, GripMode, Hello,
+        Ident, Kind, Layout, Log, Nack, NackReason, PayloadError, Ping, Pong, Samples,
+        SamplesHeader, Stats, Status, Versions,
     },
 };
 
@@ -192,7 +192,7 @@ impl Conversation {
             self.close(CloseReason::BadIdent);
             return Ok(());
         };
-        if !ident.channels().iter().any(|channel| channel.kind == ChannelKind::Stylus) {
+        if !ident.shows_slips() {
             self.close(CloseReason::NoStylus);
             return Ok(());
         }

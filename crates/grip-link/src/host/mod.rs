@@ -102,7 +102,7 @@ pub enum CloseReason {
         /// Highest version of the gripper.
         max: u8,
     },
-    /// IDENT describes no stylus.
+    /// IDENT describes neither a stylus nor a travel nor an array of taxels.
     NoStylus,
     /// IDENT does not follow its table.
     BadIdent,

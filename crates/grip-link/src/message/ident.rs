@@ -190,6 +190,15 @@ impl Ident {
         self.channels.get(..usize::from(self.channel_count)).unwrap_or(&self.channels)
     }
 
+    /// Whether a channel can show a slip: a stylus or vibration, a moved distance, an array of taxels.
+    #[must_use]
+    pub fn shows_slips(&self) -> bool {
+        use ChannelKind::{PressureArray, Stylus, Travel};
+        self.channels()
+            .iter()
+            .any(|channel| matches!(channel.kind, Stylus | Travel | PressureArray))
+    }
+
     /// Mask of the channels that can be sent in a format.
     #[must_use]
     pub fn available(&self, format: SampleFormat) -> u32 {

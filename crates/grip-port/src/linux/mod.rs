@@ -12,6 +12,6 @@ mod open;
 mod places;
 mod wire;
 
-pub(crate) use open::open;
+pub(crate) use open::{connect, open};
 pub use places::Places;
 pub(crate) use wire::Wire;

@@ -1,10 +1,12 @@
 //! The path of a port in; an open, raw descriptor that no other program may take out.
 
 use super::{Places, Wire, places};
-use crate::{LineKind, PortError, line::Setup, open::is_near};
+use crate::{Line, LineKind, PortError, line::Setup, open::is_near};
+use core::time::Duration;
 use rustix::{
     fs::{FileType, FlockOperation, Mode, OFlags, Stat, flock, fstat, major},
     io::Errno,
+    net::sockopt::set_tcp_user_timeout,
     termios::{
         ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl,
         isatty, tcflush, tcgetattr, tcsetattr,
@@ -12,6 +14,7 @@ use rustix::{
 };
 use std::{
     fs, io,
+    net::{TcpStream, ToSocketAddrs as _},
     os::fd::OwnedFd,
     path::{Path, PathBuf},
 };
@@ -20,6 +23,10 @@ use std::{
 const PTY_MAJORS: core::ops::RangeInclusive<u32> = 136..=143;
 /// Major number of USB devices that are serial ports themselves (ttyACM).
 const ACM_MAJOR: u32 = 166;
+/// A forwarder that is not reached within this time is not there.
+const CONNECT: Duration = Duration::from_secs(1);
+/// What is sent and not acknowledged for this long (ms) ends a connection: a robot that was switched off closes none.
+const UNACKNOWLEDGED_MS: u32 = 3000;
 
 /// As [`crate::Line::open_in`].
 pub(crate) fn open(places: &Places, path: &Path, baud: u32) -> Result<(Wire, Setup), PortError> {
@@ -41,6 +48,28 @@ pub(crate) fn open(places: &Places, path: &Path, baud: u32) -> Result<(Wire, Set
     tcflush(&fd, QueueSelector::IFlush).map_err(refused)?;
     let latency_timer_ms = places.latency_timer(path).as_ref().and_then(quicken);
     Ok((Wire::new(fd, exclusive), Setup { kind, baud, latency_timer_ms }))
+}
+
+/// As [`Line::connect`].
+pub(crate) fn connect(address: &str) -> Result<Line, PortError> {
+    let failed = |error: io::Error| PortError::Open {
+        path: format!("tcp:{address}"),
+        advice: format!(
+            "nothing that forwards a serial port answers there ({error}); is the robot on, its forwarder started, and the address right?"
+        ),
+        reason: io::ErrorKind::NotFound,
+    };
+    let mut found = Err(io::Error::from(io::ErrorKind::AddrNotAvailable));
+    for place in address.to_socket_addrs().map_err(failed)? {
+        found = TcpStream::connect_timeout(&place, CONNECT);
+        if found.is_ok() {
+            break;
+        }
+    }
+    let stream = found.map_err(failed)?;
+    stream.set_nodelay(true).map_err(failed)?;
+    set_tcp_user_timeout(&stream, UNACKNOWLEDGED_MS).map_err(|error| failed(error.into()))?;
+    Line::from_fd(stream.into())
 }
 
 fn refused(path: &Path, error: Errno) -> PortError {

@@ -100,7 +100,15 @@ impl AsFd for Line {
 fn is_gone(error: Errno) -> bool {
     matches!(
         error,
-        Errno::IO | Errno::NXIO | Errno::NODEV | Errno::PIPE | Errno::CONNRESET | Errno::NOTCONN
+        Errno::IO
+            | Errno::NXIO
+            | Errno::NODEV
+            | Errno::PIPE
+            | Errno::CONNRESET
+            | Errno::NOTCONN
+            | Errno::TIMEDOUT
+            | Errno::HOSTUNREACH
+            | Errno::NETUNREACH
     )
 }
 

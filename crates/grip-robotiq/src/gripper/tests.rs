@@ -1,62 +1,9 @@
+mod device;
+mod forwarder;
+
 use super::{Gripper, GripperConfig, Order, State};
 use crate::{Fault, Model};
-
-/// A gripper on the other end of the line, by its manual: registers, and no physics but an object that stops the fingers.
-struct Device {
-    registers: [u16; 3],
-    /// Answers, and with what: status byte, fault byte.
-    answers: bool,
-    activated: bool,
-    object: bool,
-    fault: u8,
-    /// Every write, in order.
-    writes: Vec<[u16; 3]>,
-}
-
-impl Device {
-    fn new(activated: bool) -> Self {
-        let registers = if activated { [0x0900, 0, 0] } else { [0; 3] };
-        Self { registers, answers: true, activated, object: false, fault: 0, writes: Vec::new() }
-    }
-
-    fn answer(&mut self, request: &[u8]) -> Option<Vec<u8>> {
-        let word = |at: usize| u16::from_be_bytes([request[at], request[at + 1]]);
-        assert_eq!(request[0], 9);
-        let mut bytes = match request[1] {
-            0x10 => {
-                assert_eq!((word(2), word(4), request[6]), (0x03E8, 3, 6));
-                self.registers = [word(7), word(9), word(11)];
-                self.writes.push(self.registers);
-                self.activated = self.registers[0] & 0x0100 != 0;
-                vec![9, 0x10, 3, 0xE8, 0, 3]
-            }
-            4 => {
-                assert_eq!((word(2), word(4)), (0x07D0, 3));
-                let [action, position, _] = self.registers;
-                let follows = u8::from(action & 0x0800 != 0) << 3;
-                let closes = follows != 0 && position >= 200;
-                let object = if closes && self.object { 2 << 6 } else { 3 << 6 };
-                let state = if self.activated { 0x31 | follows | object } else { 0 };
-                vec![9, 4, 6, state, 0, self.fault, position.to_be_bytes()[1], 100, 10]
-            }
-            other => panic!("function {other}"),
-        };
-        bytes.extend(crc(&bytes).to_le_bytes());
-        self.answers.then_some(bytes)
-    }
-}
-
-/// CRC-16 of Modbus, bit by bit, as its specification has it.
-fn crc(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0xFFFF, |crc, byte| {
-        (0..8).fold(
-            crc ^ u16::from(*byte),
-            |crc, _| {
-                if crc & 1 == 1 { crc >> 1 ^ 0xA001 } else { crc >> 1 }
-            },
-        )
-    })
-}
+use device::Device;
 
 struct Bench {
     gripper: Gripper,
@@ -111,7 +58,7 @@ fn forces_become_registers_and_only_a_change_is_written() {
     let force = |register: u8| [0x0900, 0x00FF, u16::from_be_bytes([32, register])];
     assert_eq!(bench.device.writes, [force(0), force(18)]);
     let State::Ready(ready) = bench.gripper.state() else { panic!() };
-    assert!((ready.asked_n.unwrap() - 35.18).abs() < 0.01 && ready.arrived && !ready.holds);
+    assert!((ready.asked_n.unwrap() - 35.18).abs() < 0.01 && !ready.moving && !ready.holds);
     bench.device.object = true;
     let State::Ready(ready) = bench.run(20) else { panic!() };
     assert!(ready.holds && !ready.moving);

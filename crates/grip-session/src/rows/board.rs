@@ -447,6 +447,10 @@ impl RowBoard {
                 self.reports
                     .push(format!("{error}; it is left out: the stream was joined in its middle"));
             }
+            if let Some(limits) = cutter.header().limits() {
+                self.options.actuator = None;
+                self.reports.push(limits);
+            }
             let mut link = DeviceLink::new(device_config(cutter.header(), &self.options))?;
             let holds_n = self.options.actuator.map_or(0.0, |actuator| actuator.holds_n);
             if holds_n > 0.0 {
@@ -454,20 +458,10 @@ impl RowBoard {
                 self.gripper.lagged_n = holds_n;
             }
             link.ready(tick);
-            self.board = Some(Board {
-                link,
-                // With a gripper no row waits: what waited would be old when it is answered.
-                clock: RowClock::new(
-                    now_us,
-                    tick,
-                    !self.options.datagrams && self.options.actuator.is_none(),
-                ),
-                sampling: false,
-                waiting: Some(tick),
-                due_us: now_us,
-                jumped_us: 0,
-                unsent: Vec::new(),
-            });
+            // With a gripper no row waits: what waited would be old when it is answered.
+            let waits = !self.options.datagrams && self.options.actuator.is_none();
+            let clock = RowClock::new(now_us, tick, waits);
+            self.board = Some(Board::new(link, clock, tick, now_us));
         }
         Ok(())
     }

@@ -320,10 +320,10 @@ fn number<N: core::str::FromStr>(
     })
 }
 
-/// A value in the unit of its channel. Only the stylus must be there, and nothing may be infinite.
+/// A value in the unit of its channel. Only a stylus that is a column must be there, and nothing may be infinite.
 fn checked(header: &Header, at: usize, value: f32, row: u64) -> Result<f32, CutError> {
     let value = value * header.factors.get(at).copied().unwrap_or(1.0);
-    if value.is_infinite() || (value.is_nan() && at == header.stylus) {
+    if value.is_infinite() || (value.is_nan() && Some(at) == header.stylus) {
         let column = header.names.get(at).cloned().unwrap_or_default();
         return Err(CutError::NotFinite { row, column });
     }

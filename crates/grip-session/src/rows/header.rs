@@ -1,7 +1,9 @@
 //! The first line of the rows in; their columns, rate and format out.
 
+use crate::replay;
 use core::str::FromStr;
 use grip_link::message::{Channel, ChannelKind, MAX_CHANNELS, MAX_ELEMENTS, Unit};
+use grip_record::StylusKind;
 
 /// Least and largest rate (Hz).
 const RATES: core::ops::RangeInclusive<f64> = 50.0..=20_000.0;
@@ -29,8 +31,8 @@ pub struct Header {
     pub channels: Vec<Channel>,
     /// From the number of each column to the unit of its channel.
     pub factors: Vec<f32>,
-    /// Place of the stylus or vibration among the columns without `t_s`.
-    pub stylus: usize,
+    /// Place of the stylus or vibration among the columns without `t_s`, where it is there.
+    pub stylus: Option<usize>,
     /// Rows a second.
     pub rate_hz: f64,
     /// How rows stand in the stream.
@@ -54,8 +56,11 @@ pub enum HeaderError {
     /// A column that stands there twice.
     #[error("header: `{0}` stands there twice")]
     Twice(String),
-    /// Neither stylus nor vibration, or both.
-    #[error("header: one column `stylus` (m) or `vibration` (any unit) is needed, {0} are there")]
+    /// Nothing that shows a slip, or stylus and vibration.
+    #[error(
+        "header: one column `stylus` (m) or `vibration` (any unit) is needed, {0} are there; without one, `travel_m` or taxels show slips \
+         later, and nothing else does"
+    )]
     Stylus(usize),
     /// Taxels that are not numbered from 0 on, side by side.
     #[error(
@@ -114,7 +119,14 @@ impl FromStr for Header {
             .filter(|(_, name)| is_stylus(name))
             .map(|(at, _)| at)
             .collect();
-        let &[stylus] = found.as_slice() else { return Err(HeaderError::Stylus(found.len())) };
+        let slow = |channel: &Channel| {
+            matches!(channel.kind, ChannelKind::Travel | ChannelKind::PressureArray)
+        };
+        let stylus = match found.as_slice() {
+            [stylus] => Some(*stylus),
+            [] if channels.iter().any(slow) => None,
+            _ => return Err(HeaderError::Stylus(found.len())),
+        };
         let rate_hz = rate_hz.ok_or(HeaderError::NoRate)?;
         if format == RowFormat::F32 && time.is_some() {
             return Err(HeaderError::PackedTime);
@@ -128,6 +140,16 @@ impl Header {
     #[must_use]
     pub fn values(&self) -> usize {
         self.names.len() + usize::from(self.time.is_some())
+    }
+
+    /// What a session with these columns cannot do, where that is worth a sentence at its start.
+    #[must_use]
+    pub fn limits(&self) -> Option<String> {
+        let array = self.channels.iter().find(|c| c.kind == ChannelKind::PressureArray);
+        let taxels = array.map_or(0, |array| usize::from(array.count));
+        let limits =
+            replay::limits(StylusKind::Absent, taxels).filter(|_| self.stylus.is_none())?;
+        Some(format!("{limits}; nothing is commanded"))
     }
 
     /// Time between two rows (us).
@@ -214,13 +236,26 @@ mod tests {
     #[test]
     fn columns_rate_and_format_are_named() {
         let header: Header = "\u{feff}t_s, vibration ,travel_mm,rate=1612.5\r".parse().unwrap();
-        assert_eq!((header.time, header.stylus, header.values()), (Some(0), 0, 3));
+        assert_eq!((header.time, header.stylus, header.values()), (Some(0), Some(0), 3));
         assert_eq!((header.rate_hz, header.format), (1612.5, RowFormat::Csv));
         assert_eq!(header.channels[0].unit, Unit::None);
         assert_eq!((header.channels[1].kind, header.factors[1]), (ChannelKind::Travel, 1e-3));
         let header: Header = "rate=50,force_n,stylus,format=f32".parse().unwrap();
-        assert_eq!((header.stylus, header.format), (1, RowFormat::F32));
+        assert_eq!((header.stylus, header.format), (Some(1), RowFormat::F32));
         assert_eq!(header.channels[1].unit, Unit::Metre);
+    }
+
+    #[test]
+    fn a_travel_or_taxels_are_enough() {
+        for line in ["force_n,travel_mm,rate=100", "pressure_0,pressure_1,pressure_2,rate=100"] {
+            let header: Header = line.parse().unwrap();
+            assert_eq!(header.stylus, None);
+            assert!(header.limits().unwrap().contains("nothing is commanded"), "{line}");
+        }
+        let header: Header = "pressure_0,rate=100".parse().unwrap();
+        assert!(header.limits().unwrap().contains("fewer than 3 taxels"));
+        assert_eq!("vibration,rate=100".parse::<Header>().unwrap().limits(), None);
+        assert_eq!(error("force_n,pressure,velocity_m_s,rate=100"), HeaderError::Stylus(0));
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! What a pipeline knows in; the beginning of the one that follows it, and what is asked of the gripper for it, out.
 
 use super::{Session, SessionError, pace::SlewLimiter};
-use crate::config::HostConfig;
-use grip_link::message::{ChannelKind, Config, LossAction, SampleFormat, Unit};
+use crate::{config::HostConfig, replay::stylus_config};
+use grip_link::message::{Channel, ChannelKind, Config, LossAction, SampleFormat, Unit};
+use grip_record::StylusKind;
 use slip_core::{
     Pipeline, PipelineConfig, Signal,
+    alarm::Method,
     detector::DetectorConfig,
     floor::FloorConfig,
     grip::{GripConfig, GripState},
@@ -41,6 +43,16 @@ impl Beginning {
             pipeline.release();
         }
         Ok(pipeline)
+    }
+
+    /// What its samples hold of a stylus.
+    #[must_use]
+    pub fn stylus(&self) -> StylusKind {
+        match self.config.signal {
+            _ if !self.config.methods.has(Method::Stylus) => StylusKind::Absent,
+            Signal::Displacement => StylusKind::Displacement,
+            Signal::Vibration => StylusKind::Vibration,
+        }
     }
 }
 
@@ -104,35 +116,35 @@ impl Session {
     pub(super) fn fits(&self) -> Result<(), SessionError> {
         let Some(begun) = &self.begun else { return Ok(()) };
         let rate = begun.config.sample_rate;
-        let signal = begun.config.signal;
-        self.config.check_signal(rate, signal == Signal::Vibration)?;
+        let stylus = begun.stylus();
+        self.config.check_signal(rate, stylus == StylusKind::Vibration)?;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "a rate that was in force, below 2^24"
         )]
         let sample_rate_hz = rate.0 as u32;
-        Beginning { config: self.config.pipeline(signal, rate), ..*begun }
+        Beginning { config: stylus_config(stylus, rate, &self.config), ..*begun }
             .pipeline(self.estimator.clone())
             .map(drop)
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })
     }
 
     /// What the stylus channel of the gripper holds, by its unit; heights where no gripper is known.
-    fn signal(&self) -> Signal {
-        let stylus = self.link.ident().and_then(|ident| {
-            ident.channels().iter().find(|channel| channel.kind == ChannelKind::Stylus)
-        });
-        stylus.map_or(Signal::Displacement, |channel| match channel.unit {
-            Unit::Metre => Signal::Displacement,
-            _ => Signal::Vibration,
-        })
+    fn stylus(&self) -> StylusKind {
+        let Some(ident) = self.link.ident() else { return StylusKind::Displacement };
+        let is_stylus = |channel: &&Channel| channel.kind == ChannelKind::Stylus;
+        match ident.channels().iter().find(is_stylus).map(|channel| channel.unit) {
+            None => StylusKind::Absent,
+            Some(Unit::Metre) => StylusKind::Displacement,
+            Some(_) => StylusKind::Vibration,
+        }
     }
 
-    /// Whether nothing is commanded, by choice or because there is no actuator.
+    /// Whether nothing is commanded: by choice, or because there is no actuator, or no stylus or vibration.
     fn only_observes(&self) -> bool {
         let has_actuator = self.link.ident().is_none_or(|ident| ident.limits.has_actuator());
-        self.options.observe || !has_actuator
+        self.options.observe || !has_actuator || self.stylus() == StylusKind::Absent
     }
 
     /// Begins a pipeline with the settings and limits in force.
@@ -140,10 +152,12 @@ impl Session {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
         #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
-        let signal = self.signal();
-        self.config.check_signal(rate, signal == Signal::Vibration)?;
-        let mut config =
-            PipelineConfig { no_skip: self.options.no_skip, ..self.config.pipeline(signal, rate) };
+        let stylus = self.stylus();
+        self.config.check_signal(rate, stylus == StylusKind::Vibration)?;
+        let mut config = PipelineConfig {
+            no_skip: self.options.no_skip,
+            ..stylus_config(stylus, rate, &self.config)
+        };
         config.grip = config
             .grip
             .zip(self.link.in_force())

@@ -35,7 +35,7 @@ pub fn explain(reason: &CloseReason) -> String {
             grip_link::PROTOCOL
         ),
         CloseReason::NoStylus => {
-            "the gripper has no stylus channel; slip cannot be felt".to_owned()
+            "the gripper has no stylus, no travel and no array of taxels; slip cannot be felt".to_owned()
         }
         CloseReason::BadIdent => {
             "the gripper describes itself in a way the protocol does not allow; its firmware needs an update"

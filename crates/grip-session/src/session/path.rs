@@ -139,7 +139,7 @@ impl Session {
 
 /// The sample of a row; `NaN` in an optional channel means that there is no reading.
 fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
-    let mut sample = Sample { t, stylus: f32::NAN, ..Sample::default() };
+    let mut sample = Sample { t, ..Sample::default() };
     // The first column of a kind counts: it comes last.
     for column in row.columns().iter().rev() {
         let reading = row.value(column, 0).filter(|value| !value.is_nan());

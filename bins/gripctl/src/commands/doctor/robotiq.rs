@@ -1,13 +1,12 @@
 //! A port and a unit in; what a gripper of Robotiq there reports of itself, out. Its status is read; nothing is written to it.
 
 use super::{super::clock::Clock, finding::Finding};
-use grip_port::{Line, READ_TIMEOUT};
+use grip_port::{READ_TIMEOUT, Source, UsbFilter};
 use grip_robotiq::{
     BusCounters,
     gripper::{Gripper, GripperConfig, State},
 };
 use grip_session::exit::message;
-use std::path::Path;
 
 /// Longest wait for an answer (us): some fifteen requests.
 const PATIENCE_US: u64 = 2_000_000;
@@ -25,7 +24,7 @@ pub(crate) fn finding(name: &str, port: &str, baud: u32, config: GripperConfig) 
 }
 
 fn ask(port: &str, baud: u32, config: GripperConfig) -> anyhow::Result<(State, BusCounters)> {
-    let mut line = Line::open(Path::new(port), baud)?;
+    let mut line = Source::open(port, baud, UsbFilter::default())?.line()?;
     let clock = Clock::start();
     // Without an activation and without an order it only asks.
     let mut gripper = Gripper::new(GripperConfig { activate: false, ..config });

@@ -35,6 +35,19 @@ pub(super) struct Times {
 }
 
 impl Board {
+    /// A board whose first row (us) waits.
+    pub(super) fn new(link: DeviceLink, clock: RowClock, first_us: u64, now_us: u64) -> Self {
+        Self {
+            link,
+            clock,
+            sampling: false,
+            waiting: Some(first_us),
+            due_us: now_us,
+            jumped_us: 0,
+            unsent: Vec::new(),
+        }
+    }
+
     pub(super) fn wants_rows(&self) -> bool {
         self.sampling && self.unsent.len() <= UNSENT
     }
