@@ -110,6 +110,7 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             curve(Channel::Estimate, Tone::Orange),
             curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
+            limit(Channel::NeedTruth, Tone::Yellow),
             limit(Channel::ForceLimit, Tone::Limit),
         ],
         StripId::Esc => {

@@ -49,6 +49,8 @@ pub enum Channel {
     NeedLow,
     /// Its 90 % quantile (N).
     NeedHigh,
+    /// Normal force of each finger that the object needs now, where a simulator knows it (N).
+    NeedTruth,
     /// Largest force of the controller (N).
     ForceLimit,
     /// E_sc (W or J, see [`Info::esc_unit`](crate::Info)).
@@ -86,7 +88,7 @@ impl Channel {
     ];
 
     /// Every channel that is no band.
-    const OTHERS: [Self; 19] = [
+    const OTHERS: [Self; 20] = [
         Self::Statistic,
         Self::OwnStatistic,
         Self::Command,
@@ -98,6 +100,7 @@ impl Channel {
         Self::Need,
         Self::NeedLow,
         Self::NeedHigh,
+        Self::NeedTruth,
         Self::ForceLimit,
         Self::Esc,
         Self::OwnEsc,
@@ -160,6 +163,7 @@ impl Channel {
             Self::Need => ("needed force", "need_n", "N", Group::Force),
             Self::NeedLow => ("needed force, 10 %", "need_low_n", "N", Group::Force),
             Self::NeedHigh => ("needed force, 90 %", "need_high_n", "N", Group::Force),
+            Self::NeedTruth => ("needed, truth", "need_truth_n", "N", Group::Force),
             Self::ForceLimit => ("limit", "limit_n", "N", Group::Force),
             Self::Esc => ("E_sc", "esc", "W", Group::Esc),
             Self::OwnEsc => ("own E_sc", "own_esc", "W", Group::Esc),
@@ -182,6 +186,20 @@ impl Channel {
             _ => None,
         };
         band.unwrap_or(self.row().0)
+    }
+
+    /// What its name does not say.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::OwnStatistic | Self::OwnEstimate | Self::OwnEsc => {
+                "computed by this window from the samples, beside what the source reports"
+            }
+            Self::NeedTruth => "what the simulator knows that the object needs now",
+            Self::Need => "force that the object needs at full weight: 10, 50 and 90 % quantile",
+            Self::Applied => "normal force as the pipeline sees it",
+            _ => "",
+        }
     }
 
     /// Its name in a CSV file: lower case, with the unit where it has one.
@@ -221,7 +239,7 @@ mod tests {
     fn every_channel_has_a_column_of_its_own_by_which_it_is_found() {
         let all: Vec<Channel> = Channel::all().collect();
         let names: BTreeSet<String> = all.iter().map(|channel| channel.column()).collect();
-        assert_eq!((names.len(), all.len()), (all.len(), 9 + 19 + BANDS));
+        assert_eq!((names.len(), all.len()), (all.len(), 9 + 20 + BANDS));
         for channel in all {
             assert_eq!(Channel::of_column(&channel.column()), Some(channel));
         }

@@ -24,7 +24,7 @@ pub mod trigger;
 pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
 pub use group::Group;
-pub use model::{Bucket, Columns, Info, Model, Series, Stats};
+pub use model::{Bucket, Info, Model, Series, Stats};
 pub use source::{Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

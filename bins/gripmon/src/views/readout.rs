@@ -79,13 +79,19 @@ fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     ui.horizontal(|ui| {
         swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
         let text = RichText::new(name).size(11.5);
-        cell(ui, 90.0, Layout::left_to_right(Align::Center), text).on_hover_text(name);
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), text)
+            .on_hover_text(about(name, curve));
         let (number, unit) =
             shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
         let number = RichText::new(number).font(palette::number_font());
         cell(ui, 60.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
     });
+}
+
+/// The name of a curve, and what it does not say.
+fn about(name: &str, curve: &Curve) -> String {
+    format!("{name}\n{}", curve.channel.about()).trim_end().to_owned()
 }
 
 /// A text in so much room, at one side of it.

@@ -251,18 +251,3 @@ fn markers_themes_panels_plots_and_keys() {
     click(&mut harness, "Close");
     assert!(!harness.state().state.help);
 }
-
-#[test]
-fn a_plot_is_scaled_by_its_axis_and_by_itself_again() {
-    let mut harness = window(fixture::grasp(), Panel::Health);
-    let axis = harness.get_by_label("Force axis").rect();
-    harness.drag_at(axis.center());
-    harness.run_steps(2);
-    harness.hover_at(axis.center() + eframe::egui::vec2(0.0, 20.0));
-    harness.run_steps(2);
-    harness.drop_at(axis.center() + eframe::egui::vec2(0.0, 20.0));
-    harness.run();
-    assert_eq!(harness.state().state.values.len(), 1);
-    click(&mut harness, "values by hand");
-    assert!(harness.state().state.values.is_empty());
-}

@@ -1,7 +1,7 @@
 //! Items of a source in, the model that holds them out.
 
 use super::axis::Placed;
-use super::events::note;
+use super::events::{Doing, note};
 use super::series::Series;
 use super::{MOST_TURNS, Model};
 use crate::channel::Channel;
@@ -9,9 +9,10 @@ use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
 };
 use crate::span::Span;
+use grip_link::device::{Fate, Truth};
 use grip_link::message::{
     FaultCode,
-    daemon::{GripState, SensorHealth},
+    daemon::{GripState, Scene, SensorHealth},
 };
 use slip_core::{PipelineState, units::Micros};
 use std::collections::BTreeMap;
@@ -33,6 +34,7 @@ impl Model {
             Feed::Rows(block) => self.take_rows(&block),
             Feed::Preview(block) => self.take_preview(&block),
             Feed::State(state) => self.take_state(state),
+            Feed::Truth(truth) => self.truth = Some(truth),
             Feed::Observes(settings) => self.info.observer = Some(settings),
             Feed::Derived(block) => self.take_derived(*block),
             Feed::Event(mark) => {
@@ -166,6 +168,7 @@ impl Model {
 
     fn take_state(&mut self, state: PipelineState) {
         let before = self.info.state.replace(state);
+        let truth = self.truth.take();
         let Some(t_s) = self.axis.state(state.t.as_seconds()) else {
             self.health.stray_state();
             return;
@@ -175,7 +178,7 @@ impl Model {
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
-        self.events.state(t_s, state.scene, !restarted);
+        self.events.state(t_s, doing(&state, truth), !restarted);
         let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
             (Channel::Statistic, state.statistic.map(|times| times * self.info.interval_s())),
@@ -185,6 +188,7 @@ impl Model {
             (Channel::Need, state.need_n),
             (Channel::NeedLow, state.need_low_n),
             (Channel::NeedHigh, state.need_high_n),
+            (Channel::NeedTruth, truth.map(|truth| truth.needed_n)),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc),
             (Channel::EscFlags, state.esc.map(|_| f32::from(state.esc_flags))),
@@ -266,6 +270,18 @@ impl Model {
         };
         let broken = series.is_before(from_s);
         series.push(t_s, value.unwrap_or(f32::NAN), broken);
+    }
+}
+
+/// What happens to the object: what a simulator knows, else what the pipeline thinks.
+fn doing(state: &PipelineState, truth: Option<Truth>) -> Doing {
+    match (truth.and_then(|truth| truth.fate), state.scene) {
+        (Some(Fate::Crushed), _) => Doing::Crushed,
+        (Some(Fate::Dropped), _) => Doing::Dropped,
+        (_, Scene::Moving) => Doing::Moving,
+        (Some(Fate::Slipping), _) | (None, Scene::Slipping) => Doing::Slipping,
+        (Some(Fate::Held), _) | (None, Scene::Holding) => Doing::Held,
+        _ => Doing::Idle,
     }
 }
 

@@ -273,7 +273,7 @@ fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
     let watch = open(&path);
     assert_eq!(watch.model.health().stray_states(), 0, "{}", sentence(&watch));
     let scenes: Vec<Span> =
-        watch.model.events().scenes(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
+        watch.model.events().doings(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
     assert!(scenes[0].from_s < 0.1 && scenes[scenes.len() - 1].to_s > 13.9, "{scenes:?}");
     let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
     let slips: Vec<f64> =
