@@ -18,7 +18,7 @@ const HIGH: f32 = 74.0;
 pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     source(ui, seen);
     sensors(ui, seen);
-    match seen.model.health().latest() {
+    match seen.model.health().latest.as_deref() {
         Some(point) => figures(ui, point, seen),
         None => {
             heading(ui, "Link");
@@ -264,11 +264,11 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
         row(ui, "settings", settings);
     }
     for (name, count) in [
-        ("late rows", health.late_rows()),
-        ("stray states", health.stray_states()),
-        ("absurd values", health.huge()),
-        ("NaN of the stylus", health.nan()),
-        ("values too late", health.misplaced()),
+        ("late rows", health.late_rows),
+        ("stray states", health.stray_states),
+        ("absurd values", health.huge),
+        ("NaN of the stylus", health.nan),
+        ("values too late", health.misplaced),
     ] {
         if count > 0 {
             counted(ui, name, count, seen);

@@ -96,8 +96,8 @@ fn cursors_measure_what_lies_between_them() {
     harness.run();
     harness.get_by_label("500.0 ms");
     harness.get_by_label("2.000 Hz");
-    let heading = |band| {
-        let name = grip_scope::Channel::BandEnergy(band).name();
+    let heading = |band: usize| {
+        let name = grip_scope::Channel::BANDS[band].name();
         let places = harness.query_all_by_label(name).map(|node| node.rect().left_top());
         places.max_by(|a, b| a.x.total_cmp(&b.x)).unwrap()
     };

@@ -59,7 +59,7 @@ fn copy(model: &Model, rest: &mut Rest, columns: &mut [Column]) -> Result<bool, 
 /// One column of the file.
 struct Column {
     channel: Channel,
-    name: String,
+    name: &'static str,
     points: Vec<[f64; 2]>,
     next: usize,
 }
@@ -78,7 +78,7 @@ impl<'a> Rows<'a> {
         path: &'a Path,
     ) -> Result<Self, ExportError> {
         let rows = Self { out, path, rows: 0 };
-        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+        let names: Vec<&str> = columns.iter().map(|column| column.name).collect();
         let header = writeln!(rows.out, "t_s,{}", names.join(","));
         rows.reported(header)?;
         Ok(rows)
@@ -113,7 +113,7 @@ impl Column {
     fn new(info: &Info, series: &Series) -> Self {
         // A vibration that is called a stylus would be read as metres.
         let name = match series.channel() {
-            Channel::Stylus => info.name(Channel::Stylus).to_owned(),
+            Channel::Stylus => info.name(Channel::Stylus),
             channel => channel.column(),
         };
         Self { channel: series.channel(), name, points: Vec::new(), next: 0 }

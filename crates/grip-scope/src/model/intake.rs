@@ -41,7 +41,7 @@ impl Model {
                 let t_s = self.axis.event(mark.t_s);
                 self.events.push(EventMark { t_s, ..mark });
             }
-            Feed::Health(point) => self.health.take(point),
+            Feed::Health(point) => self.health.latest = Some(point),
             Feed::Stylus(info) => self.info.stylus = Some(info),
             Feed::Gripper(info) => {
                 // Before a pipeline begins nothing is known of it.
@@ -95,9 +95,9 @@ impl Model {
         self.events.reach(self.axis.end_s());
         let rows = self.series.values().filter(|series| series.channel().is_row());
         // Other channels may lack readings: they are NaN there.
-        let nan = self.series.get(&Channel::Stylus).map_or(0, Series::nan);
-        let misplaced = self.series.values().map(Series::misplaced).sum();
-        self.health.set_unusable(rows.map(Series::huge).sum(), nan, misplaced);
+        self.health.nan = self.series.get(&Channel::Stylus).map_or(0, |series| series.nan);
+        self.health.misplaced = self.series.values().map(|series| series.misplaced).sum();
+        self.health.huge = rows.map(|series| series.huge).sum();
     }
 
     /// Where the rows of a block go, and which of them do not join the one before; `known`: whether there is one before the first.
@@ -124,7 +124,7 @@ impl Model {
         match self.axis.row(device_s) {
             Placed::At(at_s) => Some((at_s, false)),
             Placed::Late => {
-                self.health.late_row();
+                self.health.late_rows += 1;
                 None
             }
             Placed::Leapt { at_s, before_s } => {
@@ -170,7 +170,7 @@ impl Model {
         let before = self.info.state.replace(state);
         let truth = self.truth.take();
         let Some(t_s) = self.axis.state(state.t.as_seconds()) else {
-            self.health.stray_state();
+            self.health.stray_states += 1;
             return;
         };
         let restarted = core::mem::take(&mut self.afresh);
@@ -235,8 +235,8 @@ impl Model {
 
     fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
         let from_s = self.gaps.derived_before(t_s);
-        for (band, energy) in (0..).zip(&point.energy) {
-            self.put(Channel::BandEnergy(band), t_s, Some(*energy), from_s);
+        for (band, energy) in Channel::BANDS.into_iter().zip(&point.energy) {
+            self.put(band, t_s, Some(*energy), from_s);
         }
         self.put(Channel::OwnStatistic, t_s, Some(point.evidence_s), from_s);
     }

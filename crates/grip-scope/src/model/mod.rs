@@ -280,7 +280,8 @@ impl Model {
 
     /// Reports how many items the source had no room for.
     pub fn set_dropped(&mut self, dropped: u64) {
-        self.revision += u64::from(self.health.set_lost_in_scope(dropped));
+        let before = core::mem::replace(&mut self.health.lost_in_scope, dropped);
+        self.revision += u64::from(before != dropped);
     }
 
     /// Bytes of the whole history.
@@ -288,7 +289,7 @@ impl Model {
     pub fn bytes(&self) -> usize {
         let series: usize = self.series.values().map(Series::bytes).sum();
         let turns = self.turns.capacity() * size_of::<Turn>();
-        let rest = self.events.bytes() + self.taxels.bytes() + self.health.bytes();
+        let rest = self.events.bytes() + self.taxels.bytes();
         series + turns + rest + self.spectrogram.bytes()
     }
 

@@ -65,9 +65,12 @@ pub struct Series {
     /// Points further apart than this (s) have a gap between them.
     patience_s: f64,
     last: Option<(f64, f32)>,
-    misplaced: u64,
-    huge: u64,
-    nan: u64,
+    /// Samples that came before the last one and were left out.
+    pub(super) misplaced: u64,
+    /// Finite samples beyond [`HUGE_READING`]: no reading of a gripper.
+    pub(super) huge: u64,
+    /// Samples that are no number.
+    pub(super) nan: u64,
 }
 
 impl Series {
@@ -143,24 +146,6 @@ impl Series {
     /// Whether it has samples, and all of them are before `t_s`.
     pub(super) fn is_before(&self, t_s: f64) -> bool {
         self.last.is_some_and(|(last_s, _)| last_s < t_s)
-    }
-
-    /// Samples that came before the last one and were left out.
-    #[must_use]
-    pub const fn misplaced(&self) -> u64 {
-        self.misplaced
-    }
-
-    /// Finite samples beyond [`HUGE_READING`]: no reading of a gripper.
-    #[must_use]
-    pub const fn huge(&self) -> u64 {
-        self.huge
-    }
-
-    /// Samples that are no number.
-    #[must_use]
-    pub const fn nan(&self) -> u64 {
-        self.nan
     }
 
     /// Numbers of the samples in the span, both ends included.
