@@ -163,12 +163,16 @@ impl Scale {
         places.into_iter().map(|at| GridMark { value: self.drawn(at), step_size }).collect()
     }
 
-    fn labels(&self, marks: &[GridMark], unit: &str) -> (impl Fn(f64) -> String + use<>, String) {
-        let (kind, size) = (self.kind(), self.low().abs().max(self.high().abs()));
-        let (factor, prefix) = match kind {
-            Kind::Linear => format::prefix_of(size, unit),
+    /// Factor and prefix in which all values of the axis are reported.
+    pub(crate) fn prefix(&self, unit: &str) -> (f64, &'static str) {
+        match self.kind() {
+            Kind::Linear => format::prefix_of(self.low().abs().max(self.high().abs()), unit),
             Kind::Log => (1.0, ""),
-        };
+        }
+    }
+
+    fn labels(&self, marks: &[GridMark], unit: &str) -> (impl Fn(f64) -> String + use<>, String) {
+        let (kind, (factor, prefix)) = (self.kind(), self.prefix(unit));
         let step = marks.first().map_or(1.0, |mark| mark.step_size) / factor;
         let decimals = num::whole((-(step.log10() + 1e-9).floor()).max(0.0)).min(6);
         let label = move |drawn: f64| match kind {

@@ -114,7 +114,7 @@ fn one(
     }
     let mut child = ui.new_child(UiBuilder::new().max_rect(beside).id_salt((strip, "values")));
     child.set_clip_rect(beside.expand(2.0).intersect(ui.clip_rect()));
-    actions.extend(beside_plot(&mut child, strip, &wanted, seen));
+    actions.extend(beside_plot(&mut child, strip, &scale, &wanted, seen));
     actions.extend(edge(ui, plot, rect, seen));
     actions
 }
@@ -203,11 +203,17 @@ fn draw(
     inside
 }
 
-fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -> Vec<Action> {
+fn beside_plot(
+    ui: &mut Ui,
+    strip: StripId,
+    scale: &Scale,
+    wanted: &[Curve],
+    seen: &Seen<'_>,
+) -> Vec<Action> {
     match strip {
         StripId::Spectrogram => spectrogram::readout(ui, seen),
         StripId::Pressure if strip::has_array(seen.model) => pressure::readout(ui, seen),
-        _ => readout::readout(ui, strip, wanted, seen),
+        _ => readout::readout(ui, strip, scale, wanted, seen),
     }
     if seen.state.chosen(strip).is_some() {
         let by_hand = ui

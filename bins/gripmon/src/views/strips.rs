@@ -81,10 +81,13 @@ pub(super) fn extremes(series: &Series, span: Span) -> Option<(f32, f32)> {
     series.robust_range(span)
 }
 
+/// Points of a line, its colour and how it is drawn.
+type Polyline = (Vec<[f64; 2]>, (Color32, Style));
+
 /// What of the curves of a plot is drawn: the wash behind each, and its points.
 pub(super) struct Drawn {
     areas: Vec<([Vec<Bucket>; 2], Color32)>,
-    lines: Vec<(Vec<[f64; 2]>, (Color32, Style))>,
+    lines: Vec<Polyline>,
 }
 
 /// Looks at the curves of a plot, at most two points of each for a column of pixels.

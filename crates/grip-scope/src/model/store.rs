@@ -188,11 +188,21 @@ impl Store {
         let near = usize::try_from(from.saturating_sub(self.first)).unwrap_or(0) / BLOCK;
         let ends_before =
             |block: usize| self.blocks.get(block).is_some_and(|block| block.last_s < t_s);
-        // The next column of a picture mostly begins in the same block or in the next.
-        let block = match (near..near + 2).find(|block| !ends_before(*block)) {
-            Some(block) => block,
-            None => self.blocks.partition_point(|block| block.last_s < t_s),
-        };
+        // The next column of a picture begins near: leaps that double, then halving.
+        let (mut block, mut leap) = (near, 1);
+        while ends_before(block + leap - 1) {
+            block += leap;
+            leap *= 2;
+        }
+        let mut behind = block + leap - 1;
+        while block < behind {
+            let middle = block.midpoint(behind);
+            if ends_before(middle) {
+                block = middle + 1;
+            } else {
+                behind = middle;
+            }
+        }
         let index = self.blocks.get(block).map_or(0, |block| block.index(t_s));
         (self.first + (block * BLOCK + index) as u64).clamp(from.min(self.end()), self.end())
     }

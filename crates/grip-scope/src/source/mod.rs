@@ -81,12 +81,6 @@ impl SourceHandle {
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
     }
 
-    /// What it is.
-    #[must_use]
-    pub const fn spec(&self) -> &SourceSpec {
-        &self.spec
-    }
-
     /// Moves at most `budget` items into the model: how many. Never waits.
     pub fn drain(&mut self, model: &mut Model, budget: usize) -> usize {
         model.set_dropped(self.dropped());
@@ -98,12 +92,6 @@ impl SourceHandle {
             moved += 1;
         }
         moved
-    }
-
-    /// Items that wait.
-    #[must_use]
-    pub fn waiting(&self) -> usize {
-        self.ring.slots()
     }
 
     /// Items that found no room.
