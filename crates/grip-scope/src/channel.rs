@@ -11,7 +11,7 @@ slip_msg::named! {
         fn column: "Its name in a CSV file: lower case, with the unit where it has one.";
         fn unit: "Its unit whatever the source; empty where it has none, or one of its own.";
     }
-    Stylus: "The stylus (m), or a vibration in a unit of its own: [`Info::unit`](crate::Info::unit).",
+    Stylus: "The stylus (m), or a vibration in a unit of its own: `Info::unit`.",
         "stylus", "stylus", "";
     SecondStylus: "The second stylus (as the first).",
         "second stylus", "stylus2", "";
@@ -55,7 +55,7 @@ slip_msg::named! {
         "needed, truth", "need_truth_n", "N";
     ForceLimit: "Largest force of the controller (N).",
         "limit", "limit_n", "N";
-    Esc: "E_sc (W or J, see [`Info::esc_unit`](crate::Info)).",
+    Esc: "E_sc (W or J, see `Info::esc_unit`).",
         "E_sc", "esc", "W";
     OwnEsc: "E_sc as the scope's own observer has it; the same where it saw the same samples with the same settings.",
         "own E_sc", "own_esc", "W";
@@ -63,7 +63,7 @@ slip_msg::named! {
         "E_sc, lower bound", "esc_low", "W";
     EscHigh: "Upper end of the enclosure of the observer's E_sc.",
         "E_sc, upper bound", "esc_high", "W";
-    EscFlags: "Flags of E_sc as a whole number, see [`EscPoint::flags`](crate::feed::EscPoint): no curve.",
+    EscFlags: "Flags of E_sc as a whole number, see `EscPoint::flags`: no curve.",
         "E_sc, flags", "esc_flags", "";
     SlipSpeed: "Slip speed as the observer has it (m/s).",
         "slip speed", "slip_speed_m_s", "m/s";

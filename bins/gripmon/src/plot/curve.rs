@@ -57,7 +57,9 @@ pub fn line(plot: &mut PlotUi<'_>, frame: &Frame, points: &[[f64; 2]], look: (Co
     let all: Vec<PlotPoint> = all.map(|(_, point)| placed(point)).collect();
     let stroke = Stroke::new(1.3, colour);
     let line = Line::new("", PlotPoints::Owned(all)).stroke(stroke).style(style.line());
-    plot.line(line.allow_hover(false));
+    // Few points are joined exactly; a band a pixel wide stands for many.
+    let many = crate::num::count(points.len()) > f64::from(frame.rect.width());
+    plot.line(line.allow_band(many).allow_hover(false));
     if !dots.is_empty() {
         let dots = Points::new("", PlotPoints::Owned(dots)).radius(1.9).color(colour);
         plot.points(dots.allow_hover(false));
