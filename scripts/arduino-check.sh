@@ -1,7 +1,7 @@
 #!/bin/sh
-# The Arduino library: packed, its sketches compiled for an ATmega2560 with the core of Arduino and for a Cortex-M0+ without one, and both run
-# in simavr, where the Python peer reads their samples over the link. The detector in QEMU, on a Cortex-M4 and on a Cortex-M3, which has no
-# floating point: the same bytes as on this machine. Installs the compilers and emulators (Debian) where they are missing.
+# The Arduino library: packed, its manifests checked, its sketches compiled for an ATmega2560 with the core of Arduino and for a Cortex-M0+
+# without one, and run in simavr or against an emulated part, where the Python peer reads their samples over the link. The detector in QEMU, on a Cortex-M4, a Cortex-M3, which has no
+# floating point, and a Cortex-M33: the same bytes as on this machine. Installs the compilers and emulators (Debian) where they are missing.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/scripts/missing.sh"
@@ -30,10 +30,11 @@ cmp "$library/src/grip_link.h" "$root/protocol/c/grip_link.h"
 cut -f 1 "$library/keywords.txt" | while read -r word; do
     [ "$word" = GripLink ] || grep -qw "$word" "$library/src/"*.h || { echo "keywords.txt: $word is in no header" >&2; exit 1; }
 done
+"$("$root/scripts/python.sh" || echo python3)" "$root/protocol/arduino/test/manifests.py" "$library"
 
 # Debian's compiler for AVR has DECIMAL_DIG for C alone.
 chip="-mmcu=atmega2560 -DF_CPU=16000000L -DARDUINO=10819 -DARDUINO_AVR_MEGA2560 -DARDUINO_ARCH_AVR -DDECIMAL_DIG=__DECIMAL_DIG__"
-search="-I$core/cores/arduino -I$core/variants/mega -I$library/src"
+search="-I$core/cores/arduino -I$core/variants/mega -I$core/libraries/Wire/src -I$library/src"
 build=$work/build
 rm -rf "$build"
 mkdir -p "$build/core"
@@ -46,11 +47,16 @@ for source in "$core/cores/arduino/"*.cpp; do
     avr-g++ $chip $search -w -Os -std=gnu++11 -fno-exceptions -fno-threadsafe-statics -ffunction-sections -fdata-sections -c "$source" \
         -o "$build/core/$(basename "$source").o"
 done
+wire=$core/libraries/Wire/src
+# shellcheck disable=SC2086
+avr-g++ $chip $search -w -Os -std=gnu++11 -fno-exceptions -ffunction-sections -c "$wire/Wire.cpp" -o "$build/core/Wire.o"
+# shellcheck disable=SC2086
+avr-gcc $chip $search -w -Os -ffunction-sections -c "$wire/utility/twi.c" -o "$build/core/twi.o"
 avr-ar rcs "$build/core.a" "$build/core/"*.o
 warnings="-Wall -Wextra -Werror"
 # shellcheck disable=SC2086
 avr-gcc $chip $search $warnings -std=c99 -Os -ffunction-sections -c "$library/src/grip_link.c" -o "$build/grip_link.o"
-for sketch in piezo loadcell; do
+for sketch in piezo loadcell accelerometer; do
     # shellcheck disable=SC2086
     avr-g++ $chip $search $warnings -Os -std=gnu++11 -fno-exceptions -fno-threadsafe-statics -ffunction-sections -fdata-sections \
         -x c++ -include Arduino.h -c "$library/examples/$sketch/$sketch.ino" -o "$build/$sketch.o"
@@ -70,6 +76,15 @@ cc -std=c99 -D_POSIX_C_SOURCE=200809L -O2 "$root/protocol/arduino/test/board.c" 
 for sketch in piezo loadcell; do
     python3 "$root/protocol/arduino/test/check.py" "$sketch" "$build/board" "$build/$sketch.elf"
 done
+# The accelerometers on this computer, with a part on I2C that loses its power once.
+cc -std=c99 -O2 -c "$library/src/grip_link.c" -o "$build/grip_link-host.o"
+for part in ADXL345=0x53,0x00,0xE5,0x32 LIS2DW12=0x19,0x0F,0x44,0x28 MPU6050=0x68,0x75,0x68,0xBB; do
+    # shellcheck disable=SC2086
+    c++ -std=c++11 -O2 $warnings "-D${part%%=*}" "-DPART_BYTES=${part#*=}" "-I$root/protocol/arduino/test/core" "-I$library/src" \
+        -x c++ -include Arduino.h "$library/examples/accelerometer/accelerometer.ino" "$root/protocol/arduino/test/host.cpp" \
+        -x none "$build/grip_link-host.o" -o "$build/${part%%=*}"
+    python3 "$root/protocol/arduino/test/check.py" accelerometer "$build/${part%%=*}" "$build/${part%%=*}"
+done
 
 # The detector alone: its sketch for a Cortex-M0+, its source for an AVR too, since an IDE compiles every source of a library.
 warnings="$warnings -Wconversion"
@@ -83,18 +98,20 @@ source="$library/src/slip_detector.c $root/protocol/arduino/test/detector.c"
 cc -std=c99 -O2 -ffp-contract=off $warnings "-I$library/src" $source -o "$build/detector" -lm
 python3 "$root/protocol/arduino/test/readings.py" >"$build/readings"
 "$build/detector" 1600 0 <"$build/readings" >"$build/expected"
-detector() { # NAME MACHINE FLAGS..: on this processor of QEMU
-    name=$1 machine=$2
-    shift 2
+detector() { # NAME MACHINE VECTORS MHZ FLAGS..: on this processor of QEMU; its RAM of 4 MB begins with the vectors, SysTick counts so many MHz
+    name=$1 machine=$2 vectors=$3 tick=$((1000 / $4))
+    shift 4
     arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off -c "$library/src/slip_detector.c" -o "$build/slip_detector-m.o"
     arm-none-eabi-size "$build/slip_detector-m.o" | awk -v name="$name" 'NR == 2 { print "slip_detector.c, " name ": flash " $1 + $2 " bytes" }'
     # shellcheck disable=SC2086
     arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off $warnings "-I$library/src" $source "$root/protocol/arduino/test/cortex_m.c" \
-        --specs=rdimon.specs -Wl,--wrap=sd_step -Wl,--section-start=.vectors=0 -lm -o "$build/detector-m.elf"
+        --specs=rdimon.specs "-DINSTRUCTIONS=${tick}u" "-DSTACK=$vectors + 0x400000" -Wl,--wrap=sd_step \
+        "-Wl,--section-start=.vectors=$vectors" "-Wl,-Ttext-segment=$(printf '0x%x' $((vectors + 0x8000)))" -lm -o "$build/detector-m.elf"
     timeout 120 qemu-system-arm -M "$machine" -display none -monitor none -serial none -icount shift=0 \
         -semihosting-config enable=on,target=native,arg=detector,arg=1600,arg=0 -kernel "$build/detector-m.elf" <"$build/readings" >"$build/got"
     cmp "$build/got" "$build/expected"
 }
-detector Cortex-M4 mps2-an386 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
-detector Cortex-M3 mps2-an385 -mcpu=cortex-m3
-echo "slip_detector.c: the same states and statistics on both as on this machine"
+detector Cortex-M4 mps2-an386 0x0 25 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
+detector Cortex-M3 mps2-an385 0x0 25 -mcpu=cortex-m3
+detector 'Cortex-M33, as in an RP2350' mps2-an505 0x10000000 20 -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard
+echo "slip_detector.c: the same states and statistics on all three as on this machine"

@@ -71,10 +71,11 @@ sanitized='-fsanitize=address,undefined -fno-sanitize-recover=all'
 # shellcheck disable=SC2086 # the options are words
 for kind in plain asan; do
     options=$([ $kind = plain ] || echo "$sanitized")
-    ros=$crate/examples/ros2_control
+    ros=fleet/ros/slip_grip_controller
+    distribution=$([ $kind = plain ] && echo -DJAZZY || echo -DHUMBLE)
     c $options "$crate/examples/detect.c" -o "$work/detect-$kind" "${shared[@]}"
     cpp $options "$crate/examples/grip.cpp" -o "$work/grip-$kind" "${shared[@]}"
-    cpp $options -I"$ros/mock" "$ros/slip_grip_controller.cpp" "$ros/run.cpp" -o "$work/ros-$kind" "${shared[@]}"
+    cpp $options "$distribution" -I"$ros/test/mock" "$ros/src/slip_grip_controller.cpp" "$ros/test/run.cpp" -o "$work/ros-$kind" "${shared[@]}"
     c $options "$crate/tests/c/fuzz.c" -o "$work/fuzz-$kind" "${static[@]}"
 done
 c "$crate/tests/c/allocations.c" -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign,--wrap=free \

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Grasps of gripd in the rows of docs/results/control.md: one object set, sensors and drives from good to bad.
+"""Grasps of gripd in the rows of decision 0088: one object set, sensors and drives from good to bad.
 
 usage: grasp-rows.py GRIPCTL [--trials N] [--seed N] [--rows NAME,..] [--jobs N]
 """

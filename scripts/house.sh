@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
-# Measures the workspace as a building: lines by kind and package, the path from bytes to command, what a change rebuilds, gripd's
+# Measures the workspace as a building: lines by kind and package, constants of slip-core, what a change rebuilds, gripd's
 # closure, dependency edges that point up, circles between folders, CI seconds. Says in each heading how it is counted.
 #   scripts/house.sh [LOG of .ci/run]
-# Fails where a crate has no floor, an edge points up, folders import each other, or a listed file or type of the path is gone. Needs
-# Python 3.9 and cargo; builds nothing.
+# Fails where a crate has no floor, an edge points up, or folders import each other. Needs Python 3.9 and cargo; builds nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 metadata=$(mktemp)

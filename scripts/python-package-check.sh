@@ -49,6 +49,8 @@ fi
 "$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps "$work"/wheel/*.whl
 "$python" -m mypy --cache-dir "$work/mypy"
 "$python" -m pytest -q -p no:cacheprovider
+# Of the robot for LeRobot what needs no LeRobot.
+(cd "$root/bindings/lerobot" && "$python" -m pytest -q -p no:cacheprovider tests)
 for example in detect calibrate esc_truth close_the_loop; do
     "$python" "examples/$example.py" "$work/pictures/python-$example.svg"
 done

@@ -50,7 +50,7 @@ firmware adxl345 slip-adxl345
 [ -z "$only_build" ] || exit 0
 
 cargo fmt --check
-python3 "$root/scripts/licence-check.py"
+"$root/scripts/deny.sh" protocol/firmware/rp2040
 # That file needs no other, and no link-time optimization, which would take a minute.
 rustc --edition 2024 -O --test src/float.rs -o "$work/float"
 "$work/float" --quiet

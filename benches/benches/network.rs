@@ -3,35 +3,12 @@
 
 use core::hint::black_box;
 use criterion::{Criterion, Throughput};
-use mlp::{Q15, tanh, train::Isa};
+use mlp::{tanh, train::Isa};
 use slip_benches::networks;
 
 fn forward(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forward pass");
     group.throughput(Throughput::Elements(1));
-    let fixed = networks::small().expect("2-10-1");
-    group.bench_function("Mlp 2-10-1", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward(black_box(&[0.25, -0.5])));
-    });
-    group.bench_function("Mlp 2-10-1, exact tanh", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward_exact(black_box(&[0.25, -0.5])));
-    });
-    group.bench_function("Mlp 2-10-1, f64", |bencher| {
-        bencher.iter(|| black_box(&fixed).forward_double(black_box(&[0.25, -0.5])));
-    });
-    let deep = networks::deep().expect("16-32-16-1");
-    group.bench_function("DeepMlp 16-32-16-1", |bencher| {
-        bencher.iter(|| black_box(&deep).forward(black_box(&[0.25; 16])));
-    });
-    let general = networks::network(&[2, 10, 1]).expect("2-10-1");
-    let (mut weights, mut biases) = ([0; 30], [0; 11]);
-    let integer = Q15::quantize(&general, &mut weights, &mut biases).expect("weights are small");
-    group.bench_function("Q15 2-10-1", |bencher| {
-        let mut output = [0];
-        bencher.iter(|| {
-            black_box(&integer).forward(black_box(&[8192, -16_384]), black_box(&mut output))
-        });
-    });
     for (name, sizes) in
         [("Network 2-10-1", &[2, 10, 1][..]), ("Network 16-32-16-1", &[16, 32, 16, 1])]
     {

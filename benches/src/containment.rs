@@ -117,10 +117,7 @@ pub fn one(path: Path, trial: &Trial, force: f64, speed: f64, tally: &mut Tally)
     match path {
         Path::SplitF64 => {
             let mut sum = LiteralSum::<f64>::default();
-            // Some one by one, the rest as a slice: both must keep the bound.
-            let (single, many) = trial.lengths.split_at(trial.lengths.len() / 4);
-            single.iter().for_each(|(delta, spacing)| _ = sum.push(*delta, *spacing));
-            sum.extend(many);
+            trial.lengths.iter().for_each(|(delta, spacing)| _ = sum.push(*delta, *spacing));
             tally.check(sum.value(&conditions), literal);
         }
         Path::SplitDouble => {

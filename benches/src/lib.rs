@@ -25,7 +25,6 @@ pub mod detection;
 pub mod exact;
 pub mod frames;
 pub mod learning;
-pub mod link_faults;
 pub mod networks;
 pub mod peers;
 pub mod scenes;

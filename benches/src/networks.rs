@@ -1,39 +1,15 @@
 //! Layer sizes in, networks with repeatable weights out.
 
-use mlp::{
-    Activation, Column, DeepMlp, Mlp, Model, Network, Scaler, ShapeError, Transform, weight_count,
-};
+use mlp::{Activation, Column, Model, Network, Scaler, ShapeError, Transform, weight_count};
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-
-/// The shape of the embedded model: two features, ten neurons, one force.
-pub type Small = Mlp<2, 10, 1>;
-
-/// The larger shape of the comparisons.
-pub type Deep = DeepMlp<16, 32, 16, 1>;
 
 /// `count` weights from N(0, 1/4).
 #[must_use]
 pub fn weights(count: usize) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     StandardNormal.sample_iter(&mut rng).map(|weight: f32| 0.5 * weight).take(count).collect()
-}
-
-/// The 2-10-1 network whose sizes are known at compile time: tanh, then linear.
-///
-/// # Errors
-/// Never: the number of weights is that of the shape.
-pub fn small() -> Result<Small, ShapeError> {
-    Small::new(&weights(Small::WEIGHTS), Activation::Tanh, Activation::Linear)
-}
-
-/// The 16-32-16-1 network whose sizes are known at compile time: tanh, tanh, then linear.
-///
-/// # Errors
-/// Never: the number of weights is that of the shape.
-pub fn deep() -> Result<Deep, ShapeError> {
-    Deep::new(&weights(Deep::WEIGHTS), [Activation::Tanh, Activation::Tanh, Activation::Linear])
 }
 
 /// A network of `sizes` (inputs first): tanh in the hidden layers, linear at the end.

@@ -47,6 +47,7 @@ kinds! {
     reported_to_release "release by a client";
     out_of_disk "disk full";
     rebooted "reboot of the gripper";
+    without_a_stylus "stylus broken, stuck";
     disturbed_and_paused "noise, SIGSTOP";
     failing_in_slips "faults in slips";
     reloaded "SIGHUP";

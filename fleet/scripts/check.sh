@@ -22,9 +22,9 @@ cargo build --locked -p grip-fleet --example ros_messages
 built=$CARGO_TARGET_DIR/debug
 MESSAGES=$built/examples/ros_messages GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/ros-check.sh
 GRIPD=$built/gripd GRIPFLEET=$built/gripfleet scripts/foxglove-check.sh
+ros/check.sh "$built/gripd"
 ../scripts/doc-commands.py "$built"
-# The subscriber of docs/fleet.md.
 python_work fleet-check
 rm -rf "$work"
 mkdir -p "$work"
-"$python" scripts/peers/fleet_check.py docs/fleet.md "$built/gripd" "$built/gripfleet" "$work"
+"$python" scripts/peers/fleet_check.py docs/subscriber.py "$built/gripd" "$built/gripfleet" "$work"

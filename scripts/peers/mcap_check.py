@@ -1,4 +1,4 @@
-"""Recordings of gripd as the Python packages mcap and mcap-ros2-support see them.
+"""Recordings of gripd as the Python packages mcap, mcap-ros2-support and rosbags see them.
 
 Usage: mcap_check.py GRIPCTL FOLDER CUTS. Reads every .mcap in FOLDER, compares its samples with `gripctl csv`, then cuts copies
 of whole.mcap off at CUTS places, recovers them and reads them again.
@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
 
 COLUMNS = ["force_n", "tangential_n", "travel_m", "velocity_m_s", "stylus2", "reference", "pressure", "motion"]
 FIELDS = [
@@ -57,6 +58,9 @@ def check(file: Path) -> list:
     assert all(channel.message_encoding == "cdr" for channel in summary.channels.values())
     times = [message.log_time for _, _, message, _ in messages]
     assert times == sorted(times), f"{file}: log times go back"
+    with AnyReader([file]) as bag:
+        kinds = [type(bag.deserialize(data, connection.msgtype)).__name__ for connection, _, data in bag.messages()]
+    assert sorted(kinds) == sorted(schema.name.replace("/", "__") for schema, *_ in messages), f"{file}: rosbags"
     statistics = summary.statistics
     assert statistics.message_count == len(messages)
     assert statistics.chunk_count == len(summary.chunk_indexes) > 0

@@ -1,12 +1,10 @@
-//! What the stories share: programs that are never stale, a program that runs, a gripper that can be broken and unplugged.
+//! What the stories share: programs that are never stale, a program that runs.
 #![expect(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "test code")]
 
 mod build;
-mod gripper;
 mod program;
 
 pub use build::Build;
-pub use gripper::Gripper;
 pub use program::{Ended, Program};
 pub use rustix::process::Signal;
 

@@ -103,24 +103,6 @@ impl Program {
         kill_process(Pid::from_child(&self.child), signal).unwrap();
     }
 
-    /// SIGSTOP; nothing of it runs when this returns.
-    pub fn stop(&self) {
-        self.signal(Signal::STOP);
-        let stat = format!("/proc/{}/stat", self.child.id());
-        let stopped = || {
-            let text = fs::read_to_string(&stat).unwrap();
-            text.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('T'))
-        };
-        while !stopped() {
-            std::thread::yield_now();
-        }
-    }
-
-    /// Whether it has not ended.
-    pub fn is_running(&mut self) -> bool {
-        self.child.try_wait().unwrap().is_none()
-    }
-
     /// Waits for its end; a panic or a signal is none.
     #[must_use]
     pub fn ended(mut self) -> Ended {

@@ -4,7 +4,6 @@
 
 mod handle;
 mod session;
-mod socket;
 mod table;
 
 use core::error::Error;
@@ -43,8 +42,6 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         &session::grasps(extent.grasps)?,
         IN_MEMORY,
     );
-    let socket = socket::grasps(extent.grasps.div_ceil(5))?;
-    table.add("the same over a socket pair, there and back", &socket, Limits::NONE);
     table.print();
     // A single second without optimisation shows nothing of the limits.
     let kept = !measure || table.over() == 0;

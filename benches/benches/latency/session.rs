@@ -12,10 +12,10 @@ use hdrhistogram::Histogram;
 use slip_core::units::Micros;
 
 /// Simulated time of a grasp: closing, lift, slip and hold.
-pub(crate) const GRASP: Micros = Micros(2_000_000);
+const GRASP: Micros = Micros(2_000_000);
 
 /// The gripper and its host for the object of `seed`, both before the first byte.
-pub(crate) fn pair(seed: u64) -> Result<(VirtualMcu, Session), Box<dyn Error>> {
+fn pair(seed: u64) -> Result<(VirtualMcu, Session), Box<dyn Error>> {
     let scene = scene::load("default")?.reseeded(seed)?;
     let estimator = model::default_estimator()?;
     let mut session = Session::new(HostConfig::default(), estimator, SessionOptions::default())?;

@@ -1,10 +1,9 @@
 //! Instructions of one inference.
 
 use crate::board::{Board, print};
-use crate::model::{self, WEIGHTS};
+use crate::model;
 use crate::stack;
 use core::hint::black_box;
-use mlp_core::{Activation, Mlp};
 
 const TIMES: u16 = 1000;
 
@@ -14,15 +13,8 @@ pub fn measure(board: &Board) {
         print(&["no model\n"], &[]);
         return;
     };
-    let fixed: Option<Mlp<2, 10, 1>> =
-        Mlp::new(&WEIGHTS, Activation::Tanh, Activation::Linear).ok();
     let inputs = |i: u16| [f32::from(i % 100) * 0.02 - 1.0, f32::from(i % 37) * 0.05 - 0.9];
     let raw = |i: u16| [f32::from(i % 100) * 0.2 - 11.0, f32::from(i % 37) * 0.5 + 1.0];
-    if let Some(fixed) = fixed {
-        report("forward pass, Mlp<2, 10, 1>", board, |i| {
-            black_box(fixed.forward(black_box(&inputs(i))));
-        });
-    }
     report("forward pass, Network 2-10-1", board, |i| {
         let mut out = [0.0];
         let _ = black_box(network.forward(black_box(&inputs(i)), &mut out));

@@ -1,49 +1,9 @@
 //! Inputs in, outputs of each kind of network out.
 
 use mlp_core::{
-    Activation, Column, DeepMlp, Dense, Estimate, Mlp, Model, Network, PredictError, Q15, Q15Error,
-    ScaleError, Scaler, ShapeError, tanh,
+    Activation, Column, Estimate, Model, Network, PredictError, ScaleError, Scaler, ShapeError,
+    tanh,
 };
-
-/// One hidden layer of known size.
-#[unsafe(no_mangle)]
-pub fn mlp_forward(network: &Mlp<2, 10, 1>, input: &[f32; 2]) -> [f32; 1] {
-    network.forward(input)
-}
-
-/// The same with the exact tanh.
-#[unsafe(no_mangle)]
-pub fn mlp_forward_exact(network: &Mlp<2, 10, 1>, input: &[f32; 2]) -> [f32; 1] {
-    network.forward_exact(input)
-}
-
-/// The same in double precision.
-#[unsafe(no_mangle)]
-pub fn mlp_forward_double(network: &Mlp<2, 10, 1>, input: &[f64; 2]) -> [f64; 1] {
-    network.forward_double(input)
-}
-
-/// Checks weights.
-#[unsafe(no_mangle)]
-pub fn mlp_new(weights: &[f32], activations: [Activation; 2]) -> Result<Mlp<2, 10, 1>, ShapeError> {
-    let [hidden, output] = activations;
-    Mlp::new(weights, hidden, output)
-}
-
-/// One layer.
-#[unsafe(no_mangle)]
-pub fn dense_new(weights: &[f32], activation: Activation) -> Result<Dense<3, 4>, ShapeError> {
-    Dense::new(weights, activation)
-}
-
-/// One layer in each precision; the sum shows that all three are needed.
-#[unsafe(no_mangle)]
-pub fn dense_forward(layer: &Dense<3, 4>, input: &[f32; 3]) -> f64 {
-    let [fast, ..] = layer.forward(input);
-    let [exact, ..] = layer.forward_exact(input);
-    let [double, ..] = layer.forward_double(&input.map(f64::from));
-    f64::from(fast) + f64::from(exact) + double
-}
 
 /// Every tanh.
 #[unsafe(no_mangle)]
@@ -71,33 +31,6 @@ pub fn network_forward_exact(
     network.forward_exact(input, output)
 }
 
-/// Checks weights of two hidden layers of known size.
-#[unsafe(no_mangle)]
-pub fn deep_new(
-    weights: &[f32],
-    activations: [Activation; 3],
-) -> Result<DeepMlp<2, 8, 6, 1>, ShapeError> {
-    DeepMlp::new(weights, activations)
-}
-
-/// Two hidden layers of known size.
-#[unsafe(no_mangle)]
-pub fn deep_forward(network: &DeepMlp<2, 8, 6, 1>, input: &[f32; 2]) -> [f32; 1] {
-    network.forward(input)
-}
-
-/// The same in double precision.
-#[unsafe(no_mangle)]
-pub fn deep_forward_double(network: &DeepMlp<2, 8, 6, 1>, input: &[f64; 2]) -> [f64; 1] {
-    network.forward_double(input)
-}
-
-/// Two hidden layers of known size, with the exact tanh.
-#[unsafe(no_mangle)]
-pub fn deep_forward_exact(network: &DeepMlp<2, 8, 6, 1>, input: &[f32; 2]) -> [f32; 1] {
-    network.forward_exact(input)
-}
-
 /// Any number of layers in double precision.
 #[unsafe(no_mangle)]
 pub fn network_forward_double(
@@ -106,40 +39,6 @@ pub fn network_forward_double(
     output: &mut [f64],
 ) -> Result<(), ShapeError> {
     network.forward_double(input, output)
-}
-
-/// Integers only.
-#[unsafe(no_mangle)]
-pub fn q15_forward(network: &Q15<'_>, input: &[i16], output: &mut [i32]) -> Result<(), ShapeError> {
-    network.forward(input, output)
-}
-
-/// Turns weights into integers; whether that worked.
-#[unsafe(no_mangle)]
-pub fn q15_quantize(
-    network: &Network<&'static [f32]>,
-    weights: &mut [i16],
-    biases: &mut [i32],
-) -> bool {
-    Q15::quantize(network, weights, biases).is_ok()
-}
-
-/// Joins integers made elsewhere.
-#[unsafe(no_mangle)]
-pub fn q15_new<'a>(
-    sizes: &[usize],
-    activations: &[Activation],
-    exponents: &[u8],
-    weights: &'a [i16],
-    biases: &'a [i32],
-) -> Result<Q15<'a>, Q15Error> {
-    Q15::new(sizes, activations, exponents, weights, biases)
-}
-
-/// How far off the integers may be.
-#[unsafe(no_mangle)]
-pub fn q15_error_bound(network: &Q15<'_>) -> f64 {
-    network.error_bound()
 }
 
 /// Raw features to a raw target.

@@ -1,4 +1,4 @@
-//! E_sc: tan S by eight evaluators, and the other readings, on ratios of machined surfaces.
+//! E_sc: tan S by seven evaluators, and the other readings, on ratios of machined surfaces.
 
 use super::{Candidate, Clock, Panel};
 use crate::exact::{
@@ -15,15 +15,14 @@ type Lengths = [(f64, f64)];
 /// The value for force and speed 1, per irregularity where the reading is a tangent.
 type Evaluator = (&'static str, fn(&Lengths) -> f64, fn(&Trial) -> Exact);
 
-/// The first eight give the literal value; the others are compared among themselves.
-const EVALUATORS: [Evaluator; 12] = [
+/// The first seven give the literal value; the others are compared among themselves.
+const EVALUATORS: [Evaluator; 11] = [
     ("naive f32", naive_f32, literal),
     ("naive f64", naive_f64, literal),
     ("Neumaier f64", neumaier, literal),
     ("pairwise f64", pairwise, literal),
     ("split f32", split_f32, literal),
-    ("split f64, one by one", split_f64, literal),
-    ("split f64", split_slice, literal),
+    ("split f64", split_f64, literal),
     ("split double-double", split_double, literal),
     ("arc_cot", arc_cot, |trial| tan(&trial.arc_cots) * count(trial)),
     ("slope_power", slope_power, |trial| exact(2.0) * sum(trial, ratio)),
@@ -53,7 +52,7 @@ pub(super) fn panels(clock: Clock<'_>) -> Vec<Panel> {
         let mut draw = Draw::new(42);
         let trials: Vec<Trial> = (0..count).map(|_| Trial::random(&known, n, &mut draw)).collect();
         let timed = trials.get(..(4000 / n).clamp(4, count)).unwrap_or(&trials);
-        let (literal, others) = EVALUATORS.split_at(8);
+        let (literal, others) = EVALUATORS.split_at(7);
         let evaluators = if name == "esc_readings" { others } else { literal };
         let candidates = evaluators
             .iter()
@@ -140,12 +139,6 @@ fn split_f32(lengths: &Lengths) -> f64 {
     let mut sum = LiteralSum::<f32>::default();
     lengths.iter().for_each(|(d, s)| _ = sum.push(*d as f32, *s as f32));
     sum.value(&Conditions::new(1.0, 1.0)).map_or(f64::NAN, |esc| f64::from(esc.value))
-}
-
-fn split_slice(lengths: &Lengths) -> f64 {
-    let mut sum = LiteralSum::<f64>::default();
-    sum.extend(lengths);
-    sum.value(&Conditions::new(1.0, 1.0)).map_or(f64::NAN, |esc| esc.value)
 }
 
 macro_rules! streaming {

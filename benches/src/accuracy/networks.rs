@@ -5,7 +5,7 @@ use crate::{
     exact::{Exact, exact, pool::Draw, to_f64},
     networks,
 };
-use mlp::{Q15, tanh, train::Isa};
+use mlp::{tanh, train::Isa};
 
 const INPUTS: usize = 4096;
 
@@ -102,7 +102,7 @@ fn slice<T: Copy + Into<f64>, E>(
 
 #[expect(clippy::cast_possible_truncation, reason = "inputs of a network are f32")]
 fn forward(clock: Clock<'_>) -> Option<Panel> {
-    let (small, network) = (networks::small().ok()?, networks::network(&[2, 10, 1]).ok()?);
+    let network = networks::network(&[2, 10, 1]).ok()?;
     let mut draw = Draw::new(62);
     let inputs: Vec<[f32; 2]> = (0..1000)
         .map(|_| [0, 1].map(|_| ((65_536.0 * draw.unit()).floor() / 32_768.0 - 1.0) as f32))
@@ -110,25 +110,13 @@ fn forward(clock: Clock<'_>) -> Option<Panel> {
     let weights = networks::weights(41);
     let wanted: Vec<f64> = inputs.iter().map(|x| to_f64(&exact_forward(&weights, x))).collect();
     let scale = (wanted.iter().map(|y| y * y).sum::<f64>() / wanted.len() as f64).sqrt();
-    let (mut integers, mut offsets) = ([0; 30], [0; 11]);
-    let q15 = Q15::quantize(&network, &mut integers, &mut offsets).ok()?;
     type Pass<'a> = Box<dyn Fn(&[f32; 2]) -> f64 + 'a>;
-    let passes: [(&'static str, Pass<'_>); 6] = [
-        ("Mlp, rational tanh", Box::new(|x| small.forward(x)[0].into())),
-        ("Mlp, exact tanh", Box::new(|x| small.forward_exact(x)[0].into())),
-        ("Mlp, f64", Box::new(|x| small.forward_double(&x.map(f64::from))[0])),
+    let passes: [(&'static str, Pass<'_>); 3] = [
         ("Network, rational tanh", Box::new(|x| slice([f32::NAN], |y| network.forward(x, y)))),
+        ("Network, exact tanh", Box::new(|x| slice([f32::NAN], |y| network.forward_exact(x, y)))),
         (
             "Network, f64",
             Box::new(|x| slice([f64::NAN], |y| network.forward_double(&x.map(f64::from), y))),
-        ),
-        (
-            "Q15",
-            Box::new(|x| {
-                // Exact: the inputs are Q15 numbers.
-                let x = x.map(|v| (v * 32_768.0) as i16);
-                slice([i32::MAX], |y| q15.forward(&x, y)) / 32_768.0
-            }),
         ),
     ];
     let inputs = &inputs;

@@ -70,11 +70,6 @@ fn epochs<T: Real>(case: &Case, isa: Isa, epochs: u32) -> Result<(), Box<dyn Err
 }
 
 fn forward() -> Result<(), Box<dyn Error>> {
-    let (small, deep) = (networks::small()?, networks::deep()?);
-    let mut input = [0.25_f32, -0.5];
-    time_forward("2-10-1", &mut input, |input| small.forward(input)[0]);
-    time_forward("2-10-1 exact", &mut input, |input| small.forward_exact(input)[0]);
-    time_forward("16-32-16-1", &mut [0.25; 16], |input| deep.forward(input)[0]);
     for sizes in [&[2, 10, 1][..], &[16, 32, 16, 1]] {
         let network = networks::network(sizes)?;
         let name: Vec<String> = sizes.iter().map(ToString::to_string).collect();
@@ -85,7 +80,7 @@ fn forward() -> Result<(), Box<dyn Error>> {
             black_box(network.forward(input, &mut output).is_ok());
             output[0]
         };
-        time_forward(&format!("{} slice", name.join("-")), &mut input, pass);
+        time_forward(&name.join("-"), &mut input, pass);
     }
     Ok(())
 }

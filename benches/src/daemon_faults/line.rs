@@ -1,4 +1,4 @@
-//! A gripper that restarts, a line full of noise, a daemon that stands still, settings that change.
+//! A gripper that restarts, a stylus that fails, a line full of noise, a daemon that stands still, settings that change.
 
 use super::{
     outcome::Outcome,
@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{daemon::process::Daemon, time};
 use anyhow::Result;
+use grip_sim::mcu::{Sensor, SensorFault};
 use rustix::process::Signal;
 
 /// A daemon stands still for this long (ms).
@@ -46,6 +47,29 @@ pub(super) fn reboots(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
     outcome.require(reported > 0, || format!("no restart was reported: {}", daemon.log()));
     outcome.spread("from the restart to the grip", again_ms, "ms");
     rig.finish(&mut daemon, &mut outcome)?;
+    Ok(outcome)
+}
+
+/// The stylus breaks or sticks while the object is in the air: reported by its name, and the force does not fall.
+pub(super) fn styluses(setup: &Setup<'_>) -> Result<Outcome> {
+    let mut outcome = Outcome::default();
+    for (fault, health) in [(SensorFault::Dead, "failed"), (SensorFault::Stuck, "frozen")] {
+        outcome.times += 1;
+        let rig = Rig::new(setup, Object::Lifted)?;
+        let mut daemon = rig.gripping(&["--json", "--record", "stylus.mcap"])?;
+        rig.gripper.bench().mcu.break_sensor(Sensor::Stylus, Some(fault));
+        let is_reported = |line: &str| {
+            [r#""type":"health""#, r#""channel":"stylus""#, health]
+                .iter()
+                .all(|it| line.contains(it))
+        };
+        let reported = time::until(PATIENCE_S, || daemon.printed().lines().any(is_reported));
+        rig.missed(reported, "the stylus is not reported", &daemon)?;
+        time::wait_ms(1000);
+        rig.commands_again(&daemon)?;
+        rig.finish(&mut daemon, &mut outcome)?;
+    }
+    outcome.figure("broken and stuck: reported, the force stays".to_owned());
     Ok(outcome)
 }
 

@@ -74,7 +74,7 @@ impl Counts {
 /// A kind of fault: its name and what it does.
 type Kind = (&'static str, fn(&Setup<'_>, Counts) -> Result<Outcome>);
 
-const KINDS: [Kind; 10] = [
+const KINDS: [Kind; 11] = [
     ("kill -9", |setup, counts| kills::run(setup, counts.kills)),
     ("unplug, replug", |setup, counts| plugs::again(setup, counts.unplugs)),
     ("another gripper at the port", |setup, _| plugs::stranger(setup)),
@@ -82,6 +82,7 @@ const KINDS: [Kind; 10] = [
     ("release by a client", |setup, _| programs::release(setup)),
     ("disk full", |setup, _| storage::run(setup)),
     ("reboot of the gripper", |setup, counts| line::reboots(setup, counts.reboots)),
+    ("stylus broken, stuck", |setup, _| line::styluses(setup)),
     ("noise, SIGSTOP", |setup, counts| line::noise(setup, counts.noise_s, counts.pauses)),
     ("faults in slips", |setup, counts| slips::run(setup, counts.slips)),
     ("SIGHUP", |setup, counts| line::reloads(setup, counts.reloads)),

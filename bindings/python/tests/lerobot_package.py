@@ -17,13 +17,13 @@ import torch
 from lerobot.datasets.compute_stats import compute_episode_stats
 from lerobot.datasets.dataset_tools import merge_datasets
 from lerobot.datasets.lerobot_dataset import LeRobotDataset
-from test_lerobot import FPS, SEEDS, connected, grasp, gripd
+from test_lerobot import FPS, OBSERVED, SEEDS, connected, grasp, gripd
 
 from slipgrip.lerobot import FEATURES, LiveSlip, columns, convert, open_recording
 
 __all__ = ["gripd"]
 TASK = "hold the cup"
-WHOLE = [f"observation.slip.{name}" for name in FEATURES if name != "action"]
+WHOLE = [f"observation.slip.{name}" for name in OBSERVED]
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +94,7 @@ def test_it_merges_them(files: List[Path], tmp_path: Path) -> None:
 
 def test_it_goes_on_with_one_of_ours(files: List[Path], tmp_path: Path) -> None:
     info = convert(files[:1], tmp_path / "out", fps=FPS, task=TASK)
-    dataset = opened(tmp_path / "out")
+    dataset = LeRobotDataset.resume("local/grasps", root=tmp_path / "out")
     for _ in range(7):
         dataset.add_frame({**{name: np.ones(1, np.float32) for name in WHOLE}, "task": "another"})
     dataset.save_episode()

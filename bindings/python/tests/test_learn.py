@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from slipgrip import Detector, Model, train
 
@@ -33,6 +34,25 @@ def test_rows_of_gripctl_train_a_model_for_the_detector(tmp_path: Path, gripctl:
     model.save(tmp_path / "m.json")
     for given in (model, tmp_path / "m.json", "default", "paper"):
         Detector(1e4, ["stylus", "force_n"], model=given)
+
+
+def test_an_interval_holds_its_share_of_unseen_rows(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5000)
+    x = rng.uniform(0.5, 2.0, (1200, 2))
+    y = x[:, 0] * x[:, 1] * np.exp(rng.normal(0.0, 0.1, 1200))
+    model = train(
+        x[:200], y[:200], inputs=["a:ln", "b:ln"], targets="f:ln", algorithm="lm", hidden=[3], epochs=30, interval=0.9
+    )
+    model.save(tmp_path / "m.json")
+    again = Model.load(tmp_path / "m.json")
+    predicted, low, high = again.predict(x[200:], interval=True)
+    assert np.array_equal(predicted, model.predict(x[200:])) and again.interval == 0.9
+    assert 0.85 < np.mean((low[:, 0] <= y[200:]) & (y[200:] <= high[:, 0])) < 0.95
+    assert np.allclose(predicted / low, high / predicted)
+    plain = train(x[:50], y[:50], epochs=5)
+    assert plain.interval is None
+    with pytest.raises(ValueError, match="states no interval"):
+        plain.predict(x[:5], interval=True)
 
 
 def test_validation_ends_a_training() -> None:

@@ -21,7 +21,8 @@ from slipgrip.lerobot import FEATURES, LiveSlip, columns, convert, dataset_featu
 
 FPS = 30
 SEEDS = (6203, 6204)
-OBSERVED = [name for name in FEATURES if name != "action"]
+CONTROL = ("need_n", "command_n", "action")
+OBSERVED = [name for name in FEATURES if name not in CONTROL]
 
 
 def grasp(seed: int, file: Path) -> Path:
@@ -74,7 +75,7 @@ def slow(recording: Recording, found: Detection) -> Dict[str, List[float]]:
         # Frames that end at this row: the next one is later, and nothing is known after the last.
         until = times[row + 1] if row + 1 < len(times) else t + 1e-6
         while times[0] + frame / FPS + 0.5e-6 < until:
-            for name, value in {"active": active, "statistic": found.statistic[row], **known, **held}.items():
+            for name, value in {"active": active, "statistic": min(found.statistic[row], 1000.0), "held": found.scene[row] == 2, **known, **held}.items():
                 made[name].append(float(np.float32(value)))
             frame, active = frame + 1, slipping
     return made
@@ -245,8 +246,10 @@ def test_the_dataset_of_a_gripd_and_its_live_frames_agree(gripd: Path, tmp_path:
     # Every live value was recorded; which frame it falls into depends on the clocks.
     happened: List[Any] = found.events
     events = {name: {np.float32(event.get(name) or 0.0) for event in happened} for name in ("esc_w", "estimate_n", "speed_m_s")}
-    rows = {"force_n": recording["force_n"], "travel_m": recording["travel_m"], "action": found.command_n, "statistic": found.statistic}
-    known: Dict[str, Any] = {**events, **{name: {np.float32(0.0), *values} for name, values in rows.items()}}  # type: ignore[misc]
+    assert found.need is not None
+    rows: Dict[str, Any] = {"force_n": recording["force_n"], "travel_m": recording["travel_m"], "held": [1.0]}
+    rows.update(action=found.command_n, command_n=found.command_n, need_n=found.need[:, 1], statistic=found.statistic.clip(max=1000.0))
+    known: Dict[str, Any] = {**events, **{name: {np.float32(0.0), *values} for name, values in rows.items()}}
     for name, values in known.items():
         key = name if name == "action" else f"observation.slip.{name}"
         seen = {frame[key][0] for frame in frames}

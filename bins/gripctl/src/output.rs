@@ -23,7 +23,9 @@ pub(crate) const MODEL: OutputKind = OutputKind {
     endings: &["json"],
     strict: false,
     is_ours: |head| {
-        ["mlp-model", "ensemble-model", "svr-model"].iter().any(|format| is_format(head, format))
+        ["mlp-model", "ensemble-model", "svr-model", "gp-model", "poly-model"]
+            .iter()
+            .any(|format| is_format(head, format))
     },
 };
 /// How a model came about.

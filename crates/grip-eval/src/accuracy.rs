@@ -142,7 +142,7 @@ impl Answer {
     fn sigmas(&self) -> Option<f64> {
         let estimate = self.estimate?;
         let off_n = f64::from(estimate.force_n) - self.row.adequate_force_n;
-        Some(off_n.abs() / f64::from(estimate.noise_n))
+        Some(off_n.abs() / f64::from(estimate.sigma_n))
     }
 }
 

@@ -17,6 +17,7 @@
 
 mod arrays;
 pub mod assign;
+#[cfg(feature = "db3")]
 mod db3;
 mod error;
 mod json;
@@ -111,7 +112,13 @@ fn read_streams(
         for file in &files {
             match has_ending(file, "mcap") {
                 true => mcap_file::read(file, options, &mut topics)?,
+                #[cfg(feature = "db3")]
                 false => db3::read(file, options, &mut topics)?,
+                #[cfg(not(feature = "db3"))]
+                false => {
+                    let what = "is SQLite, which is not built in (feature `db3`): `gripctl import` reads it";
+                    return Err(ImportError::nothing(file, what));
+                }
             }
         }
         if files.len() > 1 {

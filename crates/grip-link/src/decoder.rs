@@ -96,18 +96,18 @@ message! {
     /// Counts since the decoder was made; all saturate. A part of STATS.
     #[derive(Eq, Default)]
     Counters {
-        0 ok: u32, "frames", "Good frames handed out.";
-        4 too_long: u32, "blocks", "Blocks longer than any frame.";
-        8 cobs: u32, "blocks", "Blocks that are not COBS.";
-        12 length: u32, "blocks", "Blocks whose length field disagrees.";
-        16 crc: u32, "blocks", "Blocks with a wrong checksum.";
-        20 echo: u32, "frames", "Frames with the listener's own direction bit.";
-        24 version: u32, "frames", "Frames of another protocol version.";
-        28 stale: u32, "frames", "Frames of another session.";
-        32 duplicate: u32, "frames", "Frames with a sequence number seen before.";
-        36 unknown: u32, "frames", "Good frames of an unknown type.";
-        40 gap: u32, "frames", "Frames missing according to the sequence numbers.";
-        44 garbage_bytes: u32, "bytes", "Bytes in blocks that failed length, COBS or CRC.";
+        0 ok: u32, "good frames", "Frames handed out.";
+        4 too_long: u32, "blocks longer than any frame: delimiters lost, wrong baud rate, foreign protocol", "Too long.";
+        8 cobs: u32, "blocks that are not COBS: bytes lost, or garbage such as modem commands", "No COBS.";
+        12 length: u32, "blocks whose length field disagrees: bytes lost, inserted or joined", "Wrong length.";
+        16 crc: u32, "blocks with a wrong checksum: bits flipped", "Wrong checksum.";
+        20 echo: u32, "frames of the listener's own direction: echo is switched on", "Echoes.";
+        24 version: u32, "frames of another protocol version", "Wrong version.";
+        28 stale: u32, "frames of another session: a host or boot of the past, or a second host", "Wrong session.";
+        32 duplicate: u32, "frames with a number of the recent past: repeated by a buffer, or replayed", "Seen before.";
+        36 unknown: u32, "good frames of an unknown type: a newer peer", "Type not known.";
+        40 gap: u32, "frames missing by their numbers", "Lost.";
+        44 garbage_bytes: u32, "bytes, without delimiters, of the blocks counted in `too_long`, `cobs`, `length`, `crc`", "Bytes that were no frame.";
     }
 }
 

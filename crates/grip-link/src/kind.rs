@@ -14,6 +14,15 @@ macro_rules! kinds {
             /// Every type, by its name.
             pub const ALL: &[(&str, Self)] = &[$((stringify!($name), Self::$name)),+];
 
+            /// What it is, in a sentence; empty of a type that is not known.
+            #[must_use]
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $(Self::$name => $doc,)+
+                    _ => "",
+                }
+            }
+
             /// Who knows it, as bits.
             const fn to(self) -> u8 {
                 match self {
@@ -48,7 +57,7 @@ kinds! {
     0xA0 WELCOME: CLIENT, "The daemon introduces itself to a client.";
     0xA1 SLIP: CLIENT, "A slip was noticed, became gross, or ended.";
     0xA2 STATE: CLIENT, "What the pipeline thinks.";
-    0xA3 HEALTH: CLIENT, "Figures of the daemon.";
+    0xA3 HEALTH: CLIENT, "Numbers of the daemon.";
     0xA4 GRIPPER: CLIENT, "Which gripper is there.";
     0xA5 ROWS: CLIENT, "Samples as the pipeline got them.";
     0xA6 NOTICE: CLIENT, "Something a client should know: dropped frames, sensors, link, the end.";

@@ -96,7 +96,7 @@ impl Layer {
     }
 }
 
-/// A title, two axes and layers, the first one at the back.
+/// A title, two axes and layers, the first one at the back; more of them below on the same horizontal axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// What the chart states.
@@ -107,6 +107,10 @@ pub struct Chart {
     pub y: Axis,
     /// What is drawn.
     pub layers: Vec<Layer>,
+    /// Shaded behind the layers, here and below: where each begins and ends on the horizontal axis.
+    pub spans: Vec<(f64, f64)>,
+    /// Charts below this one, on its horizontal axis. Their own spans and what stands below them is not drawn.
+    pub below: Vec<Chart>,
 }
 
 /// Why a chart cannot be drawn.
@@ -143,13 +147,26 @@ pub enum PlotError {
 impl Chart {
     /// A chart without layers.
     pub fn new(title: impl Into<String>, x: Axis, y: Axis) -> Self {
-        Self { title: title.into(), x, y, layers: Vec::new() }
+        Self { title: title.into(), x, y, layers: Vec::new(), spans: Vec::new(), below: Vec::new() }
     }
 
     /// With one more layer, in front of the others.
     #[must_use]
     pub fn with(mut self, layer: Layer) -> Self {
         self.layers.push(layer);
+        self
+    }
+
+    /// With `spans` shaded.
+    #[must_use]
+    pub fn shaded(self, spans: Vec<(f64, f64)>) -> Self {
+        Self { spans, ..self }
+    }
+
+    /// With `chart` below the others.
+    #[must_use]
+    pub fn above(mut self, chart: Self) -> Self {
+        self.below.push(chart);
         self
     }
 
@@ -193,6 +210,7 @@ impl Chart {
     }
 
     fn check(&self) -> Result<(), PlotError> {
+        self.below.iter().try_for_each(Self::check)?;
         if self.layers.iter().all(|layer| layer.points.is_empty()) {
             return Err(PlotError::Empty(self.title.clone()));
         }
@@ -210,7 +228,13 @@ impl Chart {
                 return Err(PlotError::OffAxis { title, layer, x, y });
             }
         }
-        Ok(())
+        match self.spans.iter().find(|(from, to)| !(fits(*from, &self.x) && fits(*to, &self.x))) {
+            Some(&(x, y)) => {
+                let (title, layer) = (self.title.clone(), "shaded".to_owned());
+                Err(PlotError::OffAxis { title, layer, x, y })
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -280,6 +304,22 @@ mod tests {
         assert!(matches!(chart().with(bars.clone()).svg(), Err(PlotError::MixedBars(_))));
         let others = Layer::bars("others", vec![("a".to_owned(), 1.0)]);
         assert!(matches!(empty.with(bars).with(others).svg(), Err(PlotError::MixedBars(_))));
+    }
+
+    #[test]
+    fn charts_below_share_the_axis_and_what_is_shaded() {
+        let below = chart().with(Layer::line("second", vec![(1000.0, 1e-16)]));
+        let alone = chart().svg().unwrap();
+        let shaded = chart().shaded(vec![(1.0, 10.0)]).above(below.clone());
+        let both = shaded.svg().unwrap();
+        assert!(both.contains("second") && both.len() > alone.len());
+        // One rectangle in each of the two.
+        assert_eq!(both.matches(crate::draw::SHADE).count(), 2, "{both}");
+        assert!(shaded.png().unwrap().starts_with(b"\x89PNG"));
+        let bad = chart().shaded(vec![(0.0, 1.0)]);
+        assert!(matches!(bad.svg(), Err(PlotError::OffAxis { x: 0.0, .. })));
+        let empty = Chart::new("none", Axis::linear("x"), Axis::linear("y"));
+        assert!(matches!(chart().above(empty).svg(), Err(PlotError::Empty(_))));
     }
 
     #[test]

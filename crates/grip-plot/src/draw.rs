@@ -1,9 +1,12 @@
 //! A checked chart in, the picture out: the only place that knows the drawing library, and all that makes the style.
 
 use crate::chart::{Axis, Chart, Layer, Mark, Scale};
+use kuva::backend::raster::RasterBackend;
 use kuva::prelude::{
-    BarPlot, Layout, LegendPosition, LinePlot, MarkerShape, Plot, ScatterPlot, TickFormat,
+    BarPlot, Figure, Layout, LegendPosition, LinePlot, MarkerShape, Plot, ScatterPlot,
+    ShadedRegion, SvgBackend, TickFormat,
 };
+use kuva::render::render::{Scene, render_multiple};
 use std::sync::Arc;
 
 /// Colours of the layers in turn: distinct for the colour-blind too (Okabe and Ito).
@@ -13,14 +16,41 @@ const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 520.0;
 const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 
+/// Height of each of several charts, and what is left of and right of their axes, so that these stand below each other.
+const ROW: f64 = 300.0;
+const SIDES: (f64, f64) = (90.0, 130.0);
+pub(crate) const SHADE: &str = "#fad7a0";
+
 pub(crate) fn svg(chart: &Chart) -> String {
-    let (plots, layout) = picture(chart);
-    kuva::render_to_svg(plots, layout)
+    SvgBackend.render_scene(&scene(chart))
 }
 
 pub(crate) fn png(chart: &Chart) -> Result<Vec<u8>, String> {
+    RasterBackend::new().with_scale(1.5).render_scene(&scene(chart))
+}
+
+fn scene(chart: &Chart) -> Scene {
+    let shade = |layout: Layout| {
+        let regions = chart.spans.iter().map(|&(from, to)| {
+            ShadedRegion::vertical(place(from, &chart.x), place(to, &chart.x))
+                .with_color(SHADE)
+                .with_opacity(0.6)
+        });
+        regions.fold(layout, Layout::with_shaded_region)
+    };
     let (plots, layout) = picture(chart);
-    kuva::render_to_raster(plots, layout, 1.5)
+    if chart.below.is_empty() {
+        return render_multiple(plots, shade(layout));
+    }
+    let rows = [(plots, layout)].into_iter().chain(chart.below.iter().map(picture));
+    let (plots, layouts): (Vec<_>, Vec<_>) = rows
+        .map(|(plots, layout)| (plots, shade(layout.with_force_margins(SIDES.0, SIDES.1))))
+        .unzip();
+    let figure = Figure::new(plots.len(), 1)
+        .with_cell_size(WIDTH, ROW)
+        .with_shared_x_all()
+        .with_spacing(0.0);
+    figure.with_plots(plots).with_layouts(layouts).render()
 }
 
 fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {

@@ -226,18 +226,13 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
     let fault = |fault| ModelError::File { file: file.to_owned(), fault };
     let shape = |source| ModelError::Shape { file: file.to_owned(), source };
     let (text, _) = signature::split(text);
-    let (deviation, networks) = if is_ensemble(text) {
+    let (deviation, interval, networks) = if is_ensemble(text) {
         let ensemble = EnsembleFile::from_json(text).map_err(fault)?;
-        (mean_deviation(ensemble.members()), ensemble.aligned())
+        (mean_deviation(ensemble.members()), ensemble.interval.clone(), ensemble.aligned())
     } else {
         let network = ModelFile::from_json(text).map_err(fault)?;
-        (mean_deviation(core::slice::from_ref(&network)), vec![network])
+        (mean_deviation(core::slice::from_ref(&network)), network.interval.clone(), vec![network])
     };
-    let discrepancy = networks
-        .iter()
-        .filter_map(|network| network.discrepancy)
-        .filter(|share| share.is_finite())
-        .fold(0.0, f32::max);
     let mut networks = networks.into_iter();
     let first = networks.next().ok_or_else(|| fault(FileError::NoMembers))?;
     let model = first.model_in().map_err(fault)?;
@@ -246,7 +241,22 @@ pub fn parse_estimator(file: &str, text: &str) -> Result<HostEstimator, ModelErr
         estimator = estimator.with_member(member.model_in().map_err(fault)?).map_err(shape)?;
     }
     let [relative, absolute_n] = deviation;
-    Ok(estimator.with_deviation(relative, absolute_n).with_discrepancy(discrepancy))
+    let estimator = estimator.with_deviation(relative, absolute_n);
+    Ok(match interval.as_ref().and_then(|i| Some((i.widths.first()?, i.level))) {
+        Some((&width, level)) => estimator.with_interval(width, sigmas(level)),
+        None => estimator,
+    })
+}
+
+/// Deviations of a bell curve to both sides of its middle that hold this share of it.
+fn sigmas(level: f64) -> f32 {
+    let (mut low, mut high) = (0.0, 40.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let held = libm::erf(middle * core::f64::consts::FRAC_1_SQRT_2);
+        (low, high) = if held < level { (middle, high) } else { (low, middle) };
+    }
+    file::rounded(low)
 }
 
 /// The features that the inputs of a network name; its target must be a force.
@@ -415,13 +425,19 @@ mod tests {
         };
         let [a, b] = [&one, &four].map(|model| model.estimate(&slip).unwrap());
         assert!((a.force_n / b.force_n - 1.0).abs() < 1e-4, "{a:?} {b:?}");
-        assert!((a.noise_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
+        assert!((a.sigma_n / a.force_n - one.deviation().0).abs() < 1e-4, "{a:?}");
         // What other physics add is stated, and no part of what the margin covers.
-        let stated = (one.deviation().0.powi(2) + 0.25_f32.powi(2)).sqrt();
-        assert!((a.sigma_n / a.force_n - stated).abs() < 1e-4 && a.is_trusted(), "{a:?}");
-        let without = text.replace("\"discrepancy\": 0.25,", "");
-        let plain = parse_estimator("m.json", &without).unwrap().estimate(&slip).unwrap();
-        assert_eq!((plain.force_n, plain.sigma_n), (a.force_n, a.noise_n));
+        let width = ModelFile::from_json(text).unwrap().interval.unwrap().widths[0];
+        let [low_n, high_n] = a.limits_n.unwrap();
+        assert!((a.force_n / low_n / width - 1.0).abs() < 1e-4 && a.is_trusted(), "{a:?}");
+        assert!((high_n / a.force_n / width - 1.0).abs() < 1e-4, "{a:?}");
+        assert_eq!(b.limits_n, None, "the file of the ensemble states none");
+        let mut old = ModelFile::from_json(text).unwrap();
+        old.interval = None;
+        let old = old.to_json().unwrap().replacen('{', "{\n  \"discrepancy\": 0.25,", 1);
+        let plain = parse_estimator("m.json", &old).unwrap().estimate(&slip).unwrap();
+        assert_eq!((plain.force_n, plain.sigma_n, plain.limits_n), (a.force_n, a.sigma_n, None));
+        assert!((super::sigmas(0.9) - 1.644_854).abs() < 1e-5, "{}", super::sigmas(0.9));
         let error = parse_estimator("e.json", &ensemble(MAX_MEMBERS + 1)).unwrap_err();
         assert!(error.to_string().contains("at most 4 networks"), "{error}");
         let error = parse_estimator("e.json", &ensemble(2).replace("ln", "log")).unwrap_err();

@@ -152,6 +152,8 @@ fn slip_entries<M: SerializeMap>(slip: &SlipReport, line: &mut M) -> Result<(), 
     line.serialize_entry("esc_unit", &reading.map(Reading::unit))?;
     line.serialize_entry("estimate_n", &slip.estimate_n)?;
     line.serialize_entry("estimate_sigma_n", &slip.estimate_sigma_n)?;
+    line.serialize_entry("estimate_lo_n", &slip.estimate_lo_n)?;
+    line.serialize_entry("estimate_hi_n", &slip.estimate_hi_n)?;
     line.serialize_entry("extrapolated", &slip.estimate_n.map(|_| slip.is_extrapolated()))?;
     line.serialize_entry("command_n", &slip.command_n)
 }
@@ -250,6 +252,8 @@ impl EventLog {
             estimate_n: state.estimate_n,
             command_n: state.command_n,
             estimate_sigma_n: estimate.map(|e| e.sigma_n),
+            estimate_lo_n: estimate.and_then(|e| e.limits_n).map(|[low_n, _]| low_n),
+            estimate_hi_n: estimate.and_then(|e| e.limits_n).map(|[_, high_n]| high_n),
             mean_slope: features.and_then(|f| f.mean_slope),
             ..report
         }
@@ -332,8 +336,11 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
     }
     if let Some(estimate) = slip.estimate_n {
         let note = if slip.is_extrapolated() { " (extrapolated, not used)" } else { "" };
-        let sigma = slip.estimate_sigma_n.unwrap_or(0.0);
-        write!(f, ", estimate {estimate:.2} +- {sigma:.2} N{note}")?;
+        write!(f, ", estimate {estimate:.2} N")?;
+        if let (Some(low), Some(high)) = (slip.estimate_lo_n, slip.estimate_hi_n) {
+            write!(f, " ({low:.2} to {high:.2})")?;
+        }
+        f.write_str(note)?;
     }
     slip.command_n.map_or(Ok(()), |command| write!(f, ", command {command:.2} N"))
 }

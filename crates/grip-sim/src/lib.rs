@@ -8,7 +8,6 @@ pub mod disturbance;
 pub mod friction;
 pub mod generator;
 pub mod grasp;
-pub mod line_fault;
 pub mod mcu;
 pub mod port;
 pub mod pty;
@@ -21,7 +20,6 @@ mod vibration;
 
 pub use generator::{GeneratorConfig, GeneratorError, Row, rows};
 pub use grasp::{Clairvoyant, Grasp, Phase, Truth, perfect_controller_can_hold};
-pub use line_fault::LineFault;
 pub use mcu::VirtualMcu;
 pub use pty::Pty;
 pub use scene::{Scene, SceneConfig, SceneError};

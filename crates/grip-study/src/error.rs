@@ -25,6 +25,14 @@ pub enum StudyError {
         /// Why.
         source: mlp::train::FitError,
     },
+    /// No Gaussian process, or no other learner.
+    #[error("condition {condition}: {source}")]
+    Learner {
+        /// Name of the condition.
+        condition: &'static str,
+        /// Why.
+        source: Box<crate::outlook::OutlookError>,
+    },
     /// A setting of the study that can not work.
     #[error("{name} is {value}: it must be {range}")]
     Setting {

@@ -3,6 +3,8 @@
 //! ```json
 //! { "format": "ensemble-model", "version": 1, "members": [ .. files as of `file`, all with the same columns .. ] }
 //! ```
+//! `interval`, as in the file of a network, may stand beside them: that of the mean of their answers.
+//!
 //! Each member keeps its own note of training, with the hash of its rows. Members that saw rows drawn with replacement have
 //! ranges of their own; [`EnsembleFile::aligned`] gives all of them the widest ones, so that one scaling serves them all.
 
@@ -10,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded},
+    interval::Interval,
     model::Transform,
 };
 
@@ -23,17 +26,22 @@ pub const VERSION: u64 = 1;
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnsembleFile {
     members: Vec<ModelFile>,
+    /// How far the truth may be from the mean of the answers, where that was measured on rows that no member had seen.
+    pub interval: Option<Interval>,
 }
 
 #[derive(Serialize)]
 struct Written<'a> {
     format: &'static str,
     version: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval: Option<&'a Interval>,
     members: &'a [ModelFile],
 }
 
 #[derive(Deserialize)]
 struct Read {
+    interval: Option<Interval>,
     members: Vec<serde_json::Value>,
 }
 
@@ -53,7 +61,7 @@ impl EnsembleFile {
         let differs = |file: &ModelFile| file.specs() != first.specs();
         match members.iter().position(differs) {
             Some(place) => Err(FileError::Member { member: place + 1 }),
-            None => Ok(Self { members }),
+            None => Ok(Self { members, interval: None }),
         }
     }
 
@@ -65,7 +73,11 @@ impl EnsembleFile {
         Head::check(text, FORMAT, VERSION)?;
         let read: Read = serde_json::from_str(text).map_err(|error| json_error(&error))?;
         let member = |member: &serde_json::Value| ModelFile::from_json(&member.to_string());
-        Self::new(read.members.iter().map(member).collect::<Result<_, _>>()?)
+        let ensemble = Self::new(read.members.iter().map(member).collect::<Result<_, _>>()?)?;
+        if let (Some(interval), Some(first)) = (&read.interval, ensemble.members.first()) {
+            interval.check(&first.targets)?;
+        }
+        Ok(Self { interval: read.interval, ..ensemble })
     }
 
     /// The text of the file.
@@ -73,7 +85,8 @@ impl EnsembleFile {
     /// # Errors
     /// [`FileError::Json`].
     pub fn to_json(&self) -> Result<String, FileError> {
-        let written = Written { format: FORMAT, version: VERSION, members: &self.members };
+        let (interval, members) = (self.interval.as_ref(), &self.members[..]);
+        let written = Written { format: FORMAT, version: VERSION, interval, members };
         serde_json::to_string_pretty(&written).map_err(|error| json_error(&error))
     }
 

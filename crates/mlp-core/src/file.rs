@@ -12,7 +12,8 @@
 //!   "training": null
 //! }
 //! ```
-//! `min` and `max` are raw values; `weights` has one row per neuron. Unknown fields are ignored. Limits are
+//! `min` and `max` are raw values; `weights` has one row per neuron. `"interval": { "level": 0.9, "widths": [1.2], "from": "10 parts of 100
+//! rows" }` may stand beside them ([`Interval`]): 90 % of the forces lie between answer / 1.2 and 1.2 answer. Unknown fields are ignored. Limits are
 //! written with as many digits as bring back the same `f64`, weights the same `f32`.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -20,6 +21,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use crate::{
     activation::Activation,
     column::ColumnSpec,
+    interval::Interval,
     model::{Column, Model, ScaleError, Scaler, Transform},
     network::{Network, ShapeError},
     topology::{MOST_INPUTS, MOST_OUTPUTS, Topology},
@@ -115,6 +117,9 @@ pub enum FileError {
         /// Its classes.
         classes: usize,
     },
+    /// An interval without a level between 0 and 1, or without a possible width for each target.
+    #[error("interval: a level between 0 and 1 and a width for each target are needed")]
+    Interval,
     /// Sizes beyond the limits of a network, or layers that do not match the columns.
     #[error(transparent)]
     Shape(#[from] ShapeError),
@@ -206,10 +211,9 @@ pub struct ModelFile {
     /// their limits of -1 and 1 leave as they are, are scores: softmax makes probabilities of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub classes: Option<String>,
-    /// By what share of themselves answers are off in other physics than that of the training (one standard deviation), where that was
-    /// measured.
+    /// How far the truth may be from an answer, where that was measured on rows that the network had not seen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub discrepancy: Option<f32>,
+    pub interval: Option<Interval>,
     /// How it was trained, if known.
     pub training: Option<TrainingNote>,
 }
@@ -272,7 +276,7 @@ impl ModelFile {
             targets: targets.to_vec(),
             layers: layers.collect(),
             classes: None,
-            discrepancy: None,
+            interval: None,
             training: None,
         }
     }
@@ -325,6 +329,9 @@ impl ModelFile {
         if self.targets.len() > MOST_OUTPUTS {
             let (layer, given) = (self.layers.len(), self.targets.len());
             return Err(ShapeError::Width { layer, given, limit: MOST_OUTPUTS }.into());
+        }
+        if let Some(interval) = &self.interval {
+            interval.check(&self.targets)?;
         }
         self.model_within()
     }

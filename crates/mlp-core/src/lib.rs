@@ -8,10 +8,8 @@
 //! | [`Model`] | raw features to raw targets, reports when it has to extrapolate |
 //! | [`Scaler`] | raw values to `[-1, 1]` and back |
 //! | [`Network`] | forward pass for any number of hidden layers, weights in one flat slice |
-//! | [`Mlp`], [`DeepMlp`] | forward pass for one or two hidden layers of sizes known at compile time |
-//! | [`Q15`] | forward pass in 16-bit integers for processors without floating point |
 //!
-//! [`Network`] and [`Mlp`] also compute with an exact tanh and in double precision ([`tanh`] has the errors).
+//! [`Network`] also computes with an exact tanh and in double precision ([`tanh`] has the errors).
 //!
 //! With the feature `file` (std) the modules [`mod@file`] and [`ensemble_file`] read and write model files. Trainers are in the crate
 //! `mlp`, which exports all of this again.
@@ -26,18 +24,16 @@ pub mod column;
 pub mod ensemble_file;
 #[cfg(feature = "file")]
 pub mod file;
-pub mod fixed;
+#[cfg(feature = "file")]
+pub mod interval;
 pub mod model;
 pub mod network;
-pub mod q15;
 pub mod tanh;
 #[cfg(feature = "file")]
 pub mod topology;
 
 pub use activation::Activation;
-pub use fixed::{DeepMlp, Dense, Mlp};
 pub use model::{
     Column, Coverage, Estimate, MAX_IO, Model, PredictError, ScaleError, Scaler, Transform,
 };
 pub use network::{MAX_LAYERS, MAX_WIDTH, Network, ShapeError, weight_count};
-pub use q15::{Q15, Q15Error};

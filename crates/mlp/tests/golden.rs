@@ -1,6 +1,8 @@
 //! Trainers against error curves of an independent double-precision implementation, and how many of twenty given starts
 //! reach the goal.
 //!
+//! Rules of the first order are in `tests/reference.rs`, weight by weight.
+//!
 //! The data lie outside the repository: in the folder `GRIP_DATA`, or in `shared/data` beside it. Without
 //! them each test prints that and checks nothing; `src/train/trainer/tests.rs` needs no data.
 //!
@@ -14,10 +16,7 @@ mod common;
 #[cfg(test)]
 mod tests {
     use super::common::{Surface2, curve, surface2};
-    use mlp::train::trainer::{
-        Damping, GradientDescentConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm,
-        RpropConfig, RpropVariant, ScgConfig,
-    };
+    use mlp::train::trainer::{Damping, LevenbergMarquardtConfig, ScgConfig};
     use mlp::train::{Algorithm, NetworkObjective, Real, Run, RunConfig, Stop, Training, run};
 
     /// The damping of the golden curves.
@@ -54,39 +53,6 @@ mod tests {
             eprintln!("{label} start {start} epoch {epoch}: {got:.9e}, deviation {deviation:.1e}");
             let bound = bounds.iter().find(|bound| epoch <= bound.epoch).unwrap();
             assert!(deviation <= bound.relative, "deviation {deviation:e} > {}", bound.relative);
-        }
-    }
-
-    #[test]
-    #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-    fn gradient_descent() {
-        let config = GradientDescentConfig { rate: 0.05 };
-        compare("gd_lr0.05", Algorithm::Gd(config), &[bound(10, 1e-9), bound(100, 5e-6)]);
-    }
-
-    #[test]
-    #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-    fn both_forms_of_momentum() {
-        for (label, form) in [
-            ("gdm_lr0.05_mc0.9", MomentumForm::Averaged),
-            ("heavy_ball_lr0.05_mc0.9", MomentumForm::HeavyBall),
-        ] {
-            let config = MomentumConfig { rate: 0.05, momentum: 0.9, form };
-            compare(label, Algorithm::Gdm(config), &[bound(10, 1e-9), bound(100, 5e-6)]);
-        }
-    }
-
-    #[test]
-    #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-    fn rprop() {
-        for (label, variant) in [
-            ("rprop-", RpropVariant::Minus),
-            ("rprop+", RpropVariant::Plus),
-            ("irprop-", RpropVariant::ImprovedMinus),
-            ("irprop+", RpropVariant::ImprovedPlus),
-        ] {
-            let config = RpropConfig { variant, ..RpropConfig::default() };
-            compare(label, Algorithm::Rprop(config), &[bound(10, 3e-9), bound(100, 1e-8)]);
         }
     }
 

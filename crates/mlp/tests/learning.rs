@@ -269,16 +269,6 @@ mod tests {
     }
 
     #[test]
-    fn constant_columns_are_no_obstacle() {
-        let rows = read("v_m_s,m_kg,f_n\n0.1,0.5,3\n0.2,0.5,3\n0.3,0.5,3\n");
-        for algorithm in Algorithm::all() {
-            let config = FitConfig { algorithm, ..config("lm", 20) };
-            let fit = fit(&rows, None, None, &config).unwrap();
-            assert!(fit.train.mse < 1e-12, "{}: {}", algorithm.name(), fit.train.mse);
-        }
-    }
-
-    #[test]
     fn settings_that_can_not_work_are_refused() {
         let rows = grasps(0.0);
         let refuse = |config: FitConfig| fit(&rows, None, None, &config).unwrap_err();

@@ -1,7 +1,7 @@
 //! Features of a slip in, the adequate grasp force out: the network with its inputs by name, and the formula.
 
 use crate::esc::Esc;
-use mlp_core::{Model, Network, PredictError, model::MAX_IO};
+use mlp_core::{Model, Network, PredictError, Transform, model::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;
@@ -22,28 +22,28 @@ pub const G_M_S2: f32 = 9.806_65;
 pub struct ForceEstimate {
     /// Adequate normal force of one finger (N).
     pub force_n: f32,
-    /// Its standard deviation (N): `noise_n`, and what is known of answers in physics that the network was not trained on (its model
-    /// discrepancy), taken as independent.
+    /// Its standard deviation in the physics that the network was trained on (N), which the margin covers: what the networks of an ensemble
+    /// differ by, what they missed by on rows they were not trained on, and the noise of the sensor of travel or speed, each taken as independent.
     pub sigma_n: f32,
-    /// What of it varies from estimate to estimate, so that the margin has to cover it (N): what the networks of an ensemble differ by, what
-    /// they missed by on rows they were not trained on, and the noise of the sensor of travel or speed, each taken as independent.
-    pub noise_n: f32,
+    /// The interval that the model states, widened by the noise of that sensor (N): for the built-in one of 90 %, also in other physics. It moves
+    /// nothing. `None` where the model states none, and beyond the range that it knows.
+    pub limits_n: Option<[f32; 2]>,
     /// Whether a feature lay outside the range the network was trained on.
     pub extrapolated: bool,
 }
 
 impl ForceEstimate {
-    /// A force (N) with the deviation from estimate to estimate (N) as all that is known of its error.
+    /// A force (N) with its deviation (N) as all that is known of its error.
     #[must_use]
-    pub const fn new(force_n: f32, noise_n: f32) -> Self {
-        Self { force_n, sigma_n: noise_n, noise_n, extrapolated: false }
+    pub const fn new(force_n: f32, sigma_n: f32) -> Self {
+        Self { force_n, sigma_n, limits_n: None, extrapolated: false }
     }
 
-    /// Whether it may move the fingers: made within the range that the network knows, with a noise of at most half of itself. What may not is
-    /// shown all the same.
+    /// Whether it may move the fingers: made within the range that the network knows, with a deviation of at most half of itself. What may not
+    /// is shown all the same.
     #[must_use]
     pub fn is_trusted(&self) -> bool {
-        !self.extrapolated && self.noise_n <= MOST_UNSURE * self.force_n
+        !self.extrapolated && self.sigma_n <= MOST_UNSURE * self.force_n
     }
 }
 
@@ -95,8 +95,8 @@ pub struct Estimator<W> {
     /// Deviation of the answers on rows that the networks were not trained on: a share of them, and in newtons.
     relative: f32,
     absolute_n: f32,
-    /// The same in other physics than that of the training, as a share.
-    discrepancy: f32,
+    /// How far the truth may be from an answer within the stated interval, and how many deviations of the sensor's noise that is.
+    interval: Option<(Reach, f32)>,
     features: [Feature; MAX_IO],
     inputs: usize,
     /// Whether the acceleration of the slip is an input.
@@ -122,9 +122,8 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         }
         let accelerated = features.contains(&Feature::SlipAcceleration);
         let others = core::array::from_fn(|_| None);
-        let (relative, absolute_n, discrepancy) = (0.0, 0.0, 0.0);
-        let features = order;
-        Ok(Self { model, others, relative, absolute_n, discrepancy, features, inputs, accelerated })
+        let (relative, absolute_n, interval, features) = (0.0, 0.0, None, order);
+        Ok(Self { model, others, relative, absolute_n, interval, features, inputs, accelerated })
     }
 
     /// The same with the network of `model` as another one of an ensemble; the answer is the mean of all.
@@ -147,11 +146,18 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         Self { relative: relative.max(0.0), absolute_n: absolute_n.max(0.0), ..self }
     }
 
-    /// The same where answers are known to be off by this share of them (one standard deviation) in physics that the network was not trained
-    /// on. It is stated and moves nothing: a margin for it would raise every force.
+    /// The same with an interval: `width` is taken off the answer and added to it (N), or divides and multiplies it where the target is
+    /// logarithmic; `sigmas` deviations of the sensor's noise widen it, as many as hold the same share of a bell curve. It is stated and moves nothing: a
+    /// margin for it would raise every force. A width that is no width states nothing.
     #[must_use]
-    pub fn with_discrepancy(self, share: f32) -> Self {
-        Self { discrepancy: share.max(0.0), ..self }
+    pub fn with_interval(self, width: f32, sigmas: f32) -> Self {
+        let reach = match self.model.targets().columns().next().map(|column| column.transform) {
+            Some(Transform::Ln) => Reach::Logarithm(libm::logf(width)),
+            _ => Reach::Newtons(width),
+        };
+        let (Reach::Logarithm(size) | Reach::Newtons(size)) = reach;
+        let known = size >= 0.0 && size.is_finite() && sigmas >= 0.0;
+        Self { interval: known.then_some((reach, sigmas)), ..self }
     }
 
     /// Whether its answers are sure enough on the whole to move the fingers; see [`ForceEstimate::is_trusted`].
@@ -195,11 +201,12 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         if force_n > 0.0 {
             // About the mean, of as many less one.
             let between = (squares - off * off / (1.0 + others)).max(0.0) / others.max(1.0);
-            let relative = squared(self.relative) + squared(self.noise(features));
+            let (noise, extrapolated) = (self.noise(features), answer.extrapolated);
+            let relative = squared(self.relative) + squared(noise);
             let variance = between + squared(force_n) * relative + squared(self.absolute_n);
-            let noise_n = libm::sqrtf(variance);
-            let sigma_n = libm::sqrtf(variance + squared(self.discrepancy * force_n));
-            Ok(ForceEstimate { force_n, sigma_n, noise_n, extrapolated: answer.extrapolated })
+            let known = self.interval.filter(|_| !extrapolated);
+            let limits_n = known.map(|(reach, sigmas)| reach.around(force_n, sigmas * noise));
+            Ok(ForceEstimate { force_n, sigma_n: libm::sqrtf(variance), limits_n, extrapolated })
         } else {
             Err(NoEstimate::NotPositive(force_n))
         }
@@ -210,6 +217,31 @@ impl<W: AsRef<[f32]>> Estimator<W> {
         let sigma = features.slip_acceleration_sigma_m_s2.filter(|_| self.accelerated);
         let left = (G_M_S2 - features.slip_acceleration_m_s2).max(LEAST_FRICTION * G_M_S2);
         sigma.map_or(0.0, |sigma| sigma / left)
+    }
+}
+
+/// How far the truth may be from an answer.
+#[derive(Clone, Copy, Debug)]
+enum Reach {
+    /// As a logarithm of the force.
+    Logarithm(f32),
+    /// In newtons.
+    Newtons(f32),
+}
+
+impl Reach {
+    /// The limits around `force_n` (N) where a sensor adds `noise` of it, taken as independent.
+    fn around(self, force_n: f32, noise: f32) -> [f32; 2] {
+        match self {
+            Self::Logarithm(size) => {
+                let factor = libm::expf(libm::hypotf(size, noise));
+                [force_n / factor, force_n * factor]
+            }
+            Self::Newtons(size) => {
+                let size_n = libm::hypotf(size, noise * force_n);
+                [(force_n - size_n).max(0.0), force_n + size_n]
+            }
+        }
     }
 }
 
@@ -492,110 +524,4 @@ mod features_tests {
 }
 
 #[cfg(test)]
-mod friction_tests {
-    extern crate std;
-    use super::{FrictionMeter, KAPPA};
-    use crate::estimate::ForceEstimate;
-    use std::vec::Vec;
-
-    /// A slip of 0.1 s at 10 kHz under a force that grows by e each 20 ms from 2 N to 8 N.
-    #[derive(Clone, Copy)]
-    struct Slip {
-        /// Friction of sliding and its excess at break-away, which fades in 2 ms.
-        mu: f32,
-        excess: f32,
-        /// Half of the load (N); the object slides until the force is 1.2 times what that needs.
-        load_n: f32,
-        scale: f32,
-        felt: bool,
-    }
-
-    impl Slip {
-        const HELD: Self = Self { mu: 0.3, excess: 0.2, load_n: 1.5, scale: 1.0, felt: true };
-
-        fn needed_n(self) -> f32 {
-            self.load_n / self.mu
-        }
-
-        /// The estimates of each millisecond, with the force there is and whether the object slides.
-        fn run(self) -> Vec<(Option<ForceEstimate>, f32, bool)> {
-            let mut meter = FrictionMeter::new(10_000.0);
-            meter.begin();
-            let mut noise = 1_u32;
-            let mut draw = || {
-                noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                0.017 * (f32::from(u16::try_from(noise >> 16).unwrap()) / 65_536.0 - 0.5)
-            };
-            let mut out = Vec::new();
-            for i in 0..1000_u16 {
-                let t_s = 1e-4 * f32::from(i);
-                let normal_n = (2.0 * libm::expf(t_s / 0.02)).min(8.0);
-                let slides = normal_n < 1.2 * self.needed_n();
-                let mu = self.mu * (1.0 + self.excess * libm::expf(-t_s / 2e-3));
-                let shown_n = if slides { mu * normal_n } else { self.load_n };
-                let felt = self.felt && slides;
-                meter.push(normal_n + draw(), self.scale * (shown_n + draw()), felt);
-                if i % 10 == 9 {
-                    out.push((meter.estimate(), normal_n, slides));
-                }
-            }
-            out
-        }
-    }
-
-    #[test]
-    fn the_adequate_force_follows_from_the_load_at_rest_whatever_the_scale() {
-        for scale in [1.0, 0.8, -1.2] {
-            let slip = Slip { scale, ..Slip::HELD };
-            let estimate = slip.run().last().unwrap().0.unwrap();
-            let ratio = estimate.force_n / (KAPPA * slip.needed_n());
-            assert!((0.9..1.05).contains(&ratio), "{ratio} at scale {scale}");
-            assert!(estimate.is_trusted() && !estimate.extrapolated, "{estimate:?}");
-        }
-    }
-
-    /// So the force goes on growing until the object stands.
-    #[test]
-    fn an_object_that_slides_needs_more_than_the_force_there_is() {
-        let steps = Slip::HELD.run();
-        let mean_n = |last: &[(Option<ForceEstimate>, f32, bool)]| {
-            last.iter().map(|step| step.1).sum::<f32>() / 4.0
-        };
-        let ratio = |last: &[(Option<ForceEstimate>, f32, bool)]| {
-            last[3].2.then(|| last[3].0.unwrap().force_n / mean_n(last))
-        };
-        let ratios: Vec<f32> = steps.windows(4).filter_map(ratio).collect();
-        assert!(ratios.len() > 15, "{ratios:?}");
-        assert!(ratios.iter().all(|ratio| (1.0..1.25).contains(ratio)), "{ratios:?}");
-        assert!(ratios.last().is_some_and(|ratio| *ratio > 1.15), "{ratios:?}");
-    }
-
-    /// Much less friction than at break-away, as on a wet contact: the ratio of before fades.
-    #[test]
-    fn friction_that_has_fallen_is_believed_after_a_while() {
-        let wet = Slip { excess: 0.8, load_n: 1e3, ..Slip::HELD };
-        let (estimate, normal_n, _) = *wet.run().last().unwrap();
-        assert!(estimate.unwrap().force_n > 1.1 * normal_n, "{estimate:?} at {normal_n} N");
-        let unfelt = Slip { felt: false, ..wet };
-        let (estimate, normal_n, _) = *unfelt.run().last().unwrap();
-        assert!(estimate.unwrap().force_n < 0.9 * normal_n, "nothing slips: {estimate:?}");
-    }
-
-    #[test]
-    fn forces_that_say_nothing_give_no_estimate() {
-        for slip in [Slip { scale: 0.0, ..Slip::HELD }, Slip { scale: 0.01, ..Slip::HELD }] {
-            assert!(slip.run().iter().all(|(estimate, ..)| estimate.is_none()));
-        }
-        let after = |samples: u16, stuck: bool| {
-            let mut meter = FrictionMeter::new(10_000.0);
-            for i in 0..samples {
-                let noise_n = if stuck { 0.0 } else { 1e-3 * f32::from(i % 7) };
-                meter.push(2.0 + 0.1 * f32::from(i), 0.6 + noise_n, true);
-            }
-            (meter.estimate(), meter.friction())
-        };
-        assert_eq!(after(39, false), (None, None), "four blocks are needed");
-        assert!(after(40, false).0.is_some());
-        assert_eq!(after(400, true), (None, None), "a sensor that is stuck");
-    }
-}
+mod friction_tests;

@@ -7,7 +7,7 @@ message! {
     /// Blocks and frames of the gripper that were no good, by cause; all saturate.
     #[derive(Eq, Default)]
     BadFrames {
-        0 too_long: u32, "blocks, as in chapter 3", "Longer than any frame.";
+        0 too_long: u32, "blocks, as in STATS", "Longer than any frame.";
         4 cobs: u32, "blocks", "Not COBS.";
         8 length: u32, "blocks", "Length field disagrees.";
         12 crc: u32, "blocks", "Wrong checksum.";

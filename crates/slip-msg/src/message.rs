@@ -11,7 +11,7 @@ use crate::{
 pub trait Wire<'a>: Copy {
     /// Bytes; where the number differs from value to value, those that are always there.
     const SIZE: usize;
-    /// Its name in the tables of protocol/SPEC.md, of an array that of an element; several for several numbers. Empty for a message.
+    /// Its name in the tables of protocol/MESSAGES.md, of an array that of an element; several for several numbers. Empty for a message.
     const TYPE: &'static str;
     /// Of a message its fields.
     const FIELDS: &'static [Field] = &[];
@@ -24,7 +24,7 @@ pub trait Wire<'a>: Copy {
     fn append(self, writer: Writer<'_>) -> Writer<'_>;
 }
 
-/// A row of a table of fields, as protocol/SPEC.md prints it and the vectors of `protocol/vectors` name it.
+/// A row of a table of fields, as protocol/MESSAGES.md prints it and the vectors of `protocol/vectors` name it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Field {
     /// Offset in the payload.
@@ -174,7 +174,7 @@ const fn single(value: f64) -> f32 {
 }
 
 /// A message, or a part of one: its fields in the order of the payload, from what offset on, `as` what name on the wire where that is another,
-/// unit and range (what protocol/SPEC.md prints), meaning, the range that others are refused outside of, and reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out behind
+/// unit and range (what protocol/MESSAGES.md prints), meaning, the range that others are refused outside of, and reserved bytes behind one of them. Fields after `appended` are missing in payloads of older programs, and left out behind
 /// the last one that is not `Absent::MISSING`. `local` ones stay in the program.
 ///
 /// ```
@@ -339,7 +339,7 @@ message! {
         52 esc as "esc_chosen": Option<f64>, "W or J, the reading that was asked for", "The reading of E_sc that was asked for.";
         56 esc_flags: u8, "b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate", "What is wrong with E_sc as printed: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.";
         57 notes: u8, "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used", "b0 E_sc depends on the surface, b1 the estimate is extrapolated and not used.";
-        58 ruled_out: u8, "[causes](#causes-of-an-alarm) other than a slip that were ruled out, a bit for each", "Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.";
+        58 ruled_out: u8, "[causes](CLIENTS.md#causes-of-an-alarm) other than a slip that were ruled out, a bit for each", "Causes other than a slip that were ruled out: b0 knock, b1 motion, b2 grip change, b3 closing, b4 arm stop.";
         59 possible: u8, "causes that were not ruled out; one in neither could not be judged", "Causes that were not ruled out; one in neither could not be judged.";
         60 estimate_n as "estimate": Option<f32>, "N, estimate of the adequate force", "Estimate of the adequate force.";
         64 command_n as "command": Option<f32>, "N, commanded force", "Commanded force.";
@@ -349,7 +349,9 @@ message! {
         72 certified_s as "certified": Option<f32>, "s, interval that the slip is certified with: such false alarms are at least so far apart on average; left out where it is not", "The interval that the slip is certified with: false alarms of that kind are at least so far apart on average.";
     }
     local {
-        estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate.";
+        estimate_sigma_n: Option<f32>, "N", "Standard deviation of the estimate in the physics that the model was trained on.";
+        estimate_lo_n: Option<f32>, "N", "Lower limit of the interval that the model states.";
+        estimate_hi_n: Option<f32>, "N", "Its upper limit.";
         mean_slope: Option<f32>, "", "Mean height over distance of the irregularities the stylus passed.";
         first: bool, "", "Whether this is the first notice of the slip: not its turn to gross, its certificate or its end.";
     }

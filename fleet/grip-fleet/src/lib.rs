@@ -1,6 +1,6 @@
 //! Frames of a gripper's daemon in, names and events that survive a lost network out; and back, for those who watch many grippers.
 //!
-//! What travels are the frames that clients of the daemon get at its socket (`protocol/SPEC.md`, chapter 16), unchanged, under names
+//! What travels are the frames that clients of the daemon get at its socket (`protocol/CLIENTS.md`), unchanged, under names
 //! that [`Member::key`] makes. Nothing but the module `net` and the server in [`live`] knows a
 //! network:
 //!

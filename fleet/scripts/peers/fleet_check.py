@@ -1,11 +1,10 @@
-"""The subscriber of a page beside a router, a gripd on its simulator and a gripfleet: each event once and in order, through restarts.
+"""docs/subscriber.py beside a router, a gripd on its simulator and a gripfleet: each event once and in order, through restarts.
 
-Usage: fleet_check.py PAGE GRIPD GRIPFLEET FOLDER. The one Python block of PAGE is run as a program. The subscriber, gripfleet and the
-router are killed in turn and started again. At the end it must have what `gripfleet events --all` gets: the log of the gripper.
+Usage: fleet_check.py SUBSCRIBER GRIPD GRIPFLEET FOLDER. The subscriber, gripfleet and the router are killed in turn and started again.
+At the end it must have what `gripfleet events --all` gets: the log of the gripper.
 """
 
 import json
-import re
 import socket
 import subprocess
 import sys
@@ -13,11 +12,8 @@ import time
 from pathlib import Path
 
 PATIENCE_S = 60
-page, gripd, gripfleet, folder = sys.argv[1:]
+subscriber, gripd, gripfleet, folder = sys.argv[1:]
 folder = Path(folder).resolve()
-(block,) = re.findall(r"^```python\n(.*?)^```$", Path(page).read_text(), re.M | re.S)
-assert len(block.splitlines()) <= 30, f"the block of {page} has {len(block.splitlines())} lines"
-(folder / "subscriber.py").write_text(block)
 with socket.create_server(("127.0.0.1", 0)) as free:
     endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
 (folder / "gripd.toml").write_text(
@@ -28,7 +24,7 @@ COMMANDS = {
     "router": [gripfleet, "router", "--listen", endpoint],
     "gripd": [gripd, "--port", "sim", "--json", "--config", "gripd.toml"],
     "gripfleet": [gripfleet, "--config", "gripd.toml"],
-    "subscriber": [sys.executable, "subscriber.py", endpoint, "events.jsonl"],
+    "subscriber": [sys.executable, str(Path(subscriber).resolve()), endpoint, "events.jsonl"],
 }
 running = {}
 

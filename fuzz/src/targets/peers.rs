@@ -37,7 +37,7 @@ pub fn decoder_lines(folder: &Path) -> Vec<String> {
 /// Scripts for the mode `device` of the peers.
 pub fn device_scripts(folder: &Path) -> Vec<Vec<String>> {
     let all = seeds(folder, "device");
-    let lives = all.iter().flat_map(|(_, seed)| variants(seed, 2));
+    let lives = all.iter().flat_map(|(_, seed)| variants(seed, 12));
     lives.map(|data| script::steps(&data).iter().map(script::Step::line).collect()).collect()
 }
 

@@ -28,7 +28,7 @@ struct Cli {
     /// The pages of the reference instead, in the folder itself.
     #[arg(long)]
     reference: bool,
-    /// A copy of protocol/SPEC.md instead, with the tables of the code.
+    /// protocol/MESSAGES.md instead: messages, fields and codes of the link.
     #[arg(long, conflicts_with = "reference")]
     spec: bool,
 }
@@ -36,7 +36,7 @@ struct Cli {
 fn main() -> anyhow::Result<()> {
     let cli = Cli::parse();
     if cli.spec {
-        return fs::write(&cli.out, spec::spec()).with_context(|| cli.out.display().to_string());
+        return fs::write(&cli.out, spec::page()).with_context(|| cli.out.display().to_string());
     }
     if cli.reference {
         return pages().iter().try_for_each(|(name, text)| write_page(&cli.out, name, text));

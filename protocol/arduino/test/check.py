@@ -17,7 +17,7 @@ from grip_link.messages import Config, SampleFormat  # noqa: E402
 from grip_link.stream import FdStream  # noqa: E402
 
 SECONDS, RATE_HZ, LEAST_ROWS = 3, 500, 1200
-CHANNELS = {"piezo": 1, "loadcell": 2}
+CHANNELS = {"piezo": 1, "accelerometer": 1, "loadcell": 2}
 
 
 def conversation(process, sample_format, clock):
@@ -59,13 +59,18 @@ def check(sketch, batches, link):
     gaps = sum(batch.samples.first_index != before.samples.first_index + len(before.samples) for before, batch in zip(batches, batches[1:]))
     if gaps or batches[-1].samples.dropped_total:
         yield f"{gaps} gaps, {batches[-1].samples.dropped_total} rows dropped"
-    first = [row[0] for row in rows]
+    raw = batches[0].samples.format is SampleFormat.I16
+    step = 1 if raw else link.ident.channels[0].scale
+    first = [row[0] / step for row in rows if row[0] == row[0] and row[0] != -32768]
+    # The emulated accelerometer is without power for 20 ms: the rows of that time have no reading, and some after it may be damaged.
+    if len(rows) - len(first) > 20:
+        yield f"{len(rows) - len(first)} rows without a reading"
     # The converter sees 1.5 to 3.5 V of 5 V: -205 to 205 about the middle, every 10 ms.
     if not (-215 <= min(first) <= -180 and 180 <= max(first) <= 215):
         yield f"readings from {min(first)} to {max(first)}"
     # 100,000 steps of 2.3e-5 N, 80 times a second; in i16 a step is 1 mN.
     if sketch == "loadcell":
-        unit = 1 if batches[0].samples.format is SampleFormat.I16 else 1000
+        unit = 1 if raw else 1000
         forces = [row[1] * unit for row in rows if row[1] == row[1] and row[1] != -32768]
         if not 0.12 <= len(forces) / len(rows) <= 0.2 or any(abs(force - 2300) > 1 for force in forces):
             yield f"{len(forces)} forces from {min(forces, default=0)} to {max(forces, default=0)} mN in {len(rows)} rows"
@@ -89,7 +94,7 @@ def main():
             process.wait()
         faults = list(check(sketch, batches, link))
         count = sum(len(batch.samples.rows) for batch in batches)
-        print(f"{sketch} in simavr, {sample_format.name}: {count} rows{'' if not faults else ', ' + '; '.join(faults)}")
+        print(f"{sketch} on the emulated board, {sample_format.name}: {count} rows{'' if not faults else ', ' + '; '.join(faults)}")
         failed |= bool(faults)
     sys.exit(1 if failed else 0)
 

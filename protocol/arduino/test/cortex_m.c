@@ -1,5 +1,5 @@
-/* A Cortex-M of QEMU (mps2-an385, mps2-an386) around detector.c: vectors, FPU, and on stderr the instructions that each reading took. Files and
- * arguments come by semihosting. Linked with --wrap=sd_step; -icount shift=0 makes an instruction a nanosecond, and SysTick counts 25 MHz. */
+/* A Cortex-M of QEMU (mps2-an385, -an386, -an505) around detector.c: vectors, FPU, and on stderr the instructions that each reading took. Files and
+ * arguments come by semihosting. Linked with --wrap=sd_step; -icount shift=0 makes an instruction a nanosecond; INSTRUCTIONS are in a tick of SysTick. STACK is the end of the RAM. */
 #include <stdint.h>
 #include <stdio.h>
 
@@ -10,7 +10,6 @@
 #define SYST_LOAD (*(volatile uint32_t *)0xE000E014u)
 #define SYST_VALUE (*(volatile uint32_t *)0xE000E018u)
 #define SYST_MASK 0xFFFFFFu
-#define INSTRUCTIONS 40u /* in a tick */
 
 extern void _start(void);
 static void reset(void);
@@ -20,7 +19,7 @@ sd_state __wrap_sd_step(sd_detector *d, float reading);
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t stack;
     void (*reset)(void);
-} VECTORS = {0x20400000u, reset};
+} VECTORS = {STACK, reset};
 
 static uint64_t ticks;
 static uint32_t most, readings;

@@ -1,7 +1,7 @@
 """The extension module. Shapes and units stand in the docstrings (``help(slipgrip.detect)``)."""
 
 from os import PathLike
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union, final
+from typing import Any, Dict, List, Literal, Mapping, Optional, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -160,7 +160,12 @@ class Model:
     @staticmethod
     def load(path: _Path) -> Model: ...
     def save(self, path: _Path) -> None: ...
-    def predict(self, x: npt.ArrayLike) -> _Doubles: ...
+    @overload
+    def predict(self, x: npt.ArrayLike, *, interval: Literal[False] = False) -> _Doubles: ...
+    @overload
+    def predict(self, x: npt.ArrayLike, *, interval: Literal[True]) -> Tuple[_Doubles, _Doubles, _Doubles]: ...
+    @property
+    def interval(self) -> Optional[float]: ...
     @property
     def inputs(self) -> List[str]: ...
     @property
@@ -245,4 +250,5 @@ def train(
     seed: int = 0,
     repeats: int = 1,
     decay: float = 0.0,
+    interval: Optional[float] = None,
 ) -> Model: ...

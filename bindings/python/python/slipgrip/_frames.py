@@ -9,17 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core import Detection, Recording
+from ._types import NEED, SCENES
 
 FEATURES: Dict[str, str] = {
     "active": "1 where an object slipped at any time since the frame before, else 0",
-    "statistic": "evidence of a slip over the wanted interval: 1 and above is a slip",
+    "statistic": "evidence of a slip over the wanted interval: 1 and above is a slip; 1000 at most",
     "confidence": "of the present slip, 0 to 1; 0 while nothing slips",
     "speed_m_s": "speed of the present slip as last reported (m/s); 0 while nothing slips",
     "esc_w": "E_sc of the last slip as last reported (W); 0 before the first",
     "estimate_n": "estimate of the adequate force as last reported (N); 0 before the first",
+    "need_n": "force of a finger that the object needs at full weight, median (N); 0 before the first, and without the force controller",
+    "held": "1 while an object is held at rest (scene holding), else 0",
     "force_n": "measured force of a finger (N); 0 before the first reading",
     "travel_m": "travel of the object past the fingers (m); 0 before the first reading",
-    "action": "commanded force (N), where the force controller runs",
+    "command_n": "commanded force (N), where the force controller runs",
+    "action": "the same as an action",
 }
 """Names of the features with their meaning and unit."""
 
@@ -34,6 +38,9 @@ Frame = Dict[str, npt.NDArray[np.float32]]
 Columns = Dict[str, npt.NDArray[np.float32]]
 """Values of shape (frames,) for each feature."""
 
+HOLDING = SCENES.index("holding")
+MOST = 1000.0
+"""Of the statistic, which grows beyond all squares that a float32 holds: LeRobot's deviation of it would be no number."""
 HALF_US = 0.5e-6
 """Times are whole microseconds: a row belongs to a frame of the same one."""
 
@@ -102,7 +109,7 @@ def columns(
     if len(found.t_s) != len(times):
         raise ValueError(f"found: it is of {len(found.t_s)} rows, the recording has {len(times)}")
     last = _rows_of_frames(recording, times, fps)
-    readings = {"statistic": _held(found.statistic, last)}
+    readings = {"statistic": np.minimum(_held(found.statistic, last), np.float32(MOST)), "held": (found.scene[last] == HOLDING).astype(np.float32)}
     for name in CHANNELS:
         if name in recording.channels and np.isfinite(recording[name]).any():
             readings[name] = _held(recording[name], last)
@@ -115,7 +122,9 @@ def columns(
         slips.append(state.frame())
     readings.update({name: np.array([frame[name] for frame in slips], np.float32) for name in slips[0]})
     if found.command_n is not None:
-        readings["action"] = _held(found.command_n, last)
+        readings["action"] = readings["command_n"] = _held(found.command_n, last)
+    if found.need is not None:
+        readings["need_n"] = _held(found.need[:, NEED.index("need_n")], last)
     return {name: readings[name] for name in chosen(list(readings), features)}
 
 

@@ -45,6 +45,8 @@ class Event(TypedDict, total=False):
     esc_unit: Optional[str]
     estimate_n: Optional[float]
     estimate_sigma_n: Optional[float]
+    estimate_lo_n: Optional[float]
+    estimate_hi_n: Optional[float]
     extrapolated: Optional[bool]
     command_n: Optional[float]
     event: str

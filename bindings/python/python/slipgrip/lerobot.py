@@ -218,9 +218,9 @@ class LiveSlip:
         """Connects; ``url`` is ``socket://127.0.0.1:7747`` if not given. Raises OSError where no gripd answers."""
         observed = [name for name in FEATURES if name != "action"]
         self.names = _frames.chosen(list(FEATURES), observed if features is None else features)
-        self._daemon = _connect(url)
+        self._daemon = _connect(url, rows=any(name in CHANNELS for name in self.names))
         self._slips = SlipState()
-        self._readings = dict.fromkeys(("statistic", "action", *CHANNELS), 0.0)
+        self._readings = dict.fromkeys(("statistic", "need_n", "held", "command_n", "action", *CHANNELS), 0.0)
         self._error: Optional[Exception] = None
         self._lock, self._ended = threading.Lock(), threading.Event()
         try:
@@ -281,8 +281,11 @@ class LiveSlip:
             values = (message.confidence, message.speed, message.esc, message.estimate)
             self._slips.event({"type": kind, **dict(zip(_frames.OF_SLIPS, values))})
         elif isinstance(message, State):
-            self._reading("statistic", message.statistic)
+            self._reading("statistic", min(message.statistic, _frames.MOST))
+            self._reading("command_n", message.command)
             self._reading("action", message.command)
+            self._reading("need_n", math.nan if message.need is None else message.need)
+            self._readings["held"] = float(message.scene is Scene.HOLDING)
             # Also of a slip that had begun before this connection.
             self._slips.seen(message.scene is Scene.SLIPPING)
         elif isinstance(message, Rows):
@@ -295,14 +298,14 @@ class LiveSlip:
             self._readings[name] = value
 
 
-def _connect(url: Optional[str]) -> Daemon:
+def _connect(url: Optional[str], rows: bool) -> Daemon:
     try:
         from grip_link import Daemon
         from grip_link.daemon import DEFAULT_URL
         from grip_link.messages.daemon import Subscribe, Topics
     except ImportError as error:
         raise ImportError("grip_link speaks with gripd: pip install protocol/python in a checkout") from error
-    wanted = Subscribe(topics=Topics.SLIP | Topics.STATE, every_nth=1, state_ms=1)
+    wanted = Subscribe(topics=Topics.SLIP | Topics.STATE, every_nth=int(rows), state_ms=5)
     return Daemon.open(DEFAULT_URL if url is None else url, wanted)
 
 

@@ -82,7 +82,7 @@ pub(crate) enum CollectSplit {
 }
 
 /// Which columns a learner sees.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ColumnArgs {
     /// Input columns; `name:ln` takes the logarithm.
     #[arg(long, value_delimiter = ',', required = true)]
@@ -95,16 +95,20 @@ pub(crate) struct ColumnArgs {
     pub(crate) classify: bool,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct TrainArgs {
     /// Training rows: .csv, or .npz with a 1-dimensional array for each column (`numpy.savez(FILE, a=..., f=...)`).
     pub(crate) data: PathBuf,
     #[command(flatten)]
     pub(crate) columns: ColumnArgs,
-    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support
-    /// vector regression, which leaves the options of networks aside.
+    /// What to train: mlp, one network; ensemble, several whose spread is an uncertainty; svr, a support vector regression; gp, a
+    /// Gaussian process (up to 3000 rows); poly, a cubic, linear or mean. All but the first two leave the options of networks aside.
     #[arg(long, default_value = "mlp")]
     pub(crate) model: String,
+    /// Choose by cross-validation on the training rows among mean, line, cubic, networks (br, scg, rprop) and a Gaussian process, of
+    /// the target and of its logarithm, say why, and train that.
+    #[arg(long, conflicts_with_all = ["model", "algorithm", "classify", "folds", "validation"])]
+    pub(crate) auto: bool,
     #[command(flatten)]
     pub(crate) beyond: BeyondArgs,
     /// Neurons of the hidden layers.
@@ -151,6 +155,15 @@ pub(crate) struct TrainArgs {
     pub(crate) test: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) split: SplitArgs,
+    /// State limits around each answer that hold this share of the truths, 0.9 for 90 %: each tenth of the rows is held out once and shows how far
+    /// a model of the others misses it. With --split-by whole groups are held out, and it holds in the worst of a few.
+    #[arg(
+        long,
+        value_name = "SHARE",
+        allow_negative_numbers = true,
+        conflicts_with = "time_limit"
+    )]
+    pub(crate) interval: Option<f64>,
     /// Where to write the model.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
@@ -165,7 +178,7 @@ pub(crate) struct TrainArgs {
 }
 
 /// Settings of training rules, the usual ones where none are given.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct HyperArgs {
     /// Learning rate of gd, gdm and gdx, 0.01 otherwise.
     #[arg(long, allow_negative_numbers = true)]
@@ -201,10 +214,10 @@ fn four(text: &str) -> Result<[f64; 4], String> {
 }
 
 /// Which rows are kept away from the training.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct SplitArgs {
-    /// Keep rows together that have the same text in this column (an object, a grasp, a session): with --holdout, --validation
-    /// and --folds none of its groups stands on both sides.
+    /// Keep rows together that have the same text in this column (an object, a grasp, a session): with --holdout, --validation,
+    /// --folds, --auto and --interval none of its groups stands on both sides.
     #[arg(long, value_name = "COLUMN")]
     pub(crate) split_by: Option<String>,
     /// Hold this share of the rows out and test on them.
@@ -225,7 +238,7 @@ pub(crate) struct SplitArgs {
 }
 
 /// Options of ensembles and support vector regressions.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct BeyondArgs {
     /// Networks of an ensemble.
     #[arg(long, value_name = "N", default_value_t = 10)]

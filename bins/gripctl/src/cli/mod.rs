@@ -216,7 +216,7 @@ pub(crate) struct SimArgs {
 }
 
 /// Whether files are replaced that the command did not make.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ForceArgs {
     /// Replace a file that is there already and that this command did not make. What the command reads is never replaced.
     #[arg(long)]

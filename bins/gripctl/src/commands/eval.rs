@@ -1,17 +1,24 @@
 //! `gripctl eval`: a model file of any kind against rows of data.
 
-use super::columns::{self, Columns};
+use super::{
+    columns::{self, Columns},
+    train::worse_than_mean,
+};
 use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_session::{ModelError, exit::Exit, model};
-use grip_study::outlook::{Ensemble, Predict, Score, Svr, ensemble, score, svr};
+use grip_study::outlook::{Ensemble, Predict, Score, answers, columns as learner, ensemble, score};
 use mlp::{
     Column,
     train::{
-        DataSet, LargeModel, ModelFile, Scaling, evaluate, file::FileColumn,
+        DataSet, FileError, LargeModel, ModelFile, Scaling, evaluate,
+        file::FileColumn,
         fit::no_better_than_the_mean,
+        interval::{Interval, coverage},
+        predict,
     },
 };
+use ndarray::Array2;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -22,7 +29,13 @@ struct Result {
     scaled_mse: f64,
     within_10pct: f64,
     r2: Option<f64>,
-    /// Unknown for ensembles and support vector regressions.
+    worse_than_mean: bool,
+    /// Of the interval that the model states, and the share of the rows whose truth it holds; absent where it states none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interval: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coverage: Option<f64>,
+    /// Known of one network only.
     extrapolated: Option<usize>,
     /// Of classes: the share that is right, and the mean of -ln p of the right ones.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -36,20 +49,27 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
     let fault = |fault| ModelError::File { file: args.model.display().to_string(), fault };
     let load = |(inputs, targets)| Columns::of_numbers(inputs, targets).load(&args.data);
     let (result, exit) = match Kind::of(&text) {
-        Kind::Svr => {
-            let svr = Svr::from_json(&text).map_err(fault)?;
-            let rows = load(svr.specs())?;
-            (scored(&svr, &rows, &svr.targets)?, columns::exit(&rows))
+        Kind::Learner(read) => {
+            let learner::Read { columns, predict } = read.map_err(fault)?;
+            let rows = load(columns.specs())?;
+            (scored(predict.as_ref(), &rows, &columns.targets)?, columns::exit(&rows))
         }
         Kind::Ensemble => {
             let ensemble = Ensemble::from_json(&text).map_err(fault)?;
             let rows = load(ensemble.specs())?;
-            (scored(&ensemble, &rows, ensemble.targets())?, columns::exit(&rows))
+            let result = scored(&ensemble, &rows, ensemble.targets())?;
+            let held = |interval| covered(interval, &rows, || Ok(answers(&ensemble, &rows)?));
+            (result.with(ensemble.interval.as_ref().map(held).transpose()?), columns::exit(&rows))
         }
         Kind::Network => {
             let file = ModelFile::from_json(&text).map_err(fault)?;
             let rows = Columns::of(&file).load(&args.data)?;
-            (evaluated(&file.large_model().map_err(fault)?, &rows)?, columns::exit(&rows))
+            let model = file.large_model().map_err(fault)?;
+            let result = evaluated(&model, &rows)?;
+            let held = |interval| {
+                covered(interval, &rows, || Ok(predict(&model, &rows.input_values())?.0))
+            };
+            (result.with(file.interval.as_ref().map(held).transpose()?), columns::exit(&rows))
         }
     };
     if let Some(warning) = no_better_than_the_mean("given", result.r2) {
@@ -63,7 +83,8 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
 enum Kind {
     Network,
     Ensemble,
-    Svr,
+    /// Support vectors, a Gaussian process or a polynomial.
+    Learner(core::result::Result<learner::Read, FileError>),
 }
 
 impl Kind {
@@ -73,11 +94,29 @@ impl Kind {
         struct Head {
             format: String,
         }
+        if let Some(read) = learner::read(text) {
+            return Self::Learner(read);
+        }
         match serde_json::from_str::<Head>(text).map(|head| head.format).as_deref() {
-            Ok(svr::FORMAT) => Self::Svr,
             Ok(ensemble::FORMAT) => Self::Ensemble,
             _ => Self::Network,
         }
+    }
+}
+
+/// Level and coverage of an interval around the answers.
+fn covered(
+    interval: &Interval,
+    data: &DataSet,
+    answers: impl Fn() -> anyhow::Result<Array2<f64>>,
+) -> anyhow::Result<[f64; 2]> {
+    Ok([interval.level, coverage(interval, data, &answers()?)])
+}
+
+impl Result {
+    fn with(self, held: Option<[f64; 2]>) -> Self {
+        let [interval, coverage] = [0, 1].map(|at| held.map(|held| held[at]));
+        Self { interval, coverage, ..self }
     }
 }
 
@@ -89,6 +128,9 @@ fn evaluated(model: &LargeModel, data: &DataSet) -> anyhow::Result<Result> {
         scaled_mse: evaluation.scaled_mse,
         within_10pct: evaluation.within_fraction(0.1),
         r2: evaluation.r2,
+        worse_than_mean: worse_than_mean([evaluation.r2, None, None]),
+        interval: None,
+        coverage: None,
         extrapolated: Some(evaluation.extrapolated),
         accuracy: evaluation.classes.map(|classes| classes.accuracy),
         cross_entropy: evaluation.classes.map(|classes| classes.cross_entropy),
@@ -102,8 +144,19 @@ fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyh
     };
     let limits: Vec<Scaling> = targets.iter().map(column).collect();
     let Score { rows, mse, scaled_mse, within_10pct, r2 } = score(learner, data, &limits)?;
-    let (extrapolated, accuracy, cross_entropy) = (None, None, None);
-    Ok(Result { rows, mse, scaled_mse, within_10pct, r2, extrapolated, accuracy, cross_entropy })
+    Ok(Result {
+        rows,
+        mse,
+        scaled_mse,
+        within_10pct,
+        r2,
+        worse_than_mean: worse_than_mean([r2, None, None]),
+        interval: None,
+        coverage: None,
+        extrapolated: None,
+        accuracy: None,
+        cross_entropy: None,
+    })
 }
 
 fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
@@ -121,8 +174,11 @@ fn report(args: &EvalArgs, result: &Result) -> anyhow::Result<()> {
             result.mse
         ))?);
     }
+    let interval = result.interval.zip(result.coverage).map_or(String::new(), |(level, held)| {
+        format!("; the {} % interval holds {:.1} %", 100.0 * level, 100.0 * held)
+    });
     Ok(output::line(&format!(
-        "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); {}{outside}",
+        "{} rows: mean squared error {:.6} (target unit squared), {:.6} (scaled); {}{outside}{interval}",
         result.rows,
         result.mse,
         result.scaled_mse,

@@ -5,7 +5,7 @@ use anyhow::{Context as _, bail};
 use mlp::export::agreement;
 use mlp::export::c::CSource;
 use mlp::export::card::CardVerified;
-use mlp::train::{LargeModel, ModelFile, file::rounded, metrics::softmax};
+use mlp::train::{Interval, LargeModel, ModelFile, file::rounded, metrics::softmax};
 use mlp::{Coverage, PredictError};
 use std::fs::File;
 use std::path::Path;
@@ -39,7 +39,7 @@ pub(super) fn compare(
     let bytes: Vec<u8> = inputs.iter().flatten().flat_map(|x| x.to_ne_bytes()).collect();
     write(header_name, text.header.as_bytes())?;
     write("export-model.c", text.source.as_bytes())?;
-    write("export-driver.c", driver(prefix, header_name).as_bytes())?;
+    write("export-driver.c", driver(prefix, header_name, file.interval.is_some()).as_bytes())?;
     write("features", &bytes)?;
     compile(folder.path())?;
     let features = File::open(folder.path().join("features"))?;
@@ -50,7 +50,7 @@ pub(super) fn compare(
     if !run.status.success() {
         bail!("the compiled C code failed: {}", run.status);
     }
-    check(model, file.classes.is_some(), &inputs, &run.stdout)
+    check(file, model, &inputs, &run.stdout)
 }
 
 fn compile(folder: &Path) -> anyhow::Result<()> {
@@ -74,15 +74,24 @@ fn compile(folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Reads feature vectors, writes status, range flags and targets of each.
-fn driver(prefix: &str, header_name: &str) -> String {
+/// Reads feature vectors, writes status, range flags, targets and their limits of each.
+fn driver(prefix: &str, header_name: &str, interval: bool) -> String {
     let upper = prefix.to_uppercase();
+    let limits = if interval {
+        format!(
+            "        {{\n            float low[{upper}_OUTPUTS];\n            float high[{upper}_OUTPUTS];\n            \
+             {prefix}_interval(out, low, high);\n            \
+             fwrite(low, sizeof low, 1, stdout);\n            fwrite(high, sizeof high, 1, stdout);\n        }}\n"
+        )
+    } else {
+        String::new()
+    };
     format!(
         "#include \"{header_name}\"\n#include <stdio.h>\nint main(void)\n{{\n    float in[{upper}_INPUTS];\n    \
          while (fread(in, sizeof in, 1, stdin) == 1) {{\n        float out[{upper}_OUTPUTS] = {{ 0.0f }};\n        \
          const int status = (int){prefix}_predict(in, out);\n        const unsigned flags = {prefix}_out_of_range(in);\n        \
          fwrite(&status, sizeof status, 1, stdout);\n        fwrite(&flags, sizeof flags, 1, stdout);\n        \
-         fwrite(out, sizeof out, 1, stdout);\n    }}\n    return ferror(stdin) || fflush(stdout) != 0;\n}}\n"
+         fwrite(out, sizeof out, 1, stdout);\n{limits}    }}\n    return ferror(stdin) || fflush(stdout) != 0;\n}}\n"
     )
 }
 
@@ -154,19 +163,20 @@ fn status(answer: Result<Coverage, PredictError>) -> u32 {
 }
 
 fn check(
+    file: &ModelFile,
     model: &LargeModel,
-    classes: bool,
     inputs: &[Vec<f32>],
     bytes: &[u8],
 ) -> anyhow::Result<CardVerified> {
     let targets = model.targets().len();
     let (words, rest) = bytes.as_chunks::<4>();
-    if !rest.is_empty() || words.len() != inputs.len() * (2 + targets) {
+    let record_size = 2 + targets * if file.interval.is_some() { 3 } else { 1 };
+    if !rest.is_empty() || words.len() != inputs.len() * record_size {
         bail!("the compiled C code wrote {} bytes for {} inputs", bytes.len(), inputs.len());
     }
     let mut verified = CardVerified { inputs: inputs.len(), largest_difference: 0.0, bound: 0.0 };
     let mut out = vec![0.0; targets];
-    for (raw, record) in inputs.iter().zip(words.chunks_exact(2 + targets)) {
+    for (raw, record) in inputs.iter().zip(words.chunks_exact(record_size)) {
         let answer = status(model.predict(raw, &mut out));
         let flags = (0..raw.len()).filter(|&at| !model.inputs().covers(at, raw[at]));
         let flags = flags.fold(0_u32, |flags, at| flags | 1 << at.min(31));
@@ -181,14 +191,18 @@ fn check(
             continue;
         }
         let mut bounds = agreement::bounds(model, raw);
-        if classes {
+        if let Some(interval) = &file.interval {
+            check_limits(interval, model, &record[2..])
+                .with_context(|| format!("the C code differs at {raw:?}"))?;
+        }
+        if file.classes.is_some() {
             let bound = agreement::probability_bound(&bounds);
             bounds.fill(bound);
             let mut scores: Vec<f64> = out.iter().copied().map(f64::from).collect();
             softmax(&mut scores);
             out.iter_mut().zip(scores).for_each(|(out, p)| *out = rounded(p));
         }
-        for (target, (word, bound)) in record[2..].iter().zip(bounds).enumerate() {
+        for (target, (word, bound)) in record[2..2 + targets].iter().zip(bounds).enumerate() {
             let theirs = f32::from_ne_bytes(*word);
             let found = agreement::difference(model, target, out[target], theirs);
             if found.is_nan() || found > bound {
@@ -204,4 +218,19 @@ fn check(
         }
     }
     Ok(verified)
+}
+
+/// The limits of C around its own answers are ours around them, bit for bit. `words` holds answers, lower limits and upper limits.
+fn check_limits(interval: &Interval, model: &LargeModel, words: &[[u8; 4]]) -> anyhow::Result<()> {
+    let targets = model.targets().len();
+    let float = |at: usize| words.get(at).map_or(f32::NAN, |word| f32::from_ne_bytes(*word));
+    let widths = model.targets().columns().zip(&interval.widths);
+    for (target, (column, &width)) in widths.enumerate() {
+        let ours = Interval::around(column.transform, width, f64::from(float(target))).map(rounded);
+        let theirs = [1, 2].map(|at| float(target + at * targets));
+        if ours.map(f32::to_bits) != theirs.map(f32::to_bits) {
+            bail!("limits of target {target} are {theirs:?}, expected {ours:?}");
+        }
+    }
+    Ok(())
 }

@@ -106,13 +106,13 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     let mut replay =
         Pipeline::new(pipeline, Some(estimator)).with_context(|| file.display().to_string())?;
     let mut span: Option<[Micros; 2]> = None;
-    let mut picture = args.plot.as_ref().map(|_| Picture::new());
+    let mut picture = args.plot.as_ref().map(|_| Picture::default());
     let bar = output::progress(source.count, "samples");
     source.each(|sample, taxels| {
         span = Some([span.map_or(sample.t, |[first, _]| first), sample.t]);
         let step = replay.handle_with(sample, taxels);
         if let Some(picture) = &mut picture {
-            picture.take(&step);
+            picture.take(sample, &step);
         }
         if steady.step(&step, replay.detector()) {
             steady_alarms += 1;
@@ -133,7 +133,12 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     })?;
     bar.finish_and_clear();
     if let Some((picture, plot)) = picture.zip(plot) {
-        output::draw(&picture.chart(&recording.name), plot)?;
+        let signal = match recording.channels.stylus {
+            StylusKind::Displacement => Some("stylus (m)"),
+            StylusKind::Vibration => Some("vibration (its own unit)"),
+            StylusKind::Absent => None,
+        };
+        output::draw(&picture.chart(&recording.name, signal), plot)?;
     }
     let health = replay.health_counters();
     let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());

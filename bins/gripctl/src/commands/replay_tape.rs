@@ -51,7 +51,7 @@ pub(super) fn run(args: &ReplayArgs, plot: Option<&OutputPath>) -> anyhow::Resul
     let mut listener = Listener {
         json: args.json,
         check: args.check.then(Check::default),
-        picture: args.plot.as_ref().map(|_| Picture::new()),
+        picture: args.plot.as_ref().map(|_| Picture::default()),
         failure: None,
     };
     let mut cut = false;
@@ -73,7 +73,10 @@ pub(super) fn run(args: &ReplayArgs, plot: Option<&OutputPath>) -> anyhow::Resul
     let summary = tape.summary();
     if let Some((picture, plot)) = listener.picture.take().zip(plot) {
         let name = args.files.first().and_then(|file| file.file_stem()).unwrap_or_default();
-        output::draw(&picture.chart(&name.to_string_lossy()), plot)?;
+        output::draw(
+            &picture.chart(&name.to_string_lossy(), Some("stylus (m) or vibration")),
+            plot,
+        )?;
     }
     let checked = listener.check.map(|check| check.finish(cut)).transpose()?;
     print(args.json, summary, checked)?;
@@ -148,8 +151,8 @@ impl Listener {
         if self.failure.is_some() {
             return;
         }
-        if let (Played::Step { step, .. }, Some(picture)) = (&played, &mut self.picture) {
-            picture.take(step);
+        if let (Played::Step { sample, step, .. }, Some(picture)) = (&played, &mut self.picture) {
+            picture.take(sample, step);
         }
         let received = match (played, &mut self.check) {
             (Played::Note(text), _) => {

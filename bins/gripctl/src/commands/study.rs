@@ -9,8 +9,8 @@ use grip_record::{
 };
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::{
-    Condition, Report, Section, Sets, StudyConfig,
-    outlook::{LearnersConfig, chapter, chapter::CONDITIONS, learners},
+    Condition, Report, Sets, StudyConfig,
+    outlook::{Beyond, LearnersConfig, beyond, chapter::CONDITIONS, learners},
     study::{
         self, ConditionResult, Study,
         claims::{Judged, judge},
@@ -52,11 +52,12 @@ pub(crate) fn run(args: &StudyArgs) -> anyhow::Result<Exit> {
     if args.claims {
         return claims(args, &config, out);
     }
-    let bar = output::progress(config.trainings(), "trainings");
+    let sentences = config.claims_beside();
+    let bar = output::progress(config.trainings() + sentences.claim_trainings(), "trainings");
     let study = study::run(&config, &|| bar.inc(1))?;
+    let claims = judge(&sentences, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    let mut report = study.report();
-    report.push(beyond(args)?);
+    let report = study.report(Some(&claims), &others(args)?);
     write(out, &report)?;
     for condition in &config.conditions {
         rows(out, condition, args.seed)?;
@@ -116,17 +117,17 @@ fn claims(args: &StudyArgs, config: &StudyConfig, out: Folder<'_>) -> anyhow::Re
 }
 
 /// Learners beyond the four nets on the same rows.
-fn beyond(args: &StudyArgs) -> anyhow::Result<Section> {
+fn others(args: &StudyArgs) -> anyhow::Result<Vec<Beyond>> {
     let names = if args.quick { &CONDITIONS[..1] } else { &CONDITIONS[..] };
-    let conditions: Vec<Condition> =
-        names.iter().filter_map(|name| Condition::named(name)).collect();
     let mut config = if args.quick { LearnersConfig::quick() } else { LearnersConfig::default() };
     config.fit.seed = args.seed;
     config.search.seed = args.seed;
-    let bar = output::progress(conditions.len() * learners::count(), "learners");
-    let section = chapter(&conditions, args.seed, &config, &|_| bar.inc(1))?;
+    let bar = output::progress(names.len() * learners::count(), "learners");
+    let found = (names.iter().filter_map(|name| Condition::named(name)))
+        .map(|condition| beyond(condition, args.seed, &config, &|_| bar.inc(1)))
+        .collect::<Result<_, _>>()?;
     bar.finish_and_clear();
-    Ok(section)
+    Ok(found)
 }
 
 /// The folder of the report.
@@ -221,7 +222,7 @@ fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()>
     if args.json {
         return output::json(&summary);
     }
-    for id in ["all-unseen", "distances"] {
+    for id in ["table-2", "verdicts", "questions", "all-unseen"] {
         if let Some(table) = report.tables().into_iter().find(|table| table.id == id) {
             output::line(&format!("{}\n", table.markdown()))?;
         }
@@ -238,9 +239,9 @@ fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()>
 }
 
 fn shares(result: &ConditionResult) -> (String, Value) {
-    let of = |net: &study::NetResult| net.mean(|scores| scores.unseen.within_10pct());
+    let name = |title: &str| title.rsplit(' ').next().map(str::to_lowercase).unwrap_or_default();
     let mut shares: Map<String, Value> =
-        result.nets.iter().map(|net| (net.trainer.to_lowercase(), json!(of(net)))).collect();
+        result.unseen().into_iter().map(|(title, share)| (name(&title), json!(share))).collect();
     shares.insert("best_possible".to_owned(), json!(result.ceiling.within_10pct));
     (result.condition.name.to_owned(), Value::Object(shares))
 }

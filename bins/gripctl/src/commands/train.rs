@@ -1,6 +1,8 @@
 //! `gripctl train`: a network from rows of data.
 
+mod auto;
 mod folds;
+pub(super) mod interval;
 pub(super) mod rows;
 
 use super::{
@@ -17,6 +19,7 @@ use grip_session::{
     model,
 };
 use indicatif::{ParallelProgressIterator as _, ProgressBar};
+use interval::Stated;
 use mlp::{
     Activation,
     train::{Algorithm, Choice, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting},
@@ -40,6 +43,9 @@ struct Result {
     test_within_10pct: Option<f64>,
     train_r2: Option<f64>,
     test_r2: Option<f64>,
+    worse_than_mean: bool,
+    #[serde(flatten)]
+    stated: Stated,
     #[serde(flatten)]
     classes: Classes,
     seed: u64,
@@ -105,6 +111,9 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
     let config = fit_config(args)?;
     refuse_options_of_other_models(args)?;
     let wanted = Columns::new(&args.columns)?;
+    if args.auto {
+        return run(&auto::chosen(args, &config, wanted)?);
+    }
     match args.model.as_str() {
         "mlp" => network(args, &config, wanted, &out),
         "ensemble" => {
@@ -117,8 +126,19 @@ pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<Exit> {
             train_beyond::svr(args, &parts, &out)?;
             Ok(columns::exit(&parts.train))
         }
+        "gp" => {
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::gp(args, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
+        }
+        "mean" | "linear" | "poly" => {
+            let parts = Parts::read(args, wanted)?;
+            train_beyond::poly(args, &parts, &out)?;
+            Ok(columns::exit(&parts.train))
+        }
         other => {
-            let message = format!("--model {other}: expected mlp, ensemble or svr");
+            let message =
+                format!("--model {other}: expected mlp, ensemble, svr, gp, poly, linear or mean");
             Err(WrongArgument(message).into())
         }
     }
@@ -134,6 +154,7 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
         ("--folds", split.folds.is_some(), "mlp"),
         ("--card", args.card.is_some(), "mlp"),
         ("--classify", args.columns.classify, "mlp"),
+        ("--interval", args.interval.is_some() && args.model == "svr", "mlp or ensemble"),
     ] {
         if given && args.model != model {
             return Err(WrongArgument(format!("{option} goes with --model {model} only")).into());
@@ -159,6 +180,8 @@ fn network(
     let cpu_before = clock::processor()?;
     let mut fit = fit(&train, validation.as_ref(), parts.test.as_ref(), config)?;
     let cpu = clock::processor()?.saturating_sub(cpu_before);
+    let stated = interval::of_network(args, config, &parts.train)?;
+    fit.file.interval.clone_from(&stated.interval);
     if let Some(note) = &mut fit.file.training {
         note.split = rows::note(&args.split);
     }
@@ -173,7 +196,7 @@ fn network(
         validation_rows: validation.map(|rows| rows.rows()),
         test_rows: parts.test.map(|rows| rows.rows()),
     };
-    report(args, &fit, rows, cpu)?;
+    report(args, &fit, rows, cpu, stated)?;
     Ok(columns::exit(&train))
 }
 
@@ -288,8 +311,20 @@ fn activation(name: &str) -> anyhow::Result<Activation> {
     })
 }
 
-fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Result<()> {
+/// Whether answering the mean would have been as good, on the rows that judge.
+pub(super) fn worse_than_mean(judges: [Option<f64>; 3]) -> bool {
+    judges.into_iter().flatten().next().is_some_and(|r2| r2 <= 0.0)
+}
+
+fn report(
+    args: &TrainArgs,
+    fit: &Fit,
+    rows: Rows,
+    cpu: Duration,
+    stated: Stated,
+) -> anyhow::Result<()> {
     let run = fit.runs.get(fit.chosen).context("no run was chosen")?;
+    let (train_r2, test_r2) = (fit.train.r2, fit.test.as_ref().and_then(|test| test.r2));
     let result = Result {
         algorithm: algorithm(args)?.name(),
         epochs: run.epochs,
@@ -301,8 +336,10 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
         test_scaled_mse: fit.test.as_ref().map(|test| test.scaled_mse),
         train_within_10pct: fit.train.within_fraction(0.1),
         test_within_10pct: fit.test.as_ref().map(|test| test.within_fraction(0.1)),
-        train_r2: fit.train.r2,
-        test_r2: fit.test.as_ref().and_then(|test| test.r2),
+        train_r2,
+        test_r2,
+        worse_than_mean: worse_than_mean([test_r2, stated.held_out_r2, train_r2]),
+        stated,
         classes: Classes::of(fit),
         seed: fit.file.training.as_ref().map_or(args.seed, |note| note.seed),
         repeats: args.repeats,
@@ -345,6 +382,7 @@ fn report(args: &TrainArgs, fit: &Fit, rows: Rows, cpu: Duration) -> anyhow::Res
     if let Some(test) = &fit.test {
         output::evaluation(&format!("test:  {} rows,", test.rows), test)?;
     }
+    result.stated.report(&fit.file.specs().1)?;
     let card_path = args.card.clone().unwrap_or_else(|| card::path_beside(&args.output));
     let (model, card) = (args.output.display(), card_path.display());
     Ok(output::line(&format!("model written to {model}, its card to {card}"))?)

@@ -1,18 +1,24 @@
-//! `gripctl train --model ensemble|svr`: learners beyond one network from rows of data.
+//! `gripctl train --model ensemble|svr|gp|mean|linear|poly`: learners beyond one network from rows of data.
 
 use super::{
     clock,
-    train::{rows::Parts, warn},
+    train::{
+        interval::{self, Stated},
+        rows::Parts,
+        warn, worse_than_mean,
+    },
 };
 use crate::{cli::learn::TrainArgs, output};
 use core::time::Duration;
 use grip_record::outputs::OutputPath;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
-    Ensemble, EnsembleConfig, OutlookError, Predict, Sampling, Score, Svr, SvrConfig, score,
+    Ensemble, EnsembleConfig, Gp, OutlookError, Poly, Predict, Sampling, Score, Svr, SvrConfig,
+    answers,
+    score,
 };
 use mlp::train::{
-    DataSet, FitConfig, ModelFile,
+    ColumnSpec, DataSet, FitConfig, ModelFile,
     fit::{no_better_than_the_mean, warnings},
     split::Split,
 };
@@ -35,6 +41,9 @@ struct Result<'a> {
     test_within_10pct: Option<f64>,
     train_r2: Option<f64>,
     test_r2: Option<f64>,
+    worse_than_mean: bool,
+    #[serde(flatten)]
+    stated: Stated,
     support_vectors: Option<usize>,
     members: Option<usize>,
 }
@@ -52,8 +61,13 @@ pub(crate) fn ensemble(
     let before = clock::processor()?;
     let sampling = if args.beyond.bagging { Sampling::Bagging } else { Sampling::Starts };
     let config = EnsembleConfig { members: args.beyond.members, sampling, fit };
-    let ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
+    let mut ensemble = Ensemble::fit(data, None, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
+    let stated = interval::shown(args, data, |train, held_out| {
+        let ensemble = Ensemble::fit(train, None, &config).map_err(explain)?;
+        Ok(answers(&ensemble, held_out)?)
+    })?;
+    ensemble.interval.clone_from(&stated.interval);
     let text = ensemble.to_json()?;
     out.write(&text)?;
     let notes = ensemble.members().iter().filter_map(|file| file.training.as_ref());
@@ -62,11 +76,14 @@ pub(crate) fn ensemble(
         epochs: notes.map(|note| note.epochs).sum(),
         members: Some(config.members),
         stop: format!("{} networks trained", config.members),
+        stated,
         ..scored(&ensemble, data, test, config.fit.algorithm.name(), cpu)?
     };
+    let judges = [result.test_r2, result.stated.held_out_r2, result.train_r2];
+    let result = Result { worse_than_mean: worse_than_mean(judges), ..result };
     let weights = ensemble.members().first().map_or(0, weights);
     warn(args, warnings(data, weights).into_iter().chain(poor(&result)), Some(&text));
-    report(args, &result)
+    report(args, &result, &data.targets)
 }
 
 fn weights(network: &ModelFile) -> usize {
@@ -95,7 +112,47 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
         ..scored(&svr, data, test, "svr", cpu)?
     };
     warn(args, warnings(data, 1).into_iter().chain(poor(&result)), None);
-    report(args, &result)
+    report(args, &result, &data.targets)
+}
+
+pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
+    let before = clock::processor()?;
+    let gp = Gp::fit(&parts.train).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    out.write(gp.to_json()?)?;
+    let detail = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
+    without_network(args, parts, &gp, "gp", detail, cpu)
+}
+
+/// A polynomial: `mean`, `linear`, or `poly`, a cubic.
+pub(crate) fn poly(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
+    let degree = match args.model.as_str() {
+        "mean" => 0,
+        "linear" => 1,
+        _ => 3,
+    };
+    let before = clock::processor()?;
+    let poly = Poly::fit(&parts.train, degree).map_err(explain)?;
+    let cpu = clock::processor()?.saturating_sub(before);
+    out.write(poly.to_json()?)?;
+    let detail = format!("degree {degree}, {} coefficients", poly.size());
+    without_network(args, parts, &poly, poly.name(), detail, cpu)
+}
+
+fn without_network(
+    args: &TrainArgs,
+    parts: &Parts,
+    learner: &dyn Predict,
+    model: &'static str,
+    stop: String,
+    cpu: Duration,
+) -> anyhow::Result<Exit> {
+    let (data, test) = (&parts.train, parts.test.as_ref());
+    let result = Result { model, stop, ..scored(learner, data, test, model, cpu)? };
+    // That the mean is no better than the mean needs no warning.
+    let poor = poor(&result).filter(|_| model != "mean");
+    warn(args, warnings(data, 1).into_iter().chain(poor), None);
+    report(args, &result, &data.targets)
 }
 
 /// What is not given is chosen on a fifth of the rows, and then all rows are fitted.
@@ -151,12 +208,14 @@ fn scored<'a>(
         test_within_10pct: test.map(|test| test.within_10pct),
         train_r2: train.r2,
         test_r2: test.and_then(|test| test.r2),
+        worse_than_mean: worse_than_mean([test.and_then(|test| test.r2), train.r2, None]),
+        stated: Stated::default(),
         support_vectors: None,
         members: None,
     })
 }
 
-fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
+fn report(args: &TrainArgs, result: &Result<'_>, targets: &[ColumnSpec]) -> anyhow::Result<Exit> {
     if args.json {
         output::json(result)?;
         return Ok(Exit::Done);
@@ -174,6 +233,7 @@ fn report(args: &TrainArgs, result: &Result<'_>) -> anyhow::Result<Exit> {
     {
         output::errors("test: ", [mse, scaled], within, result.test_r2)?;
     }
+    result.stated.report(targets)?;
     output::line(&format!("model written to {}", args.output.display()))?;
     Ok(Exit::Done)
 }

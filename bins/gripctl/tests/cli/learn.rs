@@ -61,6 +61,47 @@ fn every_algorithm_trains_a_model_that_evaluates_as_it_stated() {
     assert!(errors[4] < 1e-3 && errors[4] < errors[0], "{errors:?}");
 }
 
+/// Limits from rows that were held out: in the file of a network and of an ensemble, in `eval` of rows with the same noise, and in C.
+#[test]
+fn an_interval_holds_on_rows_that_no_training_saw() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| gripctl(folder.path(), args);
+    for (name, rows, seed) in [("rows.csv", "150", "1"), ("unseen.csv", "1000", "2")] {
+        let noise = ["--speed-noise", "0.03", "--force-noise", "0.03"];
+        let args = ["generate", "-o", name, "--rows", rows, "--seed", seed, "--source", "trial"];
+        run(&[&args[..], &noise].concat()).done();
+    }
+    let few = ["--epochs", "60", "--interval", "0.9"];
+    for (model, more) in [
+        ("rprop.json", &["--algorithm", "rprop"][..]),
+        ("br.json", &["--algorithm", "br"]),
+        ("ensemble.json", &["--model", "ensemble", "--members", "3"]),
+    ] {
+        let result = train(folder.path(), model, &[more, &few].concat()).done().json().pop();
+        let result = result.unwrap();
+        let width = result["interval"]["widths"][0].as_f64().unwrap();
+        assert!((1.0..3.0).contains(&width) && number(&result, "held_out_r2") > 0.5, "{result}");
+        assert_eq!(
+            (&result["interval"]["level"], &result["worse_than_mean"]),
+            (&0.9.into(), &false.into())
+        );
+        let eval = run(&["eval", model, "unseen.csv", "--json"]).done().json().pop().unwrap();
+        let coverage = number(&eval, "coverage");
+        assert!((0.84..0.96).contains(&coverage) && eval["interval"] == 0.9, "{model}: {eval}");
+        let text = run(&["eval", model, "unseen.csv"]).done().out;
+        assert!(text.contains(&format!("90 % interval holds {:.1} %", 100.0 * coverage)), "{text}");
+    }
+    run(&["export", "rprop.json", "--format", "c", "--verify"]).done();
+    let plain = ["--epochs", "5", "--interval"];
+    for (more, why) in [
+        (&[&plain[..], &["1.5"]].concat()[..], "must lie between 0 and 1"),
+        (&[&plain[..], &["0.999"]].concat(), "needs at least 999"),
+        (&[&plain[..], &["0.9", "--model", "svr"]].concat(), "--model mlp or ensemble only"),
+    ] {
+        train(folder.path(), "m.json", more).refused(2, &[why]);
+    }
+}
+
 /// Rows far from zero, rows that show nothing, and a training that learned nothing.
 #[test]
 fn training_keeps_digits_and_states_what_speaks_against_it() {

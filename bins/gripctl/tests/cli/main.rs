@@ -2,7 +2,6 @@
 #![expect(clippy::cognitive_complexity, reason = "every assertion counts as a branch")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
-mod axes;
 mod calibrate;
 mod collect;
 mod daemon;
@@ -24,6 +23,7 @@ mod splits;
 mod status;
 mod study;
 mod surfaces;
+mod tables;
 mod tape;
 
 /// What is tested.

@@ -49,30 +49,17 @@ fn is_shown_on_a_terminal_only(folder: &Path, args: &[&str], of: &str) {
 }
 
 #[test]
-fn score_counts_recordings_and_detectors() {
+fn what_is_counted_is_shown() {
     let folder = score::folder();
-    let args = ["score", ".", "--detectors", "default,stylus", "--json"];
-    is_shown_on_a_terminal_only(folder.path(), &args, "/10 scores");
-}
-
-#[test]
-fn grasp_counts_grasps() {
-    let folder = tempfile::tempdir().unwrap();
-    let args = ["grasp", "--trials", "4", "--duration", "1.5", "--json"];
-    is_shown_on_a_terminal_only(folder.path(), &args, "/4 grasps");
-}
-
-#[test]
-fn import_counts_samples() {
-    let folder = score::folder();
-    let args = ["import", "rest.csv", "-o", "made.mcap", "--force", "--json"];
-    is_shown_on_a_terminal_only(folder.path(), &args, "/1320 samples");
-}
-
-#[test]
-fn replay_counts_samples() {
-    let folder = score::folder();
-    is_shown_on_a_terminal_only(folder.path(), &["replay", "found.csv"], "/1320 samples");
+    for (args, of) in [
+        ("score . --detectors default,stylus --json", "/10 scores"),
+        ("grasp --trials 4 --duration 1.5 --json", "/4 grasps"),
+        ("import rest.csv -o made.mcap --force --json", "/1320 samples"),
+        ("replay found.csv", "/1320 samples"),
+    ] {
+        let args: Vec<&str> = args.split(' ').collect();
+        is_shown_on_a_terminal_only(folder.path(), &args, of);
+    }
 }
 
 #[test]

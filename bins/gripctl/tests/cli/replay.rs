@@ -100,7 +100,7 @@ fn slips_are_drawn_without_a_window() {
         assert_eq!(ran.out, plain, "the events are the same");
     }
     let svg = fs::read_to_string(folder.join("slips.svg")).unwrap();
-    for text in ["found: 1 slip", "time (s)", "evidence over the wanted interval", ">slip<"] {
+    for text in ["found: 1 slip", "time (s)", "evidence (1: a slip)", ">signal<"] {
         assert!(svg.contains(text), "no {text} in {svg}");
     }
     assert!(fs::read(folder.join("slips.png")).unwrap().starts_with(b"\x89PNG"));
@@ -219,4 +219,14 @@ fn dirty_recordings_of_a_hand_held_stylus() {
         let found = number(&summary(noisy.path(), name, &[]), "unusable");
         assert_eq!(found, unusable + 20.0, "{name}: every glitch is counted");
     }
+}
+
+#[test]
+fn one_of_more_axes_than_a_vector_has_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t_s,vibration_1,vibration_2,vibration_3,vibration_4\n0,1,2,3,4\n0.001,1,2,3,4\n";
+    fs::write(folder.path().join("four.csv"), text).unwrap();
+    let one = ["replay", "four.csv", "--map", "vibration=vibration_2"];
+    let ran = gripctl(folder.path(), &one).done();
+    assert!(ran.err.contains("vibration_3"), "what is not used is said: {}", ran.err);
 }

@@ -15,8 +15,9 @@ fn numbers(folder: &Path) -> Value {
 #[test]
 fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["study", "--quick", "--json", "--out", "s", "--seed", "3"];
-    let reported = gripctl(folder.path(), &args).done().json();
+    let base =
+        ["study", "--quick", "--out", "s", "--seed", "3", "--repeats", "2", "--epochs", "60"];
+    let reported = gripctl(folder.path(), &[&base[..], &["--json"]].concat()).done().json();
     let [summary] = reported.as_slice() else { panic!("one line: {reported:?}") };
     assert_eq!((&summary["type"], &summary["conditions"]), (&"study".into(), &7.into()));
     let json = numbers(folder.path());
@@ -51,7 +52,7 @@ fn a_quick_study_writes_a_page_its_numbers_and_its_figures() {
     let trained = gripctl(folder.path(), &[&args[..], &columns, &more].concat()).done().json();
     assert_eq!((&trained[0]["train_rows"], &trained[0]["test_rows"]), (&100.into(), &2000.into()));
     // The same seed gives the same numbers, in words too.
-    let text = gripctl(folder.path(), &["study", "--quick", "--out", "s", "--seed", "3"]).done();
+    let text = gripctl(folder.path(), &base).done();
     assert_eq!(numbers(folder.path()), json);
     assert!(text.out.contains("report s/report.html") && text.err.is_empty(), "{text:?}");
 }

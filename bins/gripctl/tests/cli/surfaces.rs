@@ -1,6 +1,6 @@
 //! Profiles and lists of irregularities through `gripctl profile` and `gripctl esc`.
 
-use crate::run::{gripctl, number, real_data};
+use crate::run::{gripctl, number};
 use serde_json::Value;
 use std::{fs, path::Path};
 
@@ -210,30 +210,4 @@ fn a_profile_too_short_for_waviness_says_so_and_bad_limits_are_refused() {
     with(&["--lambda-f-mm", "-1"]).refused(2, &["--lambda-f-mm -1: expected a number of more"]);
     with(&["--form-degree", "0"]).refused(2, &["0 is not in 1..=9"]);
     with(&["--parts", "no/parts.csv"]).refused(1, &["cannot write no/parts.csv"]);
-}
-
-/// The roughness profile of every trace is the instrument's. The step is the instrument's too: the `x_mm` of the shorter
-/// traces is stretched to 10 mm.
-#[test]
-#[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
-fn traces_agree_with_the_profilometer() {
-    let folder = real_data("surfcom_profiles");
-    for entry in fs::read_dir(&folder).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        if !name.ends_with("_primary.csv") {
-            continue;
-        }
-        let reference = name.replace("_primary", "_roughness");
-        let args = ["profile", &name, "--speed", "0.02", "--step-um", "0.3560366", "--reference"];
-        let line = gripctl(&folder, &[&args[..], &[&reference, "--json"]].concat())
-            .done()
-            .json()
-            .remove(0);
-        assert!(number(&line["reference"], "correlation") >= 0.999, "{name}: {line}");
-        assert!((number(&line["reference"], "ra_ratio") - 1.0).abs() <= 0.01, "{name}: {line}");
-        assert!(
-            line["rsm_um"].as_f64().is_none_or(|um| um > 0.0) && number(&line, "n") >= 1.0,
-            "{name}: {line}"
-        );
-    }
 }

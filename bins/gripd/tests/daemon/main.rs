@@ -7,7 +7,6 @@ mod memory;
 mod ports;
 mod recording;
 mod refusals;
-mod reload;
 mod rows;
 mod run;
 mod running;

@@ -2,7 +2,7 @@
 //!
 //! [`ClientSession`] is one client without a socket. [`Clients`] are all of them at their sockets: nothing here ever waits for a
 //! client. What a slow one does not fetch in time is dropped for it, samples first and frame by frame, and it is reported how
-//! much; one that takes nothing at all, sends rubbish or never subscribes is sent away. `protocol/SPEC.md`, chapter 16, states what
+//! much; one that takes nothing at all, sends rubbish or never subscribes is sent away. `protocol/CLIENTS.md` states what
 //! goes over the socket.
 
 mod batch;

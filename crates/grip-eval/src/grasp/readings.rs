@@ -30,7 +30,8 @@ impl Reading {
     /// Names of the columns of [`Reading::csv`] after scene and seed.
     #[must_use]
     pub fn columns() -> Vec<&'static str> {
-        let last = ["estimate_n", "estimate_sigma_n", "needed_force_n", "adequate_force_n"];
+        let model = ["estimate_n", "estimate_sigma_n", "estimate_lo_n", "estimate_hi_n"];
+        let last = model.into_iter().chain(["needed_force_n", "adequate_force_n"]);
         Feature::ALL.map(Feature::name).into_iter().chain(last).collect()
     }
 
@@ -41,6 +42,8 @@ impl Reading {
         let mut cells = Feature::ALL.map(|feature| text(feature.value(&self.features))).to_vec();
         cells.push(text(self.estimate.map(|estimate| estimate.force_n)));
         cells.push(text(self.estimate.map(|estimate| estimate.sigma_n)));
+        let limits_n = self.estimate.and_then(|estimate| estimate.limits_n);
+        cells.extend([0, 1].map(|at| text(limits_n.map(|limits_n| limits_n[at]))));
         cells.extend([self.needed_n, self.adequate_n()].map(|force_n| force_n.to_string()));
         cells.join(",")
     }

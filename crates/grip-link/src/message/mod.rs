@@ -1,7 +1,6 @@
 //! Payload bytes in, typed messages out, and back; every offset is fixed and little-endian.
 //!
-//! Types, directions, sizes and answers stand on one screen in `protocol/SPEC.md`, chapter 4; fields follow from the tables here. Types
-//! A0..FF are not for the serial line: [`daemon`].
+//! `protocol/MESSAGES.md` is printed from the tables here. Types A0..FF are not for the serial line: [`daemon`].
 //!
 //! Payloads grow only by appending: a reader takes the bytes it knows and ignores what follows. A payload
 //! shorter than its size is malformed: it is counted, and answered with NACK `Malformed` when ACK_REQ is set.

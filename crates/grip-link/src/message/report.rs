@@ -10,13 +10,13 @@ message! {
     #[derive(Eq, Default)]
     Stats {
         0 received: Counters, "", "What the MCU's decoder counted.";
-        48 sent: u32, "frames", "Frames sent.";
-        52 dropped_batches: u32, "batches", "Batches dropped.";
-        56 dropped_rows: u32, "rows", "Rows dropped.";
-        60 malformed: u32, "frames", "Good frames with a malformed payload.";
-        64 old: u32, "frames", "GRIPs not newer than the newest one: ignored.";
-        68 refused: u32, "frames", "Requests that could not be carried out: latched, wrong state, no channel left or another fault.";
-        72 unanswered: u32, "answers", "Answers dropped because eight newer ones waited.";
+        48 sent: u32, "frames sent", "Sent.";
+        52 dropped_batches: u32, "SAMPLES never sent", "Batches dropped.";
+        56 dropped_rows: u32, "rows in them, the same number as `dropped_total` of SAMPLES; wraps", "Rows dropped.";
+        60 malformed: u32, "good frames with a payload that cannot be read: too short, or a field outside its range; and HELLO with session 0", "Malformed.";
+        64 old: u32, "GRIPs whose `cmd_id` is not newer than the newest: replayed, or out of order", "Ignored.";
+        68 refused: u32, "requests that cannot be carried out: NACK LATCHED, WRONG_STATE, OTHER_FAULT, or a CONFIG that leaves no channel", "Refused.";
+        72 unanswered: u32, "answers dropped because eight newer ones waited", "Unanswered.";
     }
 }
 

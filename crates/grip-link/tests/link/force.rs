@@ -169,17 +169,6 @@ fn commands_need_config_first() {
 }
 
 #[test]
-fn ttl_expiry_mid_rise_stops_the_rise() {
-    let mut rig = Rig::new(&Config { slew_mn_s: 50_000, ttl_ms: 20, ..CONFIG });
-    rig.device.drive(rig.tick);
-    rig.press(10_000);
-    let Drive::Force(at_expiry) = rig.run(20, None) else { panic!() };
-    assert_eq!(at_expiry, 1000);
-    assert_eq!(rig.run(500, None), Drive::Force(at_expiry));
-    assert_eq!(rig.device.state(), DeviceState::Hold);
-}
-
-#[test]
 fn each_loss_action() {
     for (loss_action, expected) in [
         (LossAction::Hold, Drive::Force(6000)),

@@ -187,13 +187,6 @@ impl Line {
         wire
     }
 
-    /// Another boot of the same gripper.
-    pub(crate) fn reboot(&mut self, boot_id: u32) {
-        self.tick_offset = self.now_us;
-        self.device = idle(boot_id);
-        self.samples_pushed = 0;
-    }
-
     pub(crate) fn states(&self) -> Vec<LinkState> {
         self.reported
             .iter()

@@ -54,24 +54,6 @@ fn stale_sessions_are_dropped_on_both_sides() {
 }
 
 #[test]
-fn echoes_and_modem_commands_do_no_harm() {
-    let mut line = Line::new();
-    line.open();
-    let mut step = 0;
-    line.run_through(300_000, |to_device, to_host| {
-        let echo = to_device.clone();
-        to_host.extend_from_slice(&echo);
-        if step < 50 {
-            to_device.splice(0..0, *b"AT+GCAP\r");
-        }
-        step += 1;
-    });
-    assert_eq!(line.host.state(), LinkState::Stream);
-    assert!(line.host.counters().echo > 0);
-    assert_eq!(line.host.loss().lost, 0);
-}
-
-#[test]
 fn a_noisy_line_never_moves_the_force_wrongly() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut line = Line::new();

@@ -114,6 +114,62 @@ proptest! {
     }
 }
 
+/// What a line makes of some bytes in a row: a kind of fault and what it puts there.
+fn faulty(bytes: &[u8], kind: u8, noise: Vec<u8>) -> Vec<u8> {
+    match kind {
+        0 => Vec::new(),
+        1 => [bytes, bytes].concat(),
+        2 => bytes.iter().rev().copied().collect(),
+        3 => bytes.iter().map(|byte| byte ^ (1 << (noise.len() % 8))).collect(),
+        _ => noise,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4096))]
+
+    /// Bytes that are lost, doubled, turned, flipped, replaced or put in between: only frames that were sent are handed out, once and in
+    /// order, and each that was not hit, with its own last byte.
+    #[test]
+    fn a_fault_costs_the_frames_it_hits_and_no_other(
+        payloads in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..120), 7),
+        at in any::<prop::sample::Index>(), len in 0_usize..=64, kind in 0_u8..5,
+        noise in prop::collection::vec(any::<u8>(), 0..300),
+    ) {
+        let (mut bytes, mut spans) = (Vec::new(), Vec::new());
+        for (seq, payload) in (0..).zip(&payloads) {
+            let start = bytes.len();
+            bytes.extend(wire(&Header::new(Direction::ToHost, Kind::STATUS, seq, 1), payload));
+            spans.push(start..bytes.len());
+        }
+        let from = at.index(bytes.len());
+        let hit = from..(from + len).min(bytes.len());
+        let put = faulty(&bytes[hit.clone()], kind, noise);
+        let line = [&bytes[..from], &put, &bytes[hit.end..]].concat();
+
+        let mut decoder = Decoder::new(Role::Host);
+        decoder.open_session(1, Some(u16::MAX));
+        let (mut input, mut received) = (&line[..], Vec::new());
+        while let Some(verdict) = decoder.next(&mut input) {
+            let Verdict::Frame(frame) = verdict else { continue };
+            let seq = usize::from(frame.header.seq);
+            prop_assert_eq!(Some(frame.payload), payloads.get(seq).map(Vec::as_slice));
+            received.push((seq, line.len() - input.len()));
+        }
+        prop_assert!(received.is_sorted_by(|a, b| a.0 < b.0), "{:?}", received);
+        for (seq, span) in spans.iter().enumerate() {
+            let end = if span.end <= from {
+                span.end
+            } else if span.start >= hit.end {
+                span.end + put.len() - hit.len()
+            } else {
+                continue;
+            };
+            prop_assert!(received.contains(&(seq, end)), "{} of {:?}", seq, received);
+        }
+    }
+}
+
 #[test]
 fn a_frame_is_handed_out_at_its_last_byte() {
     let wire = wire(&Header::new(Direction::ToHost, Kind::STATUS, 0, 1), &[5; 24]);

@@ -3,11 +3,8 @@
 #![cfg(test)]
 
 mod device;
-mod dice;
 mod host;
-mod lives;
 mod peer;
-mod streams;
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
 #[path = "../../../../fuzz/src/targets/mod.rs"]
 mod targets;

@@ -1,4 +1,4 @@
-//! Sentences of SPEC.md that no table holds and no other test of the crate asks.
+//! Sentences of the pages of the protocol that no table holds and no other test of the crate asks.
 
 use crate::rig::{device, hello, report};
 use crate::targets::gripper::{self, CONFIG, SESSION, sent, wire, written};

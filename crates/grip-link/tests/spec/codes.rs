@@ -1,9 +1,8 @@
-//! What is clamped, and the states and verdicts of a host.
+//! What is clamped, and the verdicts of the clock.
 
-use crate::markdown::table;
+use crate::page::{assert_states, row};
 use core::fmt::Debug;
 use grip_link::clock::PongVerdict;
-use grip_link::host::LinkState;
 use grip_link::message::{Clamped, Config};
 
 /// `PowerOn` to `POWER_ON`.
@@ -23,10 +22,9 @@ pub(crate) fn upper(value: &impl Debug) -> String {
 #[test]
 fn clamped_fields() {
     let old = crate::targets::gripper::CONFIG;
-    let rows = table("### Clamped fields");
-    assert_eq!(rows.len(), 8);
-    for row in rows {
-        let new = match row[2].split(';').next().unwrap() {
+    assert_eq!(Clamped::BITS.len(), 8);
+    for (bit, name, about) in Clamped::BITS {
+        let new = match about.split('`').nth(1).unwrap() {
             "sample_rate_hz" => Config { sample_rate_hz: 1, ..old },
             "batch" => Config { batch: 1, ..old },
             "channel_mask" => Config { channel_mask: 9, ..old },
@@ -37,25 +35,13 @@ fn clamped_fields() {
             "loss_after_ms" => Config { loss_after_ms: 1, ..old },
             other => panic!("no field {other}"),
         };
-        let bit: u32 = row[0].parse().unwrap();
-        assert_eq!(Clamped::between(&old, &new), Clamped(1 << bit), "{}", row[1]);
+        assert_eq!(Clamped::between(&old, &new), Clamped(1 << bit), "{name}");
     }
 }
 
 #[test]
-fn states_and_verdicts_of_the_host() {
-    use LinkState as S;
+fn verdicts_of_the_clock() {
     use PongVerdict as P;
-    let states = [S::Closed, S::Open, S::Hello, S::Config, S::Stream, S::Degraded];
-    let names: Vec<String> = states.iter().map(upper).collect();
-    assert_eq!(
-        table("### Host states").iter().map(|row| row[0].clone()).collect::<Vec<_>>(),
-        names
-    );
     let verdicts = [P::Kept, P::Slow, P::Outlier, P::Impossible, P::Restarted];
-    let names: Vec<String> = verdicts.iter().map(upper).collect();
-    assert_eq!(
-        table("### PONG verdicts").iter().map(|row| row[0].clone()).collect::<Vec<_>>(),
-        names
-    );
+    assert_states("HOST.md", &verdicts.map(|verdict| row(&[&upper(&verdict)])));
 }

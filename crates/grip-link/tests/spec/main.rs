@@ -1,12 +1,11 @@
-//! protocol/SPEC.md states what the crate does: each of its tables and worked examples against the code.
+//! The pages of the protocol state what the crate does: numbers, names and the worked example against the code.
 #![cfg(test)]
 
 mod claims;
 mod codes;
-mod examples;
+mod example;
 mod frame;
-mod markdown;
-mod messages;
+mod page;
 mod rig;
 mod source;
 mod states;

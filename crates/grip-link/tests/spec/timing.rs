@@ -1,6 +1,6 @@
-//! The timing and count tables against constants where there are any, and against what the machines do.
+//! Times and counts of the pages against constants of the crate where there are any, and against what the machines do.
 
-use crate::markdown::pairs;
+use crate::page::assert_states;
 use crate::rig::{device, hello, report};
 use crate::source::constant;
 use crate::targets::gripper::{CONFIG, SESSION, press, sent, written};
@@ -9,7 +9,6 @@ use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{HostConfig, HostLink, LinkState};
 use grip_link::message::{Config, ConfigAck, Grip, Kind, MAX_CHANNELS, SamplesHeader};
-use std::collections::BTreeMap;
 
 /// Ticks a millisecond of the device, and microseconds of the host.
 const MS: u64 = 1000;
@@ -91,51 +90,77 @@ fn back_off() -> (u64, u64) {
     (waits[0] / MS, waits[9] / MS)
 }
 
-fn stated(heading: &str) -> BTreeMap<String, u64> {
-    let rows = pairs(heading, 0, 1);
-    let numbers = rows.iter().map(|(name, value)| {
-        (name.clone(), value.trim_end_matches(" ms").parse().unwrap_or_else(|_| panic!("{value}")))
-    });
-    numbers.collect()
-}
-
-fn compare(heading: &str, expected: &[(&str, u64)]) {
-    let expected: BTreeMap<String, u64> =
-        expected.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    assert_eq!(stated(heading), expected, "{heading}");
-    assert_eq!(pairs(heading, 0, 1).len(), expected.len(), "{heading}");
+fn states(page: &str, phrases: impl IntoIterator<Item = String>) {
+    for phrase in phrases {
+        assert_states(page, &[phrase]);
+    }
 }
 
 #[test]
-fn timing() {
+fn numbers_of_the_device() {
     let (_, shortest) = configured(&Config { ttl_ms: 0, loss_after_ms: 0, ..CONFIG });
     let (_, longest) = configured(&Config { ttl_ms: 9999, loss_after_ms: u16::MAX, ..CONFIG });
-    let host = HostConfig::new(CONFIG);
-    let host_ms = |name| constant("host/conversation.rs", name) / MS;
-    let (first_wait, last_wait) = back_off();
-    compare(
-        "### Timing",
-        &[
-            ("STATUS_PERIOD", period_ms(Kind::STATUS)),
-            ("STATS_PERIOD", period_ms(Kind::STATS)),
-            ("ANNOUNCE_PERIOD", announce_ms()),
-            ("BATCH_AGE", batch_age_ms()),
-            ("LONGEST_STEP", longest_step_ms()),
-            ("TTL_MIN", shortest.ttl_ms.into()),
-            ("TTL_MAX", longest.ttl_ms.into()),
-            ("LOSS_AFTER_MIN", shortest.loss_after_ms.into()),
-            ("LOSS_AFTER_MAX", longest.loss_after_ms.into()),
-            ("HELLO_PERIOD", host_ms("HELLO_EVERY_US")),
-            ("HELLO_FOR", host.hello_for_us / MS),
-            ("RETRY", constant("host/request.rs", "RETRY_US") / MS),
-            ("QUICK_PING", host_ms("QUICK_PING_US")),
-            ("PING_PERIOD", host_ms("PING_US")),
-            ("STALE", host.stale_us / MS),
-            ("LOST", host.lost_us / MS),
-            ("BACK_OFF_MIN", first_wait),
-            ("BACK_OFF_MAX", last_wait),
+    assert_eq!(period_ms(Kind::STATS), 1000);
+    assert_eq!((events_kept(), answers_kept()), (8, 8));
+    states(
+        "SPEC.md",
+        [
+            format!("| every {} ms, after every GRIP", period_ms(Kind::STATUS)),
+            "| every second; change of state".to_owned(),
+            format!("| IDENT of session 0, at most every {} ms |", announce_ms()),
+            format!("when its first row is {} ms old.", batch_age_ms()),
+            format!("with the time since the last call limited to {} ms:", longest_step_ms()),
+            format!("(newest - seq) mod 65536 < {DUPLICATE_WINDOW} |"),
+            format!("keeps {KEPT_BATCHES} finished batches beside the one being filled"),
+            "answers, oldest first (8 wait; a ninth".to_owned(),
+            "The 8 newest events wait".to_owned(),
         ],
     );
+    let range = |from: u16, to: u16| format!("clamped to {from}..{to} |");
+    states(
+        "MESSAGES.md",
+        [
+            format!("life of a GRIP; {}", range(shortest.ttl_ms, longest.ttl_ms)),
+            format!(
+                "HOLD before the loss action; {}",
+                range(shortest.loss_after_ms, longest.loss_after_ms)
+            ),
+            format!("| n, 0..{MAX_CHANNELS}; more is malformed |"),
+        ],
+    );
+}
+
+#[test]
+fn numbers_of_the_host() {
+    let host = HostConfig::new(CONFIG);
+    let conversation = |name| constant("host/conversation.rs", name);
+    let (first_wait, last_wait) = back_off();
+    let tries = constant("host/request.rs", "TRIES");
+    let retry_ms = constant("host/request.rs", "RETRY_US") / MS;
+    assert_eq!((conversation("PING_US"), host.lost_us), (1000 * MS, 1000 * MS));
+    states(
+        "HOST.md",
+        [
+            format!(
+                "| HELLO | every {} ms, the first at once |",
+                conversation("HELLO_EVERY_US") / MS
+            ),
+            format!("| HELLO | {} s over |", host.hello_for_us / MS / 1000),
+            format!("| request sent {tries} times, {retry_ms} ms after the last |"),
+            format!(
+                "sends PING {} times {} ms apart after IDENT and again after an OUTLIER, else every second",
+                conversation("QUICK_PINGS"),
+                conversation("QUICK_PING_US") / MS
+            ),
+            format!("no SAMPLES for more than {} ms or 3 sample periods", host.stale_us / MS),
+            "no good frame for more than 1 s |".to_owned(),
+            format!("waits {first_wait} ms x 2^(k-1), at most {} s", last_wait / 1000),
+            format!("write `00` {} times", preamble()),
+            format!("The last {} kept points", constant("clock.rs", "WINDOW")),
+            format!("the {}th outlier in a row", constant("clock.rs", "OUTLIERS_TO_RESTART")),
+        ],
+    );
+    states("SPEC.md", [format!("sent up to {tries} times {retry_ms} ms apart")]);
 }
 
 /// Events that a device kept for a host which comes late.
@@ -167,25 +192,6 @@ fn preamble() -> u64 {
     let len = host.poll_transmit(0, &mut out).unwrap();
     assert!(out[..len].iter().all(|byte| *byte == 0));
     len as u64
-}
-
-#[test]
-fn counts() {
-    assert_eq!(events_kept(), answers_kept());
-    compare(
-        "### Counts",
-        &[
-            ("DUPLICATE_WINDOW", DUPLICATE_WINDOW.into()),
-            ("MAX_CHANNELS", MAX_CHANNELS as u64),
-            ("KEPT_BATCHES", KEPT_BATCHES as u64),
-            ("WAITING", events_kept()),
-            ("TRIES", constant("host/request.rs", "TRIES")),
-            ("QUICK_PINGS", constant("host/conversation.rs", "QUICK_PINGS")),
-            ("PREAMBLE", preamble()),
-            ("CLOCK_WINDOW", constant("clock.rs", "WINDOW")),
-            ("OUTLIERS_TO_RESTART", constant("clock.rs", "OUTLIERS_TO_RESTART")),
-        ],
-    );
 }
 
 #[test]

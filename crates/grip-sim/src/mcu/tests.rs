@@ -33,7 +33,6 @@ struct Bench {
     now: Micros,
     rows: Vec<Row>,
     status: Option<Status>,
-    rebooted: u32,
     wire: Vec<u8>,
 }
 
@@ -42,15 +41,7 @@ impl Bench {
         let mut host = HostLink::new(HostConfig::new(config)).unwrap();
         host.open(0, 0xBEEF).unwrap();
         let mcu = VirtualMcu::new(scene, 7).unwrap();
-        Self {
-            mcu,
-            host,
-            now: Micros(0),
-            rows: Vec::new(),
-            status: None,
-            rebooted: 0,
-            wire: Vec::new(),
-        }
+        Self { mcu, host, now: Micros(0), rows: Vec::new(), status: None, wire: Vec::new() }
     }
 
     fn turn(&mut self, force_n: Option<f32>) {
@@ -80,9 +71,6 @@ impl Bench {
                     }));
                 }
                 HostEvent::Status(status) => self.status = Some(status),
-                HostEvent::Rebooted { .. } | HostEvent::Identified { rebooted: true } => {
-                    self.rebooted += 1
-                }
                 _ => {}
             }
         }
@@ -164,16 +152,6 @@ fn the_next_due_time_is_the_end_of_a_batch() {
 }
 
 #[test]
-fn a_silent_host_leaves_the_force_where_it_was() {
-    let mut bench = Bench::new(&scene(), config());
-    bench.run(Some(8.0), 500);
-    bench.run(None, 300);
-    let truth = bench.mcu.truth();
-    assert!((truth.applied_n - 8.0).abs() < 0.01 && !truth.dropped(), "{truth:?}");
-    assert_eq!(bench.mcu.link().state(), DeviceState::Hold);
-}
-
-#[test]
 fn another_rate_mask_and_batch_are_followed() {
     let asked = Config { sample_rate_hz: 2000, batch: 2, channel_mask: 1, ..config() };
     let mut bench = Bench::new(&scene(), asked);
@@ -181,42 +159,6 @@ fn another_rate_mask_and_batch_are_followed() {
     assert!(bench.rows.windows(2).all(|w| w[1].0 == w[0].0 + 500));
     assert!(bench.rows.iter().all(|row| row.2.is_nan()) && bench.rows.len() > 600);
     assert_eq!(bench.mcu.refused_rows(), 0);
-}
-
-#[test]
-fn a_reset_in_mid_grip_takes_the_torque_off_and_is_seen() {
-    let mut bench = Bench::new(&scene(), config());
-    bench.run(Some(8.0), 500);
-    bench.mcu.reset();
-    bench.run(None, 120);
-    let truth = bench.mcu.truth();
-    assert!(truth.dropped(), "{truth:?}");
-    // Commands of the old session make the device state that it knows none.
-    bench.run(Some(8.0), 100);
-    assert!(bench.rebooted > 0, "{:?} {:?}", bench.host.state(), bench.mcu.link().state());
-    assert_eq!(bench.mcu.boot_id(), 8);
-}
-
-#[test]
-fn broken_styluses_without_another_sensor_are_reported_and_the_grip_holds() {
-    let mut alone = scene().config().clone();
-    alone.channels.travel = false;
-    let alone = Scene::new(alone).unwrap();
-    let cases = [
-        (SensorFault::Dead, FaultCode::SENSOR_DEAD),
-        (SensorFault::Frozen, FaultCode::SENSOR_FROZEN),
-        (SensorFault::Saturated, FaultCode::SENSOR_SATURATED),
-    ];
-    for (broken, code) in cases {
-        let mut bench = Bench::new(&alone, config());
-        bench.run(Some(8.0), 500);
-        bench.mcu.break_stylus(Some(broken));
-        bench.run(Some(9.0), 100);
-        assert_eq!(bench.status.unwrap().fault, code);
-        assert_eq!(bench.mcu.link().state(), DeviceState::Fault);
-        let truth = bench.mcu.truth();
-        assert!(!truth.dropped() && (7.9..9.1).contains(&truth.applied_n), "{truth:?}");
-    }
 }
 
 /// Time (us), stylus (m) and force (N) of a row.
@@ -281,27 +223,4 @@ fn a_noisy_travel_sensor_keeps_its_resolution_and_an_absent_sensor_stays_absent(
     }
     faults.set(Sensor::Travel, None);
     assert_eq!(faults.apply(sample), sample);
-}
-
-#[test]
-fn a_hung_task_ends_in_a_restart() {
-    for task in [Task::Control, Task::Link, Task::Sampling] {
-        let mut bench = Bench::new(&scene(), config());
-        bench.run(Some(8.0), 500);
-        bench.mcu.hang(task);
-        bench.run(Some(8.0), 95);
-        assert_eq!(bench.mcu.boot_id(), 7, "{task:?}");
-        bench.run(Some(8.0), 15);
-        assert_eq!(bench.mcu.boot_id(), 8, "{task:?}");
-    }
-}
-
-#[test]
-fn a_lost_object_latches_its_fault() {
-    let mut bench = Bench::new(&scene(), config());
-    bench.run(Some(1.0), 1000);
-    assert!(bench.mcu.truth().dropped());
-    assert_eq!(bench.status.unwrap().fault, FaultCode::OBJECT_LOST);
-    bench.run(Some(20.0), 100);
-    assert!(bench.mcu.truth().applied_n <= 0.0);
 }

@@ -1,74 +1,95 @@
-//! Conditions of the study and a seed in, the chapter of its report on what lies beyond the four nets out.
+//! Every learner under conditions of the study: what lies beyond its four nets.
 
 use core::time::Duration;
 
 use mlp::train::split::Split;
-
 use ndarray::ArrayRef1;
 
 use super::compare::uncertainty;
 use super::learners::{LearnersConfig, learners};
 use super::score::{OutlookError, Predict};
-use crate::{Cell, Condition, Section, Table, comparison};
+use crate::{Cell, Condition, Scores, Table, comparison};
 
-/// Names of the conditions that the chapter compares learners under: the one nearest the study, and the shipped features
-/// with and without noise.
+/// Names of the conditions that learners are compared under: the one nearest the study, and the shipped features with and
+/// without noise.
 pub const CONDITIONS: [&str; 3] = ["paper", "default", "default-noise-1"];
 
 /// Share of the training rows that decides when training stops and which settings win.
 pub const VALIDATION: f64 = 0.25;
 
-/// Trains every learner under every one of `conditions` on the first draw under `seed` and puts the tables into a chapter.
-/// `done` is given each learner that is ready, as `condition: name`.
+/// One learner under one condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Learned {
+    /// Its name.
+    pub name: String,
+    /// What it reached.
+    pub scores: Scores,
+    /// Numbers it consists of.
+    pub size: usize,
+    /// What was chosen, and its spread where it has one.
+    pub chosen: String,
+}
+
+/// All learners under one condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beyond {
+    /// The condition.
+    pub condition: Condition,
+    /// In the order of [`learners`].
+    pub learners: Vec<Learned>,
+}
+
+/// Trains every learner under `condition` on the first draw under `seed`. `done` is given the name of each that is ready.
 ///
 /// # Errors
 /// [`OutlookError`] of the first learner that fails, or of a condition without rows.
-pub fn chapter(
-    conditions: &[Condition],
+pub fn beyond(
+    condition: Condition,
     seed: u64,
     config: &LearnersConfig,
     done: &(dyn Fn(&str) + Sync),
-) -> Result<Section, OutlookError> {
-    let mut section = Section::new("outlook", "Beyond the four nets").with(
-        "Other activation functions, ensembles of nets, support vector regression, and the net that a genetic algorithm \
-         finds, on the rows of the study. Each learner trains on three quarters of the training rows; the rest decides \
-         when it stops, which start is kept and which settings win. Test and unseen rows judge only.",
-    );
-    for condition in conditions {
-        section = section.with(table(condition, seed, config, done)?);
-    }
-    Ok(section)
-}
-
-fn table(
-    condition: &Condition,
-    seed: u64,
-    config: &LearnersConfig,
-    done: &(dyn Fn(&str) + Sync),
-) -> Result<Table, OutlookError> {
+) -> Result<Beyond, OutlookError> {
     let sets = condition.sets(seed, 0)?;
-    let reported = |name: &str| done(&format!("{}: {name}", condition.name));
-    let heads: Vec<&str> =
-        comparison::COLUMNS.iter().copied().chain(["numbers", "chosen"]).collect();
-    let caption = format!("{}: {}", condition.name, condition.title());
-    let mut table = Table::new(format!("outlook-{}", condition.name), caption, &heads);
     let (train, validation) = Split::holdout(&sets.train, VALIDATION, seed)?.of(&sets.train)?;
-    for learner in learners(&train, &validation, config, &|| Duration::ZERO, &reported)? {
+    let learners = learners(&train, &validation, config, &|| Duration::ZERO, done)?;
+    let learned = learners.into_iter().map(|learner| {
         let scores = sets.score(|features| answer(learner.predict.as_ref(), features));
-        let mut row = comparison::row(&learner.name, &scores);
         let mut chosen = learner.detail;
         if let Some(spread) = uncertainty(learner.predict.as_ref(), &sets.unseen)? {
             let within = 100.0 * spread.within_two;
             chosen += &format!("; spread {:.2} N, {within:.0} % within two of it", spread.spread);
         }
-        row.extend([Cell::Count(learner.size), Cell::text(chosen)]);
-        table.push(row);
+        Ok(Learned { name: learner.name, scores, size: learner.size, chosen })
+    });
+    Ok(Beyond { condition, learners: learned.collect::<Result<_, OutlookError>>()? })
+}
+
+impl Beyond {
+    /// The learner of that name.
+    #[must_use]
+    pub fn learner(&self, name: &str) -> Option<&Learned> {
+        self.learners.iter().find(|learner| learner.name == name)
     }
-    Ok(table)
+
+    /// All learners in a table.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let heads: Vec<&str> =
+            comparison::COLUMNS.iter().copied().chain(["numbers", "chosen"]).collect();
+        let Condition { name, .. } = self.condition;
+        let caption = format!("{name}: {}", self.condition.title());
+        let mut table = Table::new(format!("outlook-{name}"), caption, &heads);
+        for learner in &self.learners {
+            let mut row = comparison::row(&learner.name, &learner.scores);
+            row.extend([Cell::Count(learner.size), Cell::text(&learner.chosen)]);
+            table.push(row);
+        }
+        table
+    }
 }
 
 /// The force (N), or NaN, which counts as wrong everywhere.
-fn answer(learner: &dyn Predict, features: &ArrayRef1<f64>) -> f64 {
+pub(crate) fn answer(learner: &dyn Predict, features: &ArrayRef1<f64>) -> f64 {
     let mut force = [f64::NAN];
     match learner.predict(features, &mut force) {
         Ok(()) => force[0],
@@ -83,7 +104,7 @@ mod tests {
     use mlp::train::{FitConfig, RunConfig};
 
     #[test]
-    fn the_chapter_has_a_row_for_each_learner_and_the_shipped_features_win() {
+    fn the_shipped_features_win_with_every_good_learner() {
         let run = RunConfig { epochs: 300, max_fail: 50, ..RunConfig::default() };
         let fit = FitConfig { run, repeats: 1, ..FitConfig::default() };
         let search = SearchConfig {
@@ -93,24 +114,26 @@ mod tests {
             ..SearchConfig::default()
         };
         let config = LearnersConfig { fit, members: 2, search };
-        let conditions = ["paper", "default"].map(|name| Condition::named(name).unwrap());
-        let section = chapter(&conditions, 1, &config, &|_| {}).unwrap();
-        let json = section.json();
-        let tables = json["tables"].as_array().unwrap();
-        let unseen = |table: usize, learner: &str| {
-            let rows = tables[table]["rows"].as_array().unwrap();
-            assert_eq!(rows.len(), count());
-            let row = rows.iter().find(|row| row[0] == learner).unwrap();
-            row[6].as_f64().unwrap()
-        };
-        for learner in ["net, tanh, lm", "net, tanh, scg", "support vector regression"] {
-            let (paper, shipped) = (unseen(0, learner), unseen(1, learner));
-            assert!(paper < 0.8 && shipped > 0.9, "{learner}: {paper} {shipped}");
+        let [paper, shipped] = ["paper", "default"].map(|name| {
+            let beyond = beyond(Condition::named(name).unwrap(), 1, &config, &|_| {}).unwrap();
+            assert_eq!((beyond.learners.len(), beyond.table().rows.len()), (count(), count()));
+            beyond
+        });
+        for name in
+            ["net, tanh, lm", "net, tanh, br", "Gaussian process", "support vector regression"]
+        {
+            let of = |of: &Beyond| of.learner(name).unwrap().scores.unseen.within_10pct();
+            assert!(
+                of(&paper) < 0.8 && of(&shipped) > 0.9,
+                "{name}: {} {}",
+                of(&paper),
+                of(&shipped)
+            );
         }
     }
 
     #[test]
-    fn the_conditions_of_the_chapter_exist() {
+    fn the_conditions_exist() {
         assert!(CONDITIONS.iter().all(|name| Condition::named(name).is_some()));
     }
 }

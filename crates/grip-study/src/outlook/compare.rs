@@ -123,11 +123,13 @@ mod tests {
         let names: BTreeSet<&str> = rows.iter().map(|row| row.name.as_str()).collect();
         assert_eq!(names.len(), rows.len());
         for row in &rows {
-            // The noise is 0.0025; 150 epochs of plain descent are far from it, the others are near.
-            let slow = ["gd", "gdm", "gdx"].iter().any(|rule| row.name.ends_with(rule));
+            // The noise is 0.0025; 150 epochs of plain descent and polynomials are far from it, the others are near.
+            let slow =
+                ["gd", "gdm", "gdx", "line", "cubic"].iter().any(|rule| row.name.ends_with(rule));
             assert!(row.test.mse > 0.002 && (slow || row.test.mse < 0.02), "{row:?}");
             assert!(row.size > 0 && row.test.rows == 120, "{row:?}");
-            assert_eq!(row.uncertainty.is_some(), row.name.starts_with("ensemble"));
+            let spread = row.name.starts_with("ensemble") || row.name == "Gaussian process";
+            assert_eq!(row.uncertainty.is_some(), spread);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Rows of data and one setting in, several nets with the mean and the spread of their answers out.
 
 use mlp::train::{
-    ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, LargeModel, ModelFile,
+    ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, Interval, LargeModel, ModelFile,
     SettingError, file::FileColumn, fit,
 };
 use mlp::{PredictError, ShapeError};
@@ -61,6 +61,8 @@ impl EnsembleConfig {
 pub struct Ensemble {
     files: Vec<ModelFile>,
     models: Vec<LargeModel>,
+    /// How far the truth may be from an answer, where that was measured.
+    pub interval: Option<Interval>,
 }
 
 #[derive(Deserialize)]
@@ -85,7 +87,7 @@ impl Ensemble {
             .map(|member| Self::member(train, validation, config, member))
             .collect::<Result<_, _>>()?;
         let (files, models) = fits.into_iter().map(|fit| (fit.file, fit.model)).unzip();
-        Ok(Self { files, models })
+        Ok(Self { files, models, interval: None })
     }
 
     fn member(
@@ -140,7 +142,9 @@ impl Ensemble {
     /// # Errors
     /// [`FileError::Json`].
     pub fn to_json(&self) -> Result<String, FileError> {
-        EnsembleFile::new(self.files.clone())?.to_json()
+        let mut file = EnsembleFile::new(self.files.clone())?;
+        file.interval.clone_from(&self.interval);
+        file.to_json()
     }
 
     /// Reads the text of a file.
@@ -148,9 +152,10 @@ impl Ensemble {
     /// # Errors
     /// Any [`FileError`] of [`EnsembleFile::from_json`].
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        let files = EnsembleFile::from_json(text)?.into_members();
+        let file = EnsembleFile::from_json(text)?;
+        let (interval, files) = (file.interval.clone(), file.into_members());
         let models = files.iter().map(ModelFile::large_model).collect::<Result<_, _>>()?;
-        Ok(Self { files, models })
+        Ok(Self { files, models, interval })
     }
 }
 

@@ -1,16 +1,17 @@
-//! Training and validation rows in, every kind of learner trained on them out.
+//! Every kind of learner, trained on the same rows.
 
 use core::fmt;
 use core::time::Duration;
 
 use mlp::Activation;
-use mlp::train::{Algorithm, DataSet, FitConfig, Fitting, RunConfig, fit};
+use mlp::train::{Algorithm, DataSet, FitConfig, Fitting, RunConfig, fit, fit::by_evidence};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 use super::ensemble::{Ensemble, EnsembleConfig, Sampling};
 use super::score::{OutlookError, Predict};
 use super::search::{SearchConfig, search};
 use super::svr::{Svr, SvrConfig};
+use super::{Gp, Poly};
 
 /// Settings of all learners.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,6 +74,8 @@ impl fmt::Debug for Learner {
 enum Method {
     Net(Activation, Algorithm),
     Ensemble(Sampling),
+    Poly(usize),
+    Gp,
     Svr,
     Search,
 }
@@ -92,6 +95,9 @@ impl Method {
         all.extend([
             Self::Ensemble(Sampling::Starts),
             Self::Ensemble(Sampling::Bagging),
+            Self::Poly(1),
+            Self::Poly(3),
+            Self::Gp,
             Self::Svr,
             Self::Search,
         ]);
@@ -103,6 +109,9 @@ impl Method {
             Self::Net(activation, rule) => format!("net, {activation}, {}", rule.name()),
             Self::Ensemble(Sampling::Starts) => "ensemble, other starts".to_owned(),
             Self::Ensemble(Sampling::Bagging) => "ensemble, bagging".to_owned(),
+            Self::Poly(1) => "line".to_owned(),
+            Self::Poly(_) => "cubic".to_owned(),
+            Self::Gp => "Gaussian process".to_owned(),
             Self::Svr => "support vector regression".to_owned(),
             Self::Search => "net found by search".to_owned(),
         }
@@ -115,6 +124,17 @@ impl Method {
         config: &LearnersConfig,
     ) -> Result<Trained, OutlookError> {
         match self {
+            Self::Net(_, Algorithm::Br) => bayesian(train, config),
+            Self::Poly(degree) => {
+                let poly = Poly::fit(train, degree)?;
+                let size = poly.size();
+                Ok((Box::new(poly), String::new(), size))
+            }
+            Self::Gp => {
+                let gp = gp_by_evidence(train)?;
+                let (detail, size) = (gp.detail(), gp.size());
+                Ok((Box::new(gp), detail, size))
+            }
             Self::Net(activation, algorithm) => {
                 net(train, validation, &FitConfig { activation, algorithm, ..config.fit.clone() })
             }
@@ -123,6 +143,38 @@ impl Method {
             Self::Search => searched(train, validation, config),
         }
     }
+}
+
+/// A Gaussian process of the [form](DataSet::target_forms) of the target with the higher evidence.
+///
+/// # Errors
+/// As [`Gp::fit`].
+pub fn gp_by_evidence(train: &DataSet) -> Result<Gp, OutlookError> {
+    let mut best = (f64::NEG_INFINITY, Gp::fit(train)?);
+    for form in train.target_forms() {
+        let gp = Gp::fit(&form)?;
+        let evidence = gp.ln_evidence() + form.ln_jacobian();
+        if evidence > best.0 {
+            best = (evidence, gp);
+        }
+    }
+    Ok(best.1)
+}
+
+/// Evidence decides on start and form of the target, and no rows are needed to stop by.
+fn bayesian(train: &DataSet, config: &LearnersConfig) -> Result<Trained, OutlookError> {
+    let config = FitConfig { algorithm: Algorithm::Br, ..config.fit.clone() };
+    let fits = train.target_forms().into_iter().map(|form| {
+        let fit = fit(&form, None, None, &config)?;
+        Ok((form, fit))
+    });
+    let mut fits = fits.collect::<Result<Vec<_>, OutlookError>>()?;
+    let (form, fit) = fits.swap_remove(by_evidence(&fits));
+    let run = &fit.runs[fit.chosen];
+    let used = run.evidence.map_or(0.0, |found| found.effective);
+    let detail = format!("target {}, {used:.0} parameters in use", form.targets[0].transform);
+    let size = run.weights.len();
+    Ok((Box::new(fit.model), detail, size))
 }
 
 /// Of several starts the one with the least validation error.
@@ -161,7 +213,7 @@ fn svr(train: &DataSet, validation: &DataSet) -> Result<Trained, OutlookError> {
     let svr = Svr::choose(train, validation, &SvrConfig::grid())?;
     let SvrConfig { c, gamma, .. } = svr.config;
     let vectors = svr.support_vectors();
-    let size = vectors * (svr.inputs.len() + 1);
+    let size = vectors * (svr.columns.inputs.len() + 1);
     Ok((Box::new(svr), format!("{vectors} support vectors, c {c}, gamma {gamma}"), size))
 }
 

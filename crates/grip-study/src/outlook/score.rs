@@ -3,7 +3,7 @@
 use mlp::train::{DataSet, DataSetError, FileError, FitError, Scaling, SettingError};
 use mlp::train::{metrics::r_squared, split::SplitError};
 use mlp::{Model, PredictError};
-use ndarray::{Array1, ArrayRef1};
+use ndarray::{Array1, Array2, ArrayRef1};
 
 /// What turns the raw features of a row into raw targets.
 pub trait Predict {
@@ -99,6 +99,9 @@ pub enum OutlookError {
         /// What is possible.
         range: &'static str,
     },
+    /// Equations of a polynomial or of a Gaussian process without a solution.
+    #[error("the rows leave the equations without a solution")]
+    Singular,
     /// The support vector machine gave up.
     #[error("support vector regression: {message}")]
     Svr {
@@ -119,6 +122,24 @@ pub enum OutlookError {
     },
 }
 
+/// What `learner` predicts for the rows of `data`: rows x targets, raw.
+///
+/// # Errors
+/// [`OutlookError::Predict`] for the first row without a prediction.
+pub fn answers(learner: &dyn Predict, data: &DataSet) -> Result<Array2<f64>, OutlookError> {
+    let mut answers = Array2::zeros(data.target_values().dim());
+    let mut row = vec![0.0; answers.ncols()];
+    for (at, ((inputs, _), mut place)) in data.iter().zip(answers.rows_mut()).enumerate() {
+        learner.predict(&inputs, &mut row).map_err(|source| OutlookError::Predict {
+            file: data.file.clone(),
+            row: at + 1,
+            source,
+        })?;
+        place.iter_mut().zip(&row).for_each(|(place, answer)| *place = *answer);
+    }
+    Ok(answers)
+}
+
 /// Lets `learner` predict every row of `data`; `targets` are the limits of the training rows.
 ///
 /// # Errors
@@ -132,17 +153,12 @@ pub fn score(
     if targets.len() != data.targets.len() {
         return Err(OutlookError::OtherColumns { file: data.file.clone() });
     }
-    let mut outputs = vec![0.0; targets.len()];
     let mut squares = Array1::<f64>::zeros(targets.len());
     let (mut scaled_squares, mut within) = (0.0, 0.0);
-    for (at, (inputs, wanted)) in data.iter().enumerate() {
-        learner.predict(&inputs, &mut outputs).map_err(|source| OutlookError::Predict {
-            file: data.file.clone(),
-            row: at + 1,
-            source,
-        })?;
-        let answers = outputs.iter().zip(wanted).zip(targets).zip(&mut squares);
-        for (((&predicted, &wanted), scaling), squares) in answers {
+    let (predicted, wanted) = (answers(learner, data)?, data.target_values());
+    for (predicted, wanted) in predicted.rows().into_iter().zip(wanted.rows()) {
+        let values = predicted.iter().zip(wanted).zip(targets).zip(&mut squares);
+        for (((&predicted, &wanted), scaling), squares) in values {
             *squares += (predicted - wanted).powi(2);
             scaled_squares += (scaling.scaled(predicted) - scaling.scaled(wanted)).powi(2);
             within += f64::from((predicted - wanted).abs() <= 0.1 * wanted.abs());

@@ -5,9 +5,8 @@
 //! it has converged or not, so a large `c` on many rows gives a machine that is only nearly optimal. Memory grows with the
 //! square of the rows, hence [`MAX_ROWS`].
 
-use mlp::train::{ColumnSpec, DataSet, FileError, Scaling, SettingError};
-use mlp::train::{file::FileColumn, scaling::columns};
-use mlp::{Column, PredictError, ShapeError, Transform};
+use mlp::PredictError;
+use mlp::train::{DataSet, FileError, SettingError};
 use ndarray::{ArrayRef1, ArrayRef2};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use serde::{Deserialize, Serialize};
@@ -17,6 +16,7 @@ use smartcore::svm::{
     svr::{SVR, SVRParameters},
 };
 
+use super::columns::{self, Columns};
 use super::score::{OutlookError, Predict, score};
 
 /// Most training rows.
@@ -24,9 +24,6 @@ pub const MAX_ROWS: usize = 5000;
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "svr-model";
-
-/// Value of the field `version` that is read and written.
-pub const VERSION: u64 = 1;
 
 /// Settings of a support vector regression.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -89,12 +86,9 @@ struct Machine {
 /// A fitted support vector regression with the ranges of its columns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Svr {
-    format: String,
-    version: u64,
-    /// Features in the order of the training columns.
-    pub inputs: Vec<FileColumn>,
-    /// Targets.
-    pub targets: Vec<FileColumn>,
+    /// Columns with their limits.
+    #[serde(flatten)]
+    pub columns: Columns,
     /// How it was fitted.
     pub config: SvrConfig,
     machines: Vec<Machine>,
@@ -108,20 +102,12 @@ impl Svr {
     pub fn fit(train: &DataSet, config: &SvrConfig) -> Result<Self, OutlookError> {
         config.check()?;
         Self::check_rows(train)?;
-        let (inputs, targets) = (train.input_scalings(), train.target_scalings());
-        let [features, wanted] = train.scaled(&inputs, &targets);
-        let machines = (0..targets.len())
+        let [features, wanted] = train.scaled(&train.input_scalings(), &train.target_scalings());
+        let machines = (0..train.targets.len())
             .into_par_iter()
             .map(|target| machine(&features, &wanted.column(target), config))
             .collect::<Result<_, _>>()?;
-        Ok(Self {
-            format: FORMAT.to_owned(),
-            version: VERSION,
-            inputs: columns(&train.inputs, &inputs),
-            targets: columns(&train.targets, &targets),
-            config: *config,
-            machines,
-        })
+        Ok(Self { columns: Columns::of(FORMAT, train), config: *config, machines })
     }
 
     /// Whether there are few enough rows, before any work is done on them.
@@ -168,25 +154,12 @@ impl Svr {
         self.machines.iter().map(|machine| machine.w.len()).sum()
     }
 
-    /// The column specs with which a CSV file is read for it.
-    #[must_use]
-    pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
-        let specs = |columns: &[FileColumn]| {
-            let spec = |column: &FileColumn| ColumnSpec {
-                name: column.name.clone(),
-                transform: column.transform,
-            };
-            columns.iter().map(spec).collect()
-        };
-        (specs(&self.inputs), specs(&self.targets))
-    }
-
     /// The text of its file.
     ///
     /// # Errors
     /// [`FileError::Json`].
     pub fn to_json(&self) -> Result<String, FileError> {
-        serde_json::to_string_pretty(self).map_err(|error| super::ensemble::json_error(&error))
+        columns::to_json(self)
     }
 
     /// Reads the text of a file.
@@ -195,20 +168,9 @@ impl Svr {
     /// [`FileError::Json`], [`FileError::Format`], [`FileError::Version`]; [`FileError::Shape`] where the support vectors do not
     /// fit the columns.
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        super::ensemble::check_head(text, FORMAT, VERSION)?;
-        let svr: Self =
-            serde_json::from_str(text).map_err(|error| super::ensemble::json_error(&error))?;
-        let (needed, given) = (svr.targets.len(), svr.machines.len());
-        if needed != given {
-            return Err(ShapeError::Outputs { needed, given }.into());
-        }
-        let needed = svr.inputs.len();
-        for machine in &svr.machines {
-            let odd = machine.instances.iter().map(Vec::len).find(|&length| length != needed);
-            if let Some(given) = odd {
-                return Err(ShapeError::Inputs { needed, given }.into());
-            }
-        }
+        let svr: Self = columns::from_json(text, FORMAT)?;
+        let instances = svr.machines.iter().flat_map(|machine| &machine.instances);
+        svr.columns.check(svr.machines.len(), instances)?;
         Ok(svr)
     }
 }
@@ -239,31 +201,9 @@ fn machine(
 
 impl Predict for Svr {
     fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
-        let (needed, given) = (self.inputs.len(), inputs.len());
-        if needed != given {
-            return Err(ShapeError::Inputs { needed, given }.into());
-        }
-        let (needed, given) = (self.machines.len(), outputs.len());
-        if needed != given {
-            return Err(ShapeError::Outputs { needed, given }.into());
-        }
-        let scaled: Vec<f64> = self
-            .inputs
-            .iter()
-            .zip(inputs)
-            .map(|(column, &raw)| scaling(column).scaled(raw))
-            .collect();
-        if let Some(column) = scaled.iter().position(|value| !value.is_finite()) {
-            return Err(PredictError::NotFinite { column });
-        }
-        let parts = self.machines.iter().zip(&self.targets).zip(outputs).enumerate();
-        for (target, ((machine, column), output)) in parts {
-            *output = raw(column, machine.value(&scaled, self.config.gamma));
-            if !output.is_finite() {
-                return Err(PredictError::Overflow { target });
-            }
-        }
-        Ok(())
+        let x = self.columns.scaled(inputs)?;
+        let value = |machine: &Machine| machine.value(&x, self.config.gamma);
+        self.columns.answer(self.machines.iter().map(value), outputs)
     }
 }
 
@@ -274,20 +214,6 @@ impl Machine {
             libm::exp(-gamma * square)
         };
         self.b + self.instances.iter().zip(&self.w).map(|(x, w)| w * kernel(x)).sum::<f64>()
-    }
-}
-
-fn scaling(column: &FileColumn) -> Scaling {
-    Column { transform: column.transform, min: column.min, max: column.max }.into()
-}
-
-/// The raw value of a scaled one.
-fn raw(column: &FileColumn, scaled: f64) -> f64 {
-    let scaling = scaling(column);
-    let transformed = scaling.transformed(scaling.min) + 0.5 * (scaled + 1.0) * scaling.span();
-    match column.transform {
-        Transform::Identity => transformed,
-        Transform::Ln => libm::exp(transformed),
     }
 }
 

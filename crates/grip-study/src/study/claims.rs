@@ -1,4 +1,4 @@
-//! What the source study states of its Figs. 3 to 7 and Tables 1 and 2, each sentence held against many draws of rows.
+//! The sentences of the source study on its Figs. 3 to 7 and Tables 1 and 2, each held against many draws of rows.
 //!
 //! Every net is trained from every start on every draw, and the run nearest the average is kept, as in the study. Then each
 //! claim is true or not for a draw. Goal and number of epochs are not in the study: without a goal of its own a claim about it is
@@ -299,7 +299,34 @@ impl Draw {
     }
 }
 
+impl StudyConfig {
+    /// What the report of a study of this size judges claims by: 10 draws, or 5 where it looks at one draw only.
+    #[must_use]
+    pub fn claims_beside(&self) -> Self {
+        let claims = Self::claims(self.seed);
+        let draws = if self.draws == 1 { 5 } else { 10 };
+        Self { draws, conditions: claims.conditions, ..self.clone() }
+    }
+}
+
 impl Claims {
+    /// Each sentence and its verdict: the report's first screen.
+    #[must_use]
+    pub fn verdicts(&self) -> Table {
+        let caption = format!(
+            "Each sentence of the paper held against {} draws of rows under {} conditions; reproduced or refuted where all conditions agree",
+            self.config.draws,
+            self.draws.len()
+        );
+        let mut table =
+            Table::new("verdicts", caption, &["where", "sentence", "verdict", "measured by"]);
+        for judged in &self.judged {
+            let Judged { place, claim, measured, verdict, .. } = judged;
+            table.push([*place, *claim, verdict.title(), *measured].map(Cell::text).to_vec());
+        }
+        table
+    }
+
     /// The table of claims.
     #[must_use]
     pub fn table(&self) -> Table {

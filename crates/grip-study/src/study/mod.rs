@@ -1,8 +1,8 @@
-//! Conditions and a seed in; four nets and three more trained under each, their ceilings and a report out.
+//! The four nets of the source study and three more, trained under many conditions, beside the best possible answer.
 //!
 //! ```text
-//! Condition::sets -> repeats of each net -> run nearest the average -> Scores, Curve
-//!                 -> Ceiling                                        -> distances, tables, figures
+//! Condition::sets -> repeats of each net -> one run -> Scores, Curve
+//!                 -> Ceiling, Gaussian process      -> distances, tables, figures
 //! ```
 //! Every net is 2-10-1 (more inputs where a condition has them), trained on all rows at once for 1000 epochs from 20
 //! starts; the run whose training error is nearest the average of all is the one reported, as in the source study.
@@ -21,6 +21,7 @@ pub use distances::{Distance, distances};
 pub use net::{HEAVY_BALL, HIDDEN, NETS, Net};
 pub use training::{Curve, Summary};
 
+use crate::outlook::{chapter::answer, learners::gp_by_evidence};
 use crate::{Condition, Scores, StudyError, condition};
 use mlp::train::{Hyper, RunConfig};
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
@@ -134,6 +135,8 @@ pub struct ConditionResult {
     pub ceiling: Ceiling,
     /// One result for each of [`NETS`].
     pub nets: Vec<NetResult>,
+    /// Scores of a Gaussian process, one for each draw.
+    pub gp: Vec<Scores>,
 }
 
 /// The whole study.
@@ -155,6 +158,18 @@ impl NetResult {
     pub fn deviation(&self, figure: impl Fn(&Scores) -> f64) -> f64 {
         let mean = self.mean(&figure);
         self.mean(|scores| (figure(scores) - mean).powi(2)).sqrt()
+    }
+}
+
+impl ConditionResult {
+    /// Mean over the draws of the share of unseen answers within 10 % of each net, then of the Gaussian process, with their names.
+    #[must_use]
+    pub fn unseen(&self) -> Vec<(String, f64)> {
+        let within = |scores: &Scores| scores.unseen.within_10pct();
+        let nets =
+            NETS.iter().zip(&self.nets).map(|(net, found)| (net.title(), found.mean(within)));
+        let gp = self.gp.iter().map(within).sum::<f64>() / self.gp.len() as f64;
+        nets.chain([("GP".to_owned(), gp)]).collect()
     }
 }
 
@@ -190,14 +205,22 @@ fn run_condition(
         .into_par_iter()
         .map(|draw| condition.sets(config.seed, draw))
         .collect::<Result<Vec<_>, _>>()?;
-    let (ceiling, nets) = rayon::join(
+    let (ceiling, (nets, gp)) = rayon::join(
         || ceiling(condition, config.seed, config.known_rows),
         || {
             let one = |net| run_net(condition, net, &sets, config, progress);
-            NETS.par_iter().map(one).collect::<Result<Vec<_>, _>>()
+            let gp = |sets: &crate::Sets| {
+                let fault = |source| StudyError::Learner { condition: condition.name, source };
+                let gp = gp_by_evidence(&sets.train).map_err(Box::new).map_err(fault)?;
+                Ok(sets.score(|features| answer(&gp, features)))
+            };
+            rayon::join(
+                || NETS.par_iter().map(one).collect::<Result<Vec<_>, _>>(),
+                || sets.par_iter().map(gp).collect::<Result<Vec<_>, StudyError>>(),
+            )
         },
     );
-    Ok(ConditionResult { condition: *condition, ceiling: ceiling?, nets: nets? })
+    Ok(ConditionResult { condition: *condition, ceiling: ceiling?, nets: nets?, gp: gp? })
 }
 
 fn run_net(

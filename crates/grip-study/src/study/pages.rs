@@ -1,7 +1,9 @@
-//! A study in, its report out: distances from the published figures, the table of all conditions, then each condition
-//! with Tables 1 and 2 and Figs. 3 to 7.
+//! The report of a study: the paper's Table 2 and Fig. 7 beside ours and a verdict on each of its sentences, the questions of its
+//! conclusion, then all conditions.
 
+use super::claims::Claims;
 use super::{ConditionResult, Distance, NETS, NetResult, Study, distances};
+use crate::outlook::Beyond;
 use crate::report::Block;
 use crate::{
     Cell, Figure, Report, Score, Section, Table, Tolerance,
@@ -10,31 +12,39 @@ use crate::{
 use grip_plot::{Axis, Chart, Layer, Mark};
 use serde_json::{Value, json};
 
-/// Conditions that stand unfolded.
+/// The source study.
+const PAPER: &str = "Grasping Force Estimation Recognizing Object Slippage by Tactile Data Using Neural Network (the text at hand \
+                     names no authors)";
+
+/// Conditions with every table and curve; the others are in the table of all conditions and in the JSON.
 const SHOWN: [&str; 2] = ["paper", DEFAULT.name];
 
 impl Study {
-    /// The report. Other comparisons may be pushed behind its sections.
+    /// The report; `claims` are the paper's sentences, judged, and `beyond` other learners on the same rows.
     #[must_use]
-    pub fn report(&self) -> Report {
+    pub fn report(&self, claims: Option<&Claims>, beyond: &[Beyond]) -> Report {
         let distances = distances(self);
         let mut report = Report {
             title: "The study of the four nets, repeated and explained".to_owned(),
+            summary: summary(self),
+            fields: self.fields(&distances),
             ..Report::default()
         };
-        report.summary = summary(self);
-        report.fields = self.fields(&distances);
-        report.push(nearest(&distances));
-        report.push(overview(self));
-        for name in SHOWN {
-            if let Some(result) = self.result(name) {
-                report.push(condition_section(self, result));
-            }
+        let paper = self.result("paper");
+        let mut first = Section::new("source", "The paper and its repetition");
+        if let Some(paper) = paper {
+            first = first.with(beside(paper)).with(fig_7(paper));
         }
-        for group in Group::ALL {
-            if let Some(section) = group_section(self, group) {
-                report.push(section);
-            }
+        report.push(match claims {
+            Some(claims) => first.with(claims.verdicts()),
+            None => first,
+        });
+        report.push(questions(self, beyond));
+        report.push(overview(self, &distances));
+        for result in SHOWN.iter().filter_map(|name| self.result(name)) {
+            let name = result.condition.name;
+            let section = Section::new(name, format!("In detail: {}", result.condition.title()));
+            report.push(condition_blocks(self, result).into_iter().fold(section, Section::with));
         }
         report
     }
@@ -76,33 +86,116 @@ fn result_json(result: &ConditionResult) -> Value {
         "test_rows": condition.test_rows,
         "ceiling": result.ceiling,
         "nets": result.nets,
+        "gp": result.gp,
     })
 }
 
-/// One line for the paper-like condition, one for a varied force, one for the shipped features.
+/// The paper, and a line for the paper-like condition and the shipped features.
 fn summary(study: &Study) -> Vec<String> {
-    let results =
-        ["paper", "varied-0", DEFAULT.name].into_iter().filter_map(|name| study.result(name));
     let line = |result: &ConditionResult| {
-        let share = |share: f64| format!("{:.0}", 100.0 * share);
-        let nets = result.nets.iter();
-        let nets: Vec<String> = nets
-            .map(|net| format!("{} {}", net.trainer, share(net.mean(|s| s.unseen.within_10pct()))))
-            .collect();
+        let shares = result.unseen();
+        let shares: Vec<String> =
+            shares.iter().map(|(name, share)| format!("{name} {:.0}", 100.0 * share)).collect();
         format!(
-            "{}: {} % of unseen answers within 10 %; best possible {} %",
+            "{}: {} % of unseen answers within 10 %; best possible {:.0} %",
             result.condition.title(),
-            nets.join(", "),
-            share(result.ceiling.within_10pct)
+            shares.join(", "),
+            100.0 * result.ceiling.within_10pct
         )
     };
-    results.map(line).collect()
+    let results = SHOWN.iter().filter_map(|name| study.result(name)).map(line);
+    core::iter::once(format!("Paper: {PAPER}.")).chain(results).collect()
 }
 
-fn nearest(distances: &[Distance]) -> Section {
+/// Table 2 beside the published one.
+fn beside(result: &ConditionResult) -> Table {
+    let caption = format!(
+        "Table 2. Correct answers in percent, within 10 % of the adequate force (the paper does not define correct), mean of the draws; \
+         condition: {}. Best possible on unseen rows: {:.1}",
+        result.condition.title(),
+        100.0 * result.ceiling.within_10pct
+    );
+    let heads =
+        ["net", "train", "train, published", "60 test rows", "test, published", "2000 unseen rows"];
+    let mut table = Table::new("table-2", caption, &heads);
+    for (net, found) in NETS.iter().zip(&result.nets) {
+        let published =
+            |which: usize| net.published.map_or(Cell::Empty, |shares| Cell::Percent(shares[which]));
+        table.push(vec![
+            Cell::text(net.title()),
+            Cell::Percent(found.mean(|scores| scores.train.within_10pct())),
+            published(0),
+            Cell::Percent(found.mean(|scores| scores.test.within_10pct())),
+            published(1),
+            Cell::Percent(found.mean(|scores| scores.unseen.within_10pct())),
+        ]);
+    }
+    let gp = |of: fn(&crate::Scores) -> f64| {
+        Cell::Percent(result.gp.iter().map(of).sum::<f64>() / result.gp.len() as f64)
+    };
+    table.push(vec![
+        Cell::text("GP, no net"),
+        gp(|scores| scores.train.within_10pct()),
+        Cell::Empty,
+        gp(|scores| scores.test.within_10pct()),
+        Cell::Empty,
+        gp(|scores| scores.unseen.within_10pct()),
+    ]);
+    table
+}
+
+/// What the conclusion of the paper leaves open, each question with one answer a condition.
+fn questions(study: &Study, beyond: &[Beyond]) -> Section {
+    let conditions = crate::outlook::chapter::CONDITIONS;
+    let mut table = Table::new(
+        "questions",
+        "Unseen answers within 10 %, percent. Nets, GP: mean of the draws; the others: first draw, a quarter of the rows held back to choose by",
+        &[&["question of the conclusion", "answer by"][..], &conditions].concat(),
+    );
+    let mut row = |question: &str, by: &str, of: &dyn Fn(&str) -> Option<f64>| {
+        let cells = conditions.iter().map(|name| of(name).map_or(Cell::Empty, Cell::Percent));
+        table.push([Cell::text(question), Cell::text(by)].into_iter().chain(cells).collect());
+    };
+    let share = |condition: &str, learner: &str| {
+        let shares = study.result(condition)?.unseen();
+        shares.into_iter().find(|(name, _)| name == learner).map(|(_, share)| share)
+    };
+    let learned = |condition: &str, learner: &str| {
+        let of = beyond.iter().find(|beyond| beyond.condition.name == condition)?;
+        Some(of.learner(learner)?.scores.unseen.within_10pct())
+    };
+    for net in ["M3 RPROP", "M4 SCG"] {
+        row("the paper's best nets", net, &|condition| share(condition, net));
+    }
+    for net in ["LM", "L-BFGS", "BR", "GP"] {
+        row("other algorithms", net, &|condition| share(condition, net));
+    }
+    for net in ["M4 SCG", "BR", "GP"] {
+        let by = format!("{net}, 1000 rows");
+        row("more rows", &by, &|condition| share(&format!("{condition}-more"), net));
+    }
+    row("a genetic search", "net found by search", &|at| learned(at, "net found by search"));
+    row("support vectors", "support vector regression", &|at| {
+        learned(at, "support vector regression")
+    });
+    row("several networks", "ten nets", &|at| learned(at, "ensemble, other starts"));
+    row("other activations", "logistic, SCG", &|at| learned(at, "net, logistic, scg"));
+    row("baselines", "line", &|at| learned(at, "line"));
+    row("baselines", "cubic", &|at| learned(at, "cubic"));
+    let best = |at: &str| Some(study.result(at)?.ceiling.within_10pct);
+    row("best possible", "estimate from below", &best);
+    let section = Section::new("questions", "The questions of its conclusion").with(table);
+    let blocks = beyond.iter().map(|beyond| Block::from(beyond.table())).collect::<Vec<_>>();
+    if blocks.is_empty() {
+        return section;
+    }
+    section.with(Block::Folded { title: "Every learner".to_owned(), blocks })
+}
+
+fn nearest(distances: &[Distance]) -> Table {
     let mut table = Table::new(
         "distances",
-        "Nearest to the published figures: mean difference over the eight of them, in percentage points",
+        "Nearest to the published shares: mean difference over the eight of them, in percentage points",
         &["condition", "an answer is correct", "difference", "this run minus the study"],
     );
     for distance in distances.iter().take(20) {
@@ -113,7 +206,7 @@ fn nearest(distances: &[Distance]) -> Section {
             Cell::Number(distance.offset),
         ]);
     }
-    Section::new("nearest", "Distance from the published figures").with(table)
+    table
 }
 
 fn heads(first: &str, last: &[&str]) -> Vec<String> {
@@ -124,7 +217,7 @@ fn heads(first: &str, last: &[&str]) -> Vec<String> {
         .collect()
 }
 
-fn overview(study: &Study) -> Section {
+fn overview(study: &Study, distances: &[Distance]) -> Section {
     let draws = study.config.draws;
     let caption = |rows: &str| {
         format!(
@@ -134,22 +227,21 @@ fn overview(study: &Study) -> Section {
     let mut unseen = Table::new(
         "all-unseen",
         caption("2000 unseen rows"),
-        &heads("condition", &["best possible", "± over draws (RPROP)"]),
+        &heads("condition", &["GP", "best possible", "± over draws (RPROP)"]),
     );
     let mut train = Table::new("all-train", caption("the training rows"), &heads("condition", &[]));
-    let mut test = Table::new("all-test", caption("the small test set"), &heads("condition", &[]));
     for result in &study.results {
         let row = |of: fn(&crate::Scores) -> f64| {
             let shares = result.nets.iter().map(|net| Cell::Percent(net.mean(of)));
             core::iter::once(Cell::text(result.condition.title())).chain(shares).collect::<Vec<_>>()
         };
         let mut cells = row(|scores| scores.unseen.within_10pct());
+        cells.extend(result.unseen().pop().map(|(_, share)| Cell::Percent(share)));
         cells.push(Cell::Percent(result.ceiling.within_10pct));
         let spread = result.nets.get(2).map(|net| net.deviation(|s| s.unseen.within_10pct()));
         cells.extend(spread.map(Cell::Percent));
         unseen.push(cells);
         train.push(row(|scores| scores.train.within_10pct()));
-        test.push(row(|scores| scores.test.within_10pct()));
     }
     let mut section = Section::new("conditions", "All conditions").with(
         "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
@@ -159,30 +251,9 @@ fn overview(study: &Study) -> Section {
     if let Some(figure) = noise_figure(study) {
         section = section.with(figure);
     }
-    let tables = vec![train.into(), test.into(), ceilings(study).into()];
-    section.with(Block::Folded {
-        title: "Training rows, test rows, ceilings".to_owned(),
-        blocks: tables,
-    })
-}
-
-fn ceilings(study: &Study) -> Table {
-    let mut table = Table::new(
-        "ceilings",
-        "Best possible answers within 10 %, percent",
-        &["condition", "closed form", "neighbours", "found by", "the higher"],
-    );
-    for result in &study.results {
-        let ceiling = &result.ceiling;
-        table.push(vec![
-            Cell::text(result.condition.title()),
-            ceiling.closed_form.map_or(Cell::Empty, Cell::Percent),
-            Cell::Percent(ceiling.neighbours),
-            Cell::text(&ceiling.neighbours_by),
-            Cell::Percent(ceiling.within_10pct),
-        ]);
-    }
-    table
+    let blocks = vec![train.into(), nearest(distances).into()];
+    let title = "Training rows, distance from the published shares".to_owned();
+    section.with(Block::Folded { title, blocks })
 }
 
 /// Shares against the noise of the speed, where there are at least two conditions that differ in it alone.
@@ -212,44 +283,14 @@ fn noise_figure(study: &Study) -> Option<Figure> {
     Some(Figure { id: "noise".to_owned(), caption, chart })
 }
 
-fn condition_section(study: &Study, result: &ConditionResult) -> Section {
-    let name = result.condition.name;
-    let mut section = Section::new(name, format!("{}: {}", lead(name), result.condition.title()));
-    for block in condition_blocks(study, result) {
-        section = section.with(block);
-    }
-    section
-}
-
-fn lead(name: &str) -> &'static str {
-    if name == DEFAULT.name { "The shipped features" } else { "The paper-like condition" }
-}
-
-fn group_section(study: &Study, group: Group) -> Option<Section> {
-    let results: Vec<&ConditionResult> = study
-        .results
-        .iter()
-        .filter(|r| r.condition.group == group && !SHOWN.contains(&r.condition.name))
-        .collect();
-    if results.is_empty() {
-        return None;
-    }
-    let id = format!("group-{}", group as usize + 1);
-    let section = Section::new(id, format!("Tables and figures: {}", group.title()));
-    Some(results.into_iter().fold(section, |section, result| {
-        section.with(Block::Folded {
-            title: result.condition.title(),
-            blocks: condition_blocks(study, result),
-        })
-    }))
-}
-
 fn condition_blocks(study: &Study, result: &ConditionResult) -> Vec<Block> {
     let mut blocks = vec![table_1(study, result).into()];
     for (net, found) in NETS.iter().zip(&result.nets) {
         blocks.extend(curve_figure(result, net, found).map(Block::from));
     }
-    blocks.push(fig_7(result).into());
+    if result.condition.name != "paper" {
+        blocks.push(fig_7(result).into());
+    }
     blocks.push(table_2(result).into());
     blocks
 }
@@ -316,7 +357,7 @@ fn curve_figure(result: &ConditionResult, net: &super::Net, found: &NetResult) -
     Some(Figure { id: format!("fig-{}-{}", net.figure, result.condition.name), caption, chart })
 }
 
-/// The four nets; the others stand in the caption, because one that fits noise would flatten all bars.
+/// The four nets: one that fits noise would flatten all bars.
 fn fig_7(result: &ConditionResult) -> Figure {
     let of_four = || NETS.iter().zip(&result.nets).filter(|(net, _)| net.published.is_some());
     let bars = |name: &str, of: fn(&NetResult) -> f64| {
@@ -330,15 +371,7 @@ fn fig_7(result: &ConditionResult) -> Figure {
     )
     .with(bars("training rows", |found| found.summary.mse))
     .with(bars("test rows", |found| found.summary.test_mse));
-    let others = NETS.iter().zip(&result.nets).filter(|(net, _)| net.published.is_none());
-    let others: Vec<String> = others
-        .map(|(net, found)| {
-            let [train, test] =
-                [found.summary.mse, found.summary.test_mse].map(|mse| Cell::Number(mse).shown());
-            format!("{} {train} and {test}", net.title())
-        })
-        .collect();
-    let caption = format!("{}. Beside these: {}.", result.condition.title(), others.join(", "));
+    let caption = format!("Condition: {}.", result.condition.title());
     Figure { id: format!("fig-7-{}", result.condition.name), caption, chart }
 }
 

@@ -25,7 +25,7 @@ fn on_threads(threads: usize) -> Study {
 fn the_number_of_threads_changes_nothing() {
     let one = on_threads(1);
     let four = on_threads(4);
-    assert_eq!(one.report().json().to_string(), four.report().json().to_string());
+    assert_eq!(one.report(None, &[]).json().to_string(), four.report(None, &[]).json().to_string());
     assert_eq!(one, four);
     let other = run(&StudyConfig { seed: 8, ..tiny() }, &|| ()).unwrap();
     assert_ne!(one.results, other.results);
@@ -81,12 +81,16 @@ fn check_table(html: &str, table: &Value) {
 #[test]
 fn the_page_holds_every_table_with_the_numbers_of_the_json() {
     let study = run(&tiny(), &|| ()).unwrap();
-    let report = study.report();
+    let claims =
+        claims::judge(&StudyConfig { draws: 1, epochs: 5, ..study.config.claims_beside() }, &|| ());
+    let report = study.report(Some(&claims.unwrap()), &[]);
     let (html, json) = (report.html().unwrap(), report.json());
     let tables = tables(&json);
     tables.iter().for_each(|table| check_table(&html, table));
     let ids: Vec<&str> = tables.iter().map(|table| table["id"].as_str().unwrap()).collect();
-    for condition in ["paper", "varied-0", "default"] {
+    let first: Vec<&str> = ["table-2", "verdicts", "questions", "all-unseen"].into_iter().collect();
+    assert_eq!(ids[..4], first, "what is asked first comes first");
+    for condition in ["paper", "default"] {
         for table in ["table-1-", "table-2-"] {
             assert!(ids.contains(&format!("{table}{condition}").as_str()), "{ids:?}");
         }
@@ -118,7 +122,9 @@ fn check_against_results(study: &Study, report: &Report, json: &Value) {
     let points = |at: usize| distances[at]["points"].as_f64().unwrap();
     assert!(points(0) > 0.0 && points(0) < points(20), "{distances:?}");
     let share = 100.0 * paper.mean(|scores| scores.unseen.within_10pct());
-    assert!(report.summary[0].contains(&format!("RPROP {share:.0}")), "{:?}", report.summary);
+    assert!(report.summary[1].contains(&format!("RPROP {share:.0}")), "{:?}", report.summary);
+    let gp = study.result("paper").unwrap().unseen().pop().unwrap();
+    assert!(gp.0 == "GP" && (0.3..0.7).contains(&gp.1), "{gp:?}");
 }
 
 #[test]

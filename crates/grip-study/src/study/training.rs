@@ -1,11 +1,13 @@
-//! A condition's rows and a net in, repeated trainings, the run nearest their average and its scores out.
+//! Repeated trainings of a net on the rows of a condition, and the run that is reported.
 
 use super::net::Net;
 use super::{Progress, StudyConfig};
 use crate::{Condition, Scores, Sets, StudyError};
 use mlp::train::{
-    Choice, DataSet, EvaluateError, Fit, FitConfig, FitError, NetworkObjective, Objective as _,
-    RunConfig, Topology, evaluate, fit::Fitting, init::nguyen_widrow,
+    Algorithm, Choice, DataSet, EvaluateError, Fit, FitConfig, FitError, NetworkObjective,
+    Objective as _, Run, RunConfig, Topology, evaluate,
+    fit::{Fitting, by_evidence},
+    init::nguyen_widrow,
 };
 use ndarray::ArrayRef1;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
@@ -70,12 +72,17 @@ pub(super) fn fit_config(net: &Net, config: &StudyConfig) -> FitConfig {
         },
         seed: config.seed,
         repeats: config.repeats,
-        choice: Choice::NearestAverage,
+        // Choosing the start by its evidence is part of Bayesian regularisation.
+        choice: match algorithm {
+            Algorithm::Br => Choice::Best,
+            _ => Choice::NearestAverage,
+        },
         ..FitConfig::default()
     }
 }
 
-/// Trains from every start and keeps the run nearest the average.
+/// Trains from every start and keeps the run nearest the average; of Bayesian regularisation the one with the highest evidence, which
+/// decides too whether the target or its logarithm is learned.
 pub(super) fn train(
     condition: &Condition,
     net: &Net,
@@ -85,16 +92,29 @@ pub(super) fn train(
 ) -> Result<Trained, StudyError> {
     let fault = |source| StudyError::Fit { condition: condition.name, learner: net.name, source };
     let fit_config = fit_config(net, config);
-    let fitting = Fitting::new(&sets.train, None, &fit_config).map_err(fault)?;
-    let runs = (0..config.repeats)
+    let mut forms = sets.train.target_forms();
+    if fit_config.algorithm != Algorithm::Br {
+        forms.truncate(1);
+    }
+    let fittings: Vec<Fitting<'_>> = (forms.iter())
+        .map(|form| Fitting::new(form, None, &fit_config))
+        .collect::<Result<_, _>>()
+        .map_err(fault)?;
+    let runs: Vec<Vec<Run>> = (0..config.repeats)
         .into_par_iter()
         .map(|repeat| {
-            let run = fitting.run(repeat);
+            let runs = fittings.iter().map(|fitting| fitting.run(repeat)).collect();
             progress();
-            run
+            runs
         })
         .collect();
-    let fit = fitting.finish(runs, None).map_err(fault)?;
+    let fit = |at: usize| {
+        let runs = runs.iter().map(|runs| runs[at].clone()).collect();
+        Ok((forms[at].clone(), fittings[at].finish(runs, None)?))
+    };
+    let mut fits =
+        (0..forms.len()).map(fit).collect::<Result<Vec<_>, FitError>>().map_err(fault)?;
+    let (_, fit) = fits.swap_remove(by_evidence(&fits));
     let test = evaluate(&fit.model, &sets.test)
         .map_err(|source: EvaluateError| FitError::Evaluate {
             file: sets.test.file.clone(),
@@ -145,13 +165,18 @@ pub(super) fn curve(
     trained: &Trained,
     config: &StudyConfig,
 ) -> Result<Curve, FitError> {
-    let data = &sets.train;
+    // In the form of the target that was learned.
+    let form = |rows: &DataSet| {
+        let target = trained.fit.file.targets.first();
+        target.and_then(|target| rows.with_target(target.transform)).unwrap_or_else(|| rows.clone())
+    };
+    let data = form(&sets.train);
     let topology = Topology::regression(data.inputs.len(), &[config.hidden], data.targets.len())?;
     let objective = |rows: &DataSet| {
         let [inputs, targets] = rows.scaled(&data.input_scalings(), &data.target_scalings());
         NetworkObjective::<f64>::new(&topology, &inputs, &targets)
     };
-    let (mut train, mut test) = (objective(data)?, objective(&sets.test)?);
+    let (mut train, mut test) = (objective(&data)?, objective(&form(&sets.test))?);
     let mut weights = nguyen_widrow(&topology, trained.summary.seed);
     let mut trainer = net.algorithm(&config.hyper).trainer(weights.len());
     let history = &trained.fit.runs[trained.fit.chosen].history;

@@ -31,6 +31,12 @@ fn a_file_comes_back_as_it_was() {
     assert!(is_ensemble(&text) && !is_ensemble("{}") && !is_ensemble("{"));
     assert_eq!(EnsembleFile::from_json(&text).unwrap(), ensemble());
     assert!(!is_ensemble(&member(0.0, 1.0).to_json().unwrap()));
+    let interval = Interval { level: 0.9, widths: vec![1.2], from: "10 parts".to_owned() };
+    let with = EnsembleFile { interval: Some(interval), ..ensemble() };
+    let text = with.to_json().unwrap();
+    assert_eq!(EnsembleFile::from_json(&text).unwrap(), with);
+    let error = EnsembleFile::from_json(&text.replace("0.9", "1.9")).unwrap_err();
+    assert_eq!(error, FileError::Interval);
 }
 
 #[test]

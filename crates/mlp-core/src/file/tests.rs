@@ -168,3 +168,30 @@ fn a_classifier_estimates_no_number() {
     assert_eq!(again, file);
     assert_eq!(again.model().unwrap_err(), FileError::Classifier { classes: 3 });
 }
+
+#[test]
+fn an_interval_is_kept_and_refused_where_it_can_not_hold() {
+    let mut file = sized(2, 2);
+    assert!(!file.to_json().unwrap().contains("interval"));
+    file.targets[1].transform = Transform::Ln;
+    file.targets[1].min = 0.5;
+    let interval = |level: f64, widths: &[f32]| {
+        Some(Interval { level, widths: widths.to_vec(), from: "10 parts of 100 rows".to_owned() })
+    };
+    file.interval = interval(0.9, &[0.0, 1.5]);
+    assert_eq!(ModelFile::from_json(&file.to_json().unwrap()).unwrap(), file);
+    assert_eq!(Interval::around(Transform::Identity, 0.5, 3.0), [2.5, 3.5]);
+    assert_eq!(Interval::around(Transform::Ln, 1.5, 3.0), [2.0, 4.5]);
+    for (level, widths) in [
+        (0.0, &[0.1, 1.5][..]),
+        (1.0, &[0.1, 1.5]),
+        (f64::NAN, &[0.1, 1.5]),
+        (0.9, &[0.1]),
+        (0.9, &[-0.1, 1.5]),
+        (0.9, &[0.1, 0.9]),
+        (0.9, &[f32::INFINITY, 1.5]),
+    ] {
+        file.interval = interval(level, widths);
+        assert_eq!(file.to_json(), Err(FileError::Interval), "{level} {widths:?}");
+    }
+}

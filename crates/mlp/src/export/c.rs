@@ -66,6 +66,7 @@ pub fn source(
     source += &text.functions();
     source += &text.range_check();
     source += &text.predict(model.inputs(), model.targets());
+    source += &text.interval();
     Ok(CSource { header: text.header(), source })
 }
 
@@ -105,10 +106,38 @@ impl Text<'_> {
              operations, no heap and no static memory but constants. */\n\
              {prefix}_status {prefix}_predict(const float in[{upper}_INPUTS], float out[{upper}_OUTPUTS]);\n\n\
              /* Bit i is set where feature i lies outside the training range or is NaN; bit 31 stands for all from 31 on. */\n\
-             unsigned {prefix}_out_of_range(const float in[{upper}_INPUTS]);\n\n\
-             #ifdef __cplusplus\n}}\n#endif\n\n#endif\n"
+             unsigned {prefix}_out_of_range(const float in[{upper}_INPUTS]);\n\n"
         );
-        text
+        if let Some(interval) = &self.file.interval {
+            let about = format!("{} % of the truths ({})", 100.0 * interval.level, interval.from);
+            let _infallible = write!(
+                text,
+                "/* Limits around the answers in out that hold {}. */\n\
+                 void {prefix}_interval(const float out[{upper}_OUTPUTS], float low[{upper}_OUTPUTS], float high[{upper}_OUTPUTS]);\n\n",
+                comment(&about)
+            );
+        }
+        text + "#ifdef __cplusplus\n}\n#endif\n\n#endif\n"
+    }
+
+    /// As [`Interval::around`](crate::train::Interval::around), to the bit.
+    fn interval(&self) -> String {
+        let Some(interval) = &self.file.interval else { return String::new() };
+        let (prefix, upper) = (self.prefix, &self.upper);
+        let mut text = format!(
+            "\nvoid {prefix}_interval(const float out[{upper}_OUTPUTS], float low[{upper}_OUTPUTS], float high[{upper}_OUTPUTS])\n{{\n"
+        );
+        for (at, (column, &width)) in self.file.targets.iter().zip(&interval.widths).enumerate() {
+            let (down, up, width) = match column.transform {
+                Transform::Identity => ('-', '+', operand(width)),
+                Transform::Ln => ('/', '*', operand(width)),
+            };
+            let _infallible = writeln!(
+                text,
+                "    low[{at}] = out[{at}] {down} {width};\n    high[{at}] = out[{at}] {up} {width};"
+            );
+        }
+        text + "}\n"
     }
 
     /// What the targets are.

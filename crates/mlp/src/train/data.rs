@@ -289,6 +289,37 @@ impl DataSet {
         (scalings(method, &self.inputs, &self.input_values), targets)
     }
 
+    /// The same rows with the target taken through `transform`; none unless there is one target, a number that the transform takes in
+    /// every row.
+    #[must_use]
+    pub fn with_target(&self, transform: Transform) -> Option<Self> {
+        let [target] = &self.targets[..] else { return None };
+        let taken = transform == Transform::Identity || self.target_values.iter().all(|y| *y > 0.0);
+        let targets = vec![ColumnSpec { transform, ..target.clone() }];
+        (taken && self.classes.is_none()).then(|| Self { targets, ..self.clone() })
+    }
+
+    /// The forms of the target that evidence or folds may choose between: as it was asked for and, where that is a positive number,
+    /// its logarithm.
+    #[must_use]
+    pub fn target_forms(&self) -> Vec<Self> {
+        let logarithm = self.with_target(Transform::Ln).filter(|form| form.targets != self.targets);
+        core::iter::once(self.clone()).chain(logarithm).collect()
+    }
+
+    /// Logarithm of the density of the raw targets over that of the scaled ones: added to an evidence in scaled units it makes those of
+    /// several [forms](Self::target_forms) comparable.
+    #[must_use]
+    pub fn ln_jacobian(&self) -> f64 {
+        let scalings = self.target_scalings();
+        let rows = self.target_values.rows();
+        let ln = |(y, scaling): (&f64, &Scaling)| {
+            let slope = if scaling.transform == Transform::Ln { y.recip() } else { 1.0 };
+            (2.0 * slope / scaling.span()).ln()
+        };
+        rows.into_iter().map(|row| row.iter().zip(&scalings).map(ln).sum::<f64>()).sum()
+    }
+
     /// Inputs and targets of all rows scaled, as the [objective](super::NetworkObjective) takes them. Limits come from the
     /// training rows, whichever rows these are; a column without limits stays raw.
     #[must_use]

@@ -393,6 +393,18 @@ pub fn fit(
     fitting.finish(runs, test)?.learned()
 }
 
+/// Place of the [form](DataSet::target_forms) of the target whose best run of its fit has the highest evidence; 0 for rules without one.
+#[must_use]
+pub fn by_evidence(forms: &[(DataSet, Fit)]) -> usize {
+    let evidence = |(rows, fit): &(DataSet, Fit)| {
+        let found = fit.runs.get(fit.chosen).and_then(|run| run.evidence);
+        found.map_or(f64::NEG_INFINITY, |found| found.ln_evidence + rows.ln_jacobian())
+    };
+    let best = forms.iter().map(evidence).enumerate();
+    best.reduce(|best, next| if next.1 > best.1 { next } else { best })
+        .map_or(0, |(place, _)| place)
+}
+
 /// Place of the run to keep, among those with a finite error.
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {

@@ -1,11 +1,12 @@
-//! A symmetric positive definite matrix and a right side in, the solution out.
+//! Cholesky factorisation of a symmetric positive definite matrix: solutions, determinant and inverse.
 
 /// Solves `(A + shift I) x = b` by a Cholesky factorisation.
 ///
 /// `matrix` holds A's lower triangle row by row in a square of `right.len()`; `factor`, as long, receives the
 /// factor L and `right` the solution. `None` when the sum is not positive definite or not finite; `right` is
 /// then meaningless.
-pub(super) fn solve_shifted(
+#[must_use]
+pub fn solve_shifted(
     matrix: &[f64],
     shift: f64,
     factor: &mut [f64],
@@ -28,17 +29,7 @@ pub(super) fn solve_shifted(
         }
         diagonal[0] = square.sqrt();
     }
-    substitute(factor, right);
-    Some(())
-}
-
-/// Solves `L L' x = b` in place.
-fn substitute(factor: &[f64], right: &mut [f64]) {
-    let size = right.len();
-    for row in 0..size {
-        let line = &factor[row * size..=row * size + row];
-        right[row] = (right[row] - product(line, &right[..row])) / line[row];
-    }
+    forward(factor, right);
     for row in (0..size).rev() {
         let line = &factor[row * size..=row * size + row];
         let (above, place) = right.split_at_mut(row);
@@ -47,31 +38,50 @@ fn substitute(factor: &[f64], right: &mut [f64]) {
             *value -= weight * place[0];
         }
     }
+    Some(())
+}
+
+/// Solves `L x = b` in place, L as [`solve_shifted`] leaves it.
+pub fn forward(factor: &[f64], right: &mut [f64]) {
+    let size = right.len();
+    for row in 0..size {
+        let line = &factor[row * size..=row * size + row];
+        right[row] = (right[row] - product(line, &right[..row])) / line[row];
+    }
 }
 
 /// Logarithm of the determinant of `L L'`, of `size` rows.
-pub(super) fn log_determinant(factor: &[f64], size: usize) -> f64 {
+#[must_use]
+pub fn log_determinant(factor: &[f64], size: usize) -> f64 {
     2.0 * factor.iter().step_by(size + 1).map(|diagonal| diagonal.ln()).sum::<f64>()
 }
 
-/// Trace of the inverse of `L L'`: the sum of squares of the columns of the inverse of L. `column` is scratch.
-pub(super) fn inverse_trace(factor: &[f64], column: &mut [f64]) -> f64 {
-    let size = column.len();
-    let mut trace = 0.0;
+/// Gives each column of the inverse of L, from its diagonal on, to `each`: the products of two of them are the inverse of `L L'`.
+pub fn inverse_columns(factor: &[f64], size: usize, mut each: impl FnMut(usize, &[f64])) {
+    let mut column = vec![0.0; size];
     for at in 0..size {
         for row in at..size {
             let line = &factor[row * size..=row * size + row];
             let one = if row == at { 1.0 } else { 0.0 };
             column[row] = (one - product(&line[at..row], &column[at..row])) / line[row];
         }
-        trace += product(&column[at..], &column[at..]);
+        each(at, &column[at..]);
     }
-    trace
 }
 
-/// Inner product over the shorter slice.
-fn product(left: &[f64], right: &[f64]) -> f64 {
-    left.iter().zip(right).map(|(a, b)| a * b).sum()
+/// Inner product over the shorter slice, summed in eight lanes.
+#[must_use]
+pub fn product(left: &[f64], right: &[f64]) -> f64 {
+    let size = left.len().min(right.len());
+    let (left, right) = (left[..size].as_chunks::<8>(), right[..size].as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in left.0.iter().zip(right.0) {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = left.1.iter().zip(right.1).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]
@@ -95,9 +105,20 @@ mod tests {
         let matrix = [4.0, 0.0, 0.0, 2.0, 5.0, 0.0, 0.0, 1.0, 3.0];
         let mut factor = [0.0; 9];
         solve_shifted(&matrix, 0.0, &mut factor, &mut [0.0; 3]).unwrap();
-        let trace = inverse_trace(&factor, &mut [0.0; 3]);
+        let mut trace = 0.0;
+        inverse_columns(&factor, 3, |_, column| trace += product(column, column));
         assert!((trace - 42.0 / 44.0).abs() < 1e-14, "{trace}");
         assert!((log_determinant(&factor, 3) - 44.0_f64.ln()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn lanes_sum_what_a_plain_loop_sums() {
+        for size in [0, 1, 7, 8, 9, 40] {
+            let (a, b): (Vec<f64>, Vec<f64>) =
+                (0..size).map(|at| (f64::from(at) + 0.5, f64::from(size - at))).unzip();
+            let plain: f64 = a.iter().zip(&b).map(|(a, b)| a * b).sum();
+            assert!((product(&a, &b) - plain).abs() <= 1e-12 * plain, "{size}");
+        }
     }
 
     #[test]

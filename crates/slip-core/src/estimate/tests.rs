@@ -72,11 +72,45 @@ fn the_noise_of_the_travel_sensor_counts_where_the_acceleration_is_an_input() {
 }
 
 #[test]
+fn an_interval_is_stated_within_the_known_range_and_widened_by_the_noise_of_the_sensor() {
+    let features = [Feature::TrialForce];
+    let plain = Estimator::new(times(&[1.0, 0.0]), &features).unwrap();
+    let limits = |estimator: &Estimator<Weights>, force_n: f32| {
+        estimator.estimate(&pressed(force_n)).unwrap().limits_n
+    };
+    assert_eq!(limits(&plain, 2.0), None);
+    assert_eq!(limits(&plain.clone().with_interval(0.5, 1.6), 2.0), Some([1.5, 2.5]));
+    assert_eq!(limits(&plain.clone().with_interval(5.0, 1.6), 2.0), Some([0.0, 7.0]));
+    assert_eq!(limits(&plain.clone().with_interval(0.5, 1.6), 10.5), None, "extrapolated");
+    for (width, sigmas) in [(-0.1, 1.6), (f32::NAN, 1.6), (f32::INFINITY, 1.6), (0.5, f32::NAN)] {
+        assert_eq!(limits(&plain.clone().with_interval(width, sigmas), 2.0), None);
+    }
+    // The acceleration as an input: its noise is 0.1 of the force.
+    let features = [Feature::SlipAcceleration];
+    let noisy = Estimator::new(times(&[1.0, 0.0]), &features).unwrap().with_interval(0.3, 2.0);
+    let estimate = noisy.estimate(&pressed(2.0)).unwrap();
+    let size_n = 0.3_f32.hypot(0.2 * estimate.force_n);
+    let [low_n, high_n] = estimate.limits_n.unwrap();
+    assert!((low_n - (estimate.force_n - size_n)).abs() < 1e-5, "{estimate:?}");
+    assert!((high_n - (estimate.force_n + size_n)).abs() < 1e-5, "{estimate:?}");
+}
+
+#[test]
+fn the_interval_of_a_logarithmic_target_is_a_factor() {
+    let column = Column { transform: Transform::Ln, min: 0.5, max: 8.0 };
+    let model = ranged(&[1.0, 0.0], column);
+    let estimator = Estimator::new(model, &[Feature::TrialForce]).unwrap();
+    let estimate = estimator.with_interval(1.25, 1.6).estimate(&pressed(2.0)).unwrap();
+    let [low_n, high_n] = estimate.limits_n.unwrap();
+    assert!((low_n - 1.6).abs() < 1e-5 && (high_n - 2.5).abs() < 1e-5, "{estimate:?}");
+}
+
+#[test]
 fn an_answer_that_is_unsure_or_a_guess_is_not_trusted() {
-    let sure = ForceEstimate { force_n: 4.0, sigma_n: 9.0, noise_n: 2.0, extrapolated: false };
-    assert!(sure.is_trusted());
-    assert!(!ForceEstimate { noise_n: 2.01, ..sure }.is_trusted());
-    assert!(!ForceEstimate { noise_n: f32::NAN, ..sure }.is_trusted());
+    let sure = ForceEstimate { limits_n: Some([0.1, 90.0]), ..ForceEstimate::new(4.0, 2.0) };
+    assert!(sure.is_trusted(), "an interval moves nothing");
+    assert!(!ForceEstimate { sigma_n: 2.01, ..sure }.is_trusted());
+    assert!(!ForceEstimate { sigma_n: f32::NAN, ..sure }.is_trusted());
     assert!(!ForceEstimate { extrapolated: true, ..sure }.is_trusted());
     let beyond = ensemble().estimate(&pressed(10.5)).unwrap();
     assert!(beyond.extrapolated && !beyond.is_trusted(), "{beyond:?}");

@@ -7,7 +7,7 @@
 //!                any --release()--> Released --close_again()--> Open
 //! ```
 //!
-//! `docs/control.md` has every transition with its condition and its test.
+//! `docs/control.md` has every transition with its condition.
 //!
 //! On a slip the reflex raises the force at once by [`GripConfig::reflex_step`]. Where a moved-distance sensor shows that nothing has moved yet,
 //! that is all. As soon as there is an estimate it takes over: what the load so far needs is what the measured force should become, and the

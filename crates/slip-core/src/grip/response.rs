@@ -383,7 +383,7 @@ impl SlipResponse {
             // dF + n da of the need n = F / (1 - a), which is (1 - a) dn.
             let sliding = input.sliding.filter(|_| self.resumed);
             let share = 1.0 - sliding.map_or(0.0, |sliding| sliding.acceleration_g.clamp(0.0, 1.0));
-            let noise_n = core::f32::consts::SQRT_2 * estimate.noise_n;
+            let noise_n = core::f32::consts::SQRT_2 * estimate.sigma_n;
             agreed_n + drive.beyond(agreed_n, config.ahead * (share * growth_n - noise_n))
         });
         let most_n = input
@@ -631,12 +631,12 @@ fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32)
 
 /// Whether an estimate has a force and a noise to reckon with.
 fn is_usable(estimate: &ForceEstimate) -> bool {
-    estimate.force_n > 0.0 && estimate.force_n.is_finite() && !estimate.noise_n.is_nan()
+    estimate.force_n > 0.0 && estimate.force_n.is_finite() && !estimate.sigma_n.is_nan()
 }
 
 /// The estimate with the margin for its noise (N).
 fn with_margin(estimate: &ForceEstimate, config: &GripConfig) -> f32 {
-    let noise_n = estimate.noise_n.max(0.0);
+    let noise_n = estimate.sigma_n.max(0.0);
     // An estimate that shows nothing adds no more than itself.
     estimate.force_n + (config.margin_sigmas * noise_n).min(estimate.force_n)
 }

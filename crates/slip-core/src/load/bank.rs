@@ -2,7 +2,7 @@
 //!
 //! A cell is a needed force N, a time T in which the load comes, and a contact; its state is distance x, speed v, load u over the weight, and shear
 //! z of the pad. Each cell stands in two *modes* of the travel: FOLLOWED, where the travel corrects it, and FREE, where it runs without.
-//! `docs/control.md` has the equations and the sources of the figures.
+//! `docs/control.md` has the equations and the sources of the numbers.
 
 use super::{
     gains::Gains,

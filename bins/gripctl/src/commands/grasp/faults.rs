@@ -1,7 +1,7 @@
 //! `gripctl grasp --faults`: what a sensor that fails costs, by sensor, fault, phase and friction.
 
 use super::super::{estimator, host_config};
-use super::progress;
+use super::in_parallel;
 use crate::{
     cli::grasp::{GraspArgs, flat},
     output::{self, or_dash},
@@ -14,8 +14,6 @@ use grip_eval::grasp::{
     },
 };
 use grip_session::exit::Exit;
-use indicatif::ParallelProgressIterator as _;
-use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 /// Objects per cell where nobody asks for more.
 const TRIALS: u64 = 8;
@@ -38,13 +36,8 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     let seeds = args.seeds(TRIALS);
     let jobs: Vec<(u64, Friction)> =
         seeds.flat_map(|seed| frictions.iter().map(move |friction| (seed, *friction))).collect();
-    let bar = progress(jobs.len(), "faults", "objects");
-    let trials: Vec<FaultTrial> = jobs
-        .into_par_iter()
-        .progress_with(bar)
-        .map(|(seed, friction)| bench.trials(&plan, friction, seed))
-        .collect::<Result<Vec<_>, _>>()?
-        .concat();
+    let run = |(seed, friction)| bench.trials(&plan, friction, seed);
+    let trials: Vec<FaultTrial> = in_parallel(jobs, "faults", "objects", run)?.concat();
     let axes = axes(&plan, &frictions);
     if args.each && args.json {
         trials.iter().try_for_each(output::json)?;

@@ -1,6 +1,6 @@
 //! `gripctl grasp --memory`: the same objects grasped again and again, with memory and without.
 
-use super::{bench, faults::spread, progress, scenes, ways};
+use super::{bench, faults::spread, in_parallel, scenes, ways};
 use crate::{cli::grasp::GraspArgs, output};
 use grip_eval::grasp::{
     Bench, Way,
@@ -8,8 +8,6 @@ use grip_eval::grasp::{
 };
 use grip_session::exit::Exit;
 use grip_sim::Scene;
-use indicatif::ParallelProgressIterator as _;
-use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 /// Objects per scene where nobody asks for more.
 const TRIALS: u64 = 20;
@@ -27,14 +25,12 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
 fn series(args: &GraspArgs, scene: &Scene, way: &Way, bench: &Bench) -> anyhow::Result<()> {
     let jobs: Vec<(u64, bool)> =
         args.seeds(TRIALS).flat_map(|seed| [(seed, false), (seed, true)]).collect();
-    let bar = progress(jobs.len(), &scene.config().name, "objects");
     let other = args.trials.unwrap_or(TRIALS);
-    let grasps: Vec<MemoryGrasp> = jobs
-        .into_par_iter()
-        .progress_with(bar)
-        .map(|(seed, memory)| bench.remember(scene, seed, seed.wrapping_add(other), way, memory))
-        .collect::<Result<Vec<_>, _>>()?
-        .concat();
+    let run = |(seed, memory): (u64, bool)| {
+        bench.remember(scene, seed, seed.wrapping_add(other), way, memory)
+    };
+    let grasps: Vec<MemoryGrasp> =
+        in_parallel(jobs, &scene.config().name, "objects", run)?.concat();
     if args.each && args.json {
         grasps.iter().try_for_each(output::json)?;
     }

@@ -13,11 +13,11 @@ use crate::{
     cli::grasp::{GraspArgs, flat},
     output,
 };
-use grip_eval::grasp::{Bench, GraspResult, Law, SensorSet, Stress, Total, Way, total};
+use grip_eval::grasp::{Bench, GraspError, GraspResult, Law, SensorSet, Stress, Total, Way, total};
 use grip_session::exit::{Exit, WrongArgument};
 use grip_sim::scene;
 use grip_sim::{Scene, scene::BUILT_IN};
-use indicatif::{ParallelProgressIterator as _, ProgressBar};
+use indicatif::ParallelProgressIterator as _;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use slip_core::units::Micros;
 use std::path::Path;
@@ -165,20 +165,20 @@ fn grasp_many(
 ) -> anyhow::Result<Vec<GraspResult>> {
     let jobs: Vec<(&Way, u64)> =
         ways.iter().flat_map(|way| args.seeds(TRIALS).map(move |seed| (way, seed))).collect();
-    let bar = progress(jobs.len(), &scene.config().name, "grasps");
-    let grasps = jobs
-        .into_par_iter()
-        .progress_with(bar)
-        .map(|(way, seed)| bench.grasp(scene, seed, way))
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(grasps)
+    let grasp = |(way, seed)| bench.grasp(scene, seed, way);
+    Ok(in_parallel(jobs, &scene.config().name, "grasps", grasp)?)
 }
 
-/// A bar for `jobs` of what is named `unit`.
-fn progress(jobs: usize, name: &str, unit: &str) -> ProgressBar {
-    let bar = output::progress(jobs, unit);
+/// What comes of each job, in their order, with a bar for the jobs, which are called `unit`.
+fn in_parallel<J: Send, T: Send>(
+    jobs: Vec<J>,
+    name: &str,
+    unit: &str,
+    run: impl Fn(J) -> Result<T, GraspError> + Sync + Send,
+) -> Result<Vec<T>, GraspError> {
+    let bar = output::progress(jobs.len(), unit);
     bar.set_message(format!("{name:18} "));
-    bar
+    jobs.into_par_iter().progress_with(bar).map(run).collect()
 }
 
 /// A total for each way.

@@ -1,13 +1,11 @@
 //! `gripctl grasp --rows`: what gripd measured in the slips of many objects, as rows for `gripctl train`.
 
-use super::{TRIALS, bench, inputs, print_totals, progress, scenes, totals_of};
+use super::{TRIALS, bench, in_parallel, inputs, print_totals, scenes, totals_of};
 use crate::{cli::grasp::GraspArgs, output};
 use anyhow::Context as _;
 use grip_eval::grasp::{Reading, Way};
 use grip_record::outputs::OutputKind;
 use grip_session::exit::Exit;
-use indicatif::ParallelProgressIterator as _;
-use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use std::{io::Write as _, path::Path};
 
 /// No other command writes these columns.
@@ -28,12 +26,7 @@ pub(super) fn run(args: &GraspArgs, file: &Path) -> anyhow::Result<Exit> {
     for scene in &scenes {
         let name = &scene.config().name;
         let jobs: Vec<u64> = args.seeds(TRIALS).collect();
-        let bar = progress(jobs.len(), name, "grasps");
-        let read = jobs
-            .into_par_iter()
-            .progress_with(bar)
-            .map(|seed| bench.read(scene, seed))
-            .collect::<Result<Vec<_>, _>>()?;
+        let read = in_parallel(jobs, name, "grasps", |seed| bench.read(scene, seed))?;
         for (grasp, readings) in &read {
             for reading in readings {
                 writeln!(rows, "{name},{},{}", grasp.seed, reading.csv())

@@ -1,14 +1,12 @@
 //! `gripctl grasp --stalls`: what a line or a daemon that stops in the middle of a slip costs.
 
 use super::super::{estimator, host_config};
-use super::{faults::spread, progress};
+use super::{faults::spread, in_parallel};
 use crate::{cli::grasp::GraspArgs, output};
 use grip_eval::grasp::stalls::{
     MASSES_KG, SLIPS, STALLS_MS, StallCell, StallPlace, StallTrial, stall_cell, stall_trials,
 };
 use grip_session::exit::Exit;
-use indicatif::ParallelProgressIterator as _;
-use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 
 /// Objects per cell where nobody asks for more.
 const TRIALS: u64 = 8;
@@ -22,15 +20,10 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
             jobs.extend(MASSES_KG.map(|mass_kg| (seed, slip, mass_kg)));
         }
     }
-    let bar = progress(jobs.len(), "stalls", "objects");
-    let trials: Vec<StallTrial> = jobs
-        .into_par_iter()
-        .progress_with(bar)
-        .map(|(seed, (friction, ramp_s), mass_kg)| {
-            stall_trials(&config, &estimator, friction, ramp_s, mass_kg, seed)
-        })
-        .collect::<Result<Vec<_>, _>>()?
-        .concat();
+    let run = |(seed, (friction, ramp_s), mass_kg)| {
+        stall_trials(&config, &estimator, friction, ramp_s, mass_kg, seed)
+    };
+    let trials: Vec<StallTrial> = in_parallel(jobs, "stalls", "objects", run)?.concat();
     if args.each && args.json {
         trials.iter().try_for_each(output::json)?;
     }

@@ -20,8 +20,11 @@ impl Parts {
         if split.split_by.is_some()
             && [split.holdout, split.validation].iter().all(Option::is_none)
             && split.folds.is_none()
+            && args.interval.is_none()
+            && !args.auto
         {
-            let message = "--split-by goes with --holdout, --validation or --folds only";
+            let message =
+                "--split-by goes with --holdout, --validation, --folds, --interval or --auto only";
             return Err(WrongArgument(message.to_owned()).into());
         }
         let train = columns.load_grouped(&args.data, split.split_by.as_deref())?;

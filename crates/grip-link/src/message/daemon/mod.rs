@@ -1,6 +1,6 @@
 //! Payloads between daemon and clients in, typed messages out, and back: what a socket carries in the same frames as the line.
 //!
-//! Types, sizes and answers stand on one screen in `protocol/SPEC.md`, chapter 16.
+//! `protocol/CLIENTS.md` has the rules.
 //!
 //! Direction bit, session, seq, ACK and NACK are those of the line, with the client in the place of the host's line partner: frames
 //! of the daemon bear the bit "to host". Values of the pipeline are f32 in SI units, NaN for what is not known; forces that a
@@ -29,7 +29,6 @@ use super::{Ack, Kind, Nack, PayloadError, received};
 
 received! {
     /// Every message to a client.
-    #[expect(clippy::large_enum_variant, reason = "one lives at a time, and nothing here allocates")]
     ToClient<'a> {
         WELCOME => Welcome(Welcome<'a>),
         SLIP => Slip(SlipReport),

@@ -2,6 +2,7 @@
 
 use super::super::test_models;
 use super::*;
+use crate::train::Interval;
 
 #[test]
 fn prefixes_are_made_and_checked() {
@@ -47,6 +48,24 @@ fn the_mathematics_of_the_library_is_used_for_logarithms_only() {
     assert!(!plain.contains("math.h") && !plain.contains("rational_tanh"), "{plain}");
     assert!(logarithmic.contains("math.h") && logarithmic.contains("rational_tanh"));
     assert!(logarithmic.contains("logf(in[0])") && logarithmic.contains("expf("), "{logarithmic}");
+}
+
+#[test]
+fn an_interval_is_a_function_of_the_answers() {
+    let mut file = test_models::all()[4].clone();
+    assert!(!source(&file, "force", "force.h", "m.json").unwrap().header.contains("_interval"));
+    file.interval = Some(Interval {
+        level: 0.9,
+        widths: vec![1.5, 0.25, 2.0, 0.0],
+        from: "tests */".to_owned(),
+    });
+    let CSource { header, source } = source(&file, "force", "force.h", "m.json").unwrap();
+    assert!(header.contains("void force_interval(const float out[FORCE_OUTPUTS], float low["));
+    assert!(header.contains("hold 90 % of the truths (tests"), "{header}");
+    assert_eq!(header.matches("/*").count(), header.matches("*/").count(), "{header}");
+    for line in ["low[0] = out[0] / 1.5e0f;", "high[1] = out[1] + 2.5e-1f;"] {
+        assert!(source.contains(line), "{line}: {source}");
+    }
 }
 
 #[test]

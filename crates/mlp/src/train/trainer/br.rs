@@ -10,7 +10,7 @@
 //!
 //! gamma is the effective number of parameters, from 0 to N: those that the data determine. The deviation of the noise is `1 / sqrt(2 beta)`.
 
-use super::super::linear::{inverse_trace, log_determinant, solve_shifted};
+use super::super::linear::{inverse_columns, log_determinant, product, solve_shifted};
 use super::super::objective::count;
 use super::{Evidence, Finish, Isa, Objective, Real, StepReport, Trainer, norm};
 
@@ -78,7 +78,11 @@ impl<T: Real> Bayesian<T> {
         let ratio = alpha / beta;
         self.step.fill(0.0);
         solve_shifted(&self.normal, ratio, &mut self.factor, &mut self.step)?;
-        let gamma = size - ratio * inverse_trace(&self.factor, &mut self.step);
+        let mut trace = 0.0;
+        inverse_columns(&self.factor, self.step.len(), |_, column| {
+            trace += product(column, column)
+        });
+        let gamma = size - ratio * trace;
         let gamma = gamma.clamp(1e-6 * size, size);
         let ln_determinant = log_determinant(&self.factor, self.projected.len());
         // Of the alpha and beta that the matrix is of.

@@ -14,12 +14,10 @@
 //!
 //! **Bound.** B = 8 u sum h + u^2 (96 sum q + 3 R^2 n) + what irregularities steeper than 0.6 add, where q = s/delta and R is the
 //! size from which the sum is reduced mod pi. h of one ratio is off by 3.5 u h (ratio, product, last sum and coefficient),
-//! its sum by less than another u h; the quotients of two digit widths by 8 u^2 q,
-//! and their sums within a block of sixteen by 64 u^2 sum q; between two reductions the lower part of
+//! its sum by less than another u h; the quotients of two digit widths by 8 u^2 q; between two reductions the lower part of
 //! the sum is at most 2 u R^2 and rounds with every addition. tan and the final products add at most 16 u. The doubles use the
 //! tangent of the crate `libm`, which states an error below one last digit.
 
-mod lanes;
 mod precise;
 mod ratio;
 mod split;

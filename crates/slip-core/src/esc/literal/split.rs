@@ -2,7 +2,6 @@
 
 use super::{
     TangentSum,
-    lanes::{BLOCK, Block},
     ratio::{Cot, Term},
 };
 use crate::esc::{
@@ -12,10 +11,6 @@ use crate::esc::{
     enclosure::Tangent,
     real::Real,
 };
-
-/// [`BLOCK`] as a count.
-#[expect(clippy::cast_possible_truncation, reason = "sixteen")]
-const COUNT: u32 = BLOCK as u32;
 
 /// The running sum of Eq. 1 in the format `T`. See [`super`] for method and bound.
 ///
@@ -65,36 +60,6 @@ impl<T: Real> LiteralSum<T> {
             self.reduce();
         }
         true
-    }
-
-    /// Adds many irregularities (height, spacing), faster than one by one; degenerate ones are counted and left out.
-    pub fn extend(&mut self, lengths: &[(T, T)]) {
-        let (blocks, rest) = lengths.as_chunks::<BLOCK>();
-        for block in blocks {
-            match Block::of(block) {
-                Some(sums) => self.push_block(&sums),
-                None => block.iter().for_each(|(delta_m, spacing_m)| {
-                    self.push(*delta_m, *spacing_m);
-                }),
-            }
-        }
-        for (delta_m, spacing_m) in rest {
-            self.push(*delta_m, *spacing_m);
-        }
-    }
-
-    #[inline]
-    fn push_block(&mut self, block: &Block<T>) {
-        let (hi, rest) = two_sum(self.quotients.hi, block.quotients.hi);
-        self.quotients = Double { hi, lo: self.quotients.lo + (rest + block.quotients.lo) };
-        let (hi, rest) = two_sum(self.series.hi, block.series.hi);
-        self.series = Double { hi, lo: self.series.lo + (rest + block.series.lo) };
-        self.n = self.n.saturating_add(COUNT);
-        self.sensitivity.tally(block.sensitivity);
-        self.sensitivity_squared.tally(block.sensitivity_squared);
-        if self.quotients.hi > T::REDUCE_ABOVE {
-            self.reduce();
-        }
     }
 
     #[inline]

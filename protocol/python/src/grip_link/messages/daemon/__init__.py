@@ -1,4 +1,4 @@
-"""Payloads between a daemon and its clients in, typed messages out, and back. ``protocol/SPEC.md``, chapter 16."""
+"""Payloads between a daemon and its clients in, typed messages out, and back. ``protocol/CLIENTS.md``."""
 
 from __future__ import annotations
 

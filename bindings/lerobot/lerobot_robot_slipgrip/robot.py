@@ -1,0 +1,152 @@
+"""``--robot.type=slipgrip``: an SO-100 or SO-101 with slip in its observations, and gripd at the torque limit of its gripper."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Dict, List, Optional
+
+from grip_link import Config, Daemon, GripLink, LinkClosed
+from grip_link.messages import ChannelKind
+from grip_link.messages.daemon import Command, Operation, Subscribe, Topics, WelcomeFlags
+from lerobot.robots import RobotConfig
+from lerobot.robots.so_follower import SOFollower, SOFollowerRobotConfig
+from slip_servo.bridge import Bridge, Scale
+from slipgrip.lerobot import LiveSlip
+
+NAMES = ("active", "need_n", "estimate_n", "held", "command_n")
+"""Of ``slipgrip.lerobot.FEATURES``; they stand as ``slip.active`` and so on among the names of ``observation.state``."""
+MOTOR = "gripper"
+
+
+# Not a field of its own type for the arm: draccus, which reads the command line, does not end where a configuration holds one of its own kind.
+@RobotConfig.register_subclass("slipgrip")
+@dataclass(kw_only=True)
+class SlipGripConfig(SOFollowerRobotConfig):
+    sensor: str
+    """Port of the board with the accelerometer: its first channel is the vibration."""
+    rate_hz: int = 800
+    rows: str = "127.0.0.1:7750"
+    """Where ``gripd --port rows:tcp:127.0.0.1:7750`` waits for rows."""
+    gripd: str = "socket://127.0.0.1:7747"
+    full_n: float = 19.0
+    """Force of a finger at the whole stall torque (N): measure yours with a kitchen scale."""
+    most: int = 500
+    """Largest torque limit that is written (0.1 %)."""
+    trial_n: float = 1.5
+    """With what the jaw closes (N): ``grip.trial_force_n`` of gripd."""
+    opens: float = 5.0
+    """A goal so far above the present place opens the jaw (0 to 100)."""
+
+
+class Motor:
+    """The gripper's servo on the bus of the arm, which others use too.
+
+    A short answer is an IndexError of the servos' own package (scservo_sdk 1.0); here it is a bus that failed.
+    """
+
+    def __init__(self, bus: Any, lock: threading.RLock) -> None:
+        self.bus, self.lock = bus, lock
+
+    def limit(self, thousandths: int) -> None:
+        self._surely(self.bus.write, "Torque_Limit", MOTOR, thousandths)
+
+    def load(self) -> int:
+        return abs(int(self._surely(self.bus.read, "Present_Load", MOTOR)))
+
+    def powered(self) -> bool:
+        return bool(self._surely(self.bus.read, "Torque_Enable", MOTOR))
+
+    def _surely(self, call: Any, *arguments: Any) -> Any:
+        with self.lock:
+            try:
+                return call(*arguments, normalize=False, num_retry=1)
+            except IndexError as error:
+                raise ConnectionError("a short answer") from error
+
+
+class Board:
+    """Readings of a board on the grip link; one that was unplugged is looked for."""
+
+    def __init__(self, port: str, rate_hz: int) -> None:
+        """Raises OSError, or ConnectionError where no board answers."""
+        self.port, self.config = port, Config(sample_rate_hz=rate_hz, force_max_mn=0, hold_cap_mn=0)
+        self.link: Optional[GripLink] = GripLink.open(port, self.config)
+
+    def readings(self) -> List[float]:
+        try:
+            if self.link is None:
+                self.link = GripLink.open(self.port, self.config)
+            return [sample[ChannelKind.STYLUS] for sample in self.link.samples(0.002)]
+        except (LinkClosed, OSError):
+            self.close()
+            time.sleep(0.2)
+            return []
+
+    def close(self) -> None:
+        link, self.link = self.link, None
+        if link is not None:
+            link.close()
+
+
+class SlipGrip(SOFollower):
+    """The arm's observations and actions, and beside them what gripd knows of slip."""
+
+    config_class = SlipGripConfig
+    name = "slipgrip"
+
+    def __init__(self, config: SlipGripConfig) -> None:
+        super().__init__(config)
+        self._lock, self._open = threading.RLock(), False
+        self._bridge: Optional[Bridge] = None
+
+    @cached_property
+    def observation_features(self) -> Dict[str, Any]:
+        return {**self._motors_ft, **{f"slip.{name}": float for name in NAMES}, **self._cameras_ft}
+
+    def connect(self, calibrate: bool = True) -> None:
+        """The arm, the board, then gripd, which must run. Raises OSError where one of them is not there, or takes no commands."""
+        config = self.config
+        super().connect(calibrate)
+        self._board = Board(config.sensor, config.rate_hz)
+        servo, scale = Motor(self.bus, self._lock), Scale(config.full_n, config.most)
+        self._bridge = Bridge((config.rows, config.rate_hz), self._board.readings, servo, scale, config.trial_n)
+        self._live = LiveSlip(config.gripd, NAMES)
+        self._orders = Daemon.open(config.gripd, Subscribe(topics=Topics(0)))
+        if not self._orders.welcome.flags & WelcomeFlags.COMMANDS:
+            self.disconnect()
+            raise PermissionError("gripd takes no commands, and the jaw could not be opened: allow_commands = true")
+
+    def get_observation(self) -> Dict[str, Any]:
+        with self._lock:
+            seen = super().get_observation()
+        slip = {name.removeprefix("observation."): float(value[0]) for name, value in self._live.frame().items()}
+        return {**seen, **slip}
+
+    def send_action(self, action: Dict[str, Any]) -> Dict[str, Any]:
+        """An action that opens the jaw releases gripd, one that closes it again asks for the next grasp."""
+        goal = action.get(f"{MOTOR}.pos")
+        with self._lock:
+            if goal is not None:
+                here = self.bus.read("Present_Position", MOTOR, num_retry=self.config.num_read_retries)
+                if not self._open and goal > here + self.config.opens:
+                    self._ask(Operation.RELEASE, self._orders.welcome.token)
+                elif self._open and goal < here - self.config.opens:
+                    self._ask(Operation.GRASP, 0)
+            return super().send_action(action)
+
+    def _ask(self, operation: Operation, token: int) -> None:
+        self._orders.command(Command(operation, token=token))
+        self._open = operation is Operation.RELEASE
+
+    def disconnect(self) -> None:
+        """Ends all of it; the configuration of the arm says whether its torque stays on."""
+        bridge, self._bridge = self._bridge, None
+        if bridge is not None:
+            bridge.close()
+            self._live.close()
+            self._orders.close()
+            self._board.close()
+        super().disconnect()

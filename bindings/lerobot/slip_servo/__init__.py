@@ -1,0 +1,1 @@
+"""A gripper of one Feetech servo on gripd, without LeRobot: bus, bridge, and a simulated SO-101."""

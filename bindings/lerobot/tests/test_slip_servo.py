@@ -1,0 +1,185 @@
+"""Packets, scale and bridge without LeRobot, against a gripd and a servo of a few lines; random objects in simulated time."""
+
+from __future__ import annotations
+
+import random
+import socket
+import time
+from pathlib import Path
+from typing import Callable, Iterator, List, Tuple
+
+import pytest
+from slip_servo.bridge import Bridge, Scale
+from slip_servo.feetech import GRIPPER, READ, TORQUE_LIMIT, Gripper, packet, packets
+from slip_servo.virtual import OPEN, RATE_HZ, Arm, World, grasp
+
+
+def until(what: Callable[[], bool], seconds: float = 10.0) -> None:
+    end = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < end, "too late"
+        time.sleep(0.005)
+
+
+def test_packets_are_found_in_any_chunks_and_behind_noise() -> None:
+    chance = random.Random(1)
+    assert packet(1, READ, b"\x38\x02") == bytes.fromhex("ff ff 01 04 02 38 02 be")  # the example of Feetech's manual
+    for _ in range(200):
+        sent = [(chance.randrange(254), chance.randrange(256), chance.randbytes(chance.randrange(20))) for _ in range(5)]
+        line = b"".join(bytes(chance.randrange(255) for _ in range(chance.choice((0, 0, 3)))) + packet(*one) for one in sent)
+        buffer, found = bytearray(), []
+        while line:
+            step = chance.randrange(1, 9)
+            buffer += line[:step]
+            line = line[step:]
+            found += list(packets(buffer))
+        assert found == sent and not buffer
+
+
+def test_a_damaged_packet_is_none_and_the_next_one_is_found() -> None:
+    for place in range(2, 8):
+        damaged = bytearray(packet(6, 0, b"\x10\x02"))
+        damaged[place] ^= 0x20 if place != 3 else 0x01
+        found = list(packets(bytearray(bytes(damaged) + packet(6, 0, b"\x07") + packet(6, 0, b"\x08"))))
+        assert (6, 0, b"\x10\x02") not in found and found[-1] == (6, 0, b"\x08"), place
+
+
+def test_forces_are_rounded_up_and_limited() -> None:
+    scale = Scale(20.0, 500)
+    assert [scale.thousandths(force) for force in (0.0, 0.02, 0.021, 1.0, 9.99, 10.0, 11.0, 1e9)] == [0, 1, 2, 50, 500, 500, 500, 500]
+    assert [scale.newtons(load) for load in (0, 40, 41, 500)] == [0.0, 0.0, 0.82, 10.0]
+    assert all(scale.newtons(scale.thousandths(force)) >= force for force in (1.0, 3.3333, 9.9))
+    for wrong in ((0.0, 500), (float("nan"), 500), (20.0, 0), (20.0, 1001)):
+        with pytest.raises(ValueError, match="are needed"):
+            Scale(*wrong)
+
+
+class Servo:
+    """A servo that may fail or have been reset."""
+
+    def __init__(self) -> None:
+        self.limits: List[int] = []
+        self.fails, self.on = False, True
+
+    def limit(self, thousandths: int) -> None:
+        if self.fails:
+            raise OSError("no answer")
+        self.limits.append(thousandths)
+
+    def load(self) -> int:
+        return 100
+
+    def powered(self) -> bool:
+        return self.on
+
+
+@pytest.fixture
+def bridged() -> Iterator[Tuple[Bridge, Servo, socket.socket]]:
+    with socket.create_server(("127.0.0.1", 0)) as gripd:
+        gripd.settimeout(10)
+        servo = Servo()
+
+        def readings() -> List[float]:
+            time.sleep(0.005)
+            return [0.25, -1.5]
+
+        bridge = Bridge((f"127.0.0.1:{gripd.getsockname()[1]}", 400), readings, servo, Scale(20.0, 500), 1.5)
+        try:
+            yield bridge, servo, gripd
+        finally:
+            bridge.close()
+
+
+def command(force_n: float) -> bytes:
+    return b'{"type":"command","t_s":1.0,"mode":"force","force_n":%g}\n' % force_n
+
+
+def test_rows_go_to_gripd_and_commands_to_the_servo(bridged: Tuple[Bridge, Servo, socket.socket]) -> None:
+    _, servo, gripd = bridged
+    line, _ = gripd.accept()
+    with line:
+        text = b""
+        while text.count(b"\n") < 40:
+            text += line.recv(4096)
+        header, *rows = text.split(b"\n")[:-1]
+        assert header == b"vibration,force_n,rate=400" and set(rows) == {b"0.25,", b"-1.5,", b"-1.5,2"}
+        assert servo.limits[0] == 75  # with what the jaw closes
+        line.sendall(b'nonsense\n[1]\n{"type":"slip"}\n{"type":"command","mode":"force","force_n":null}\n' + command(4.0)[:20])
+        line.sendall(command(4.0)[20:])
+        until(lambda: servo.limits[-1:] == [200])
+        line.sendall(command(3.0))
+        until(lambda: servo.limits[-1:] == [150])
+        line.sendall(command(100.0))
+        until(lambda: servo.limits[-1:] == [500])
+        assert set(servo.limits) <= {75, 200, 150, 500}
+
+
+def test_what_is_held_stays_held_when_gripd_comes_back(bridged: Tuple[Bridge, Servo, socket.socket]) -> None:
+    _, servo, gripd = bridged
+    line, _ = gripd.accept()
+    line.sendall(command(6.0))
+    until(lambda: servo.limits[-1:] == [300])
+    line.close()
+    before = len(servo.limits)
+    line, _ = gripd.accept()
+    with line:
+        line.sendall(command(1.5))
+        until(lambda: len(servo.limits) > before + 3)
+        assert set(servo.limits[before:]) == {300}
+        line.sendall(command(7.0))
+        until(lambda: servo.limits[-1:] == [350])
+        # Asked to open, the jaw gets what it needs to move; the next grasp begins anew.
+        line.sendall(b'{"type":"command","mode":"open"}\n')
+        until(lambda: servo.limits[-1:] == [500])
+        line.sendall(command(1.5))
+        until(lambda: servo.limits[-1:] == [75])
+        line.sendall(command(5.0) + b'{"type":"command","mode":"open"}\n')
+        until(lambda: servo.limits[-1:] == [500])
+    # What was opened is not held: another gripd may begin with its trial force.
+    line, _ = gripd.accept()
+    with line:
+        line.sendall(command(1.5))
+        until(lambda: servo.limits[-1:] == [75])
+
+
+def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[Bridge, Servo, socket.socket]) -> None:
+    bridge, servo, gripd = bridged
+    line, _ = gripd.accept()
+    with line:
+        servo.fails = True
+        line.sendall(command(5.0))
+        until(lambda: bridge.failures > 2)
+        assert 250 not in servo.limits
+        servo.fails = False
+        until(lambda: servo.limits[-1:] == [250])
+        servo.on = False
+        until(lambda: bridge.reset)
+        servo.on = True
+        until(lambda: not bridge.reset)
+
+
+def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
+    arm = Arm(tmp_path / "so101", World())
+    try:
+        for number in range(1, 7):
+            servo = Gripper(str(arm.path), number, patience_s=2.0)
+            servo.limit(300 + number)
+            assert arm.servos[number].get(TORQUE_LIMIT) == 300 + number and not servo.powered() and servo.load() < 100
+            servo.close()
+        absent = Gripper(str(arm.path), 9)
+        with pytest.raises(OSError, match="servo 9: no answer"):
+            absent.load()
+        absent.close()
+        assert arm.gripper.number == GRIPPER and abs(arm.world.jaw - OPEN) < 1 and arm.readings()
+    finally:
+        arm.close()
+
+
+@pytest.mark.parametrize(("chunk_ms", "delay_ms"), [(5, 5), (20, 5), (5, 20)])
+def test_random_objects_are_held(chunk_ms: int, delay_ms: int) -> None:
+    chance = random.Random(4)
+    worlds = [grasp(chance, number, chunk_ms * RATE_HZ // 1000, delay_ms * RATE_HZ // 1000) for number in range(12)]
+    assert not any(world.dropped for world in worlds)
+    # What stands needs 5 % less than what slides.
+    assert all(1.05 * world.force_n >= world.needed_n for world in worlds)
+    assert any(world.travel_m > 0 for world in worlds), "nothing slipped"

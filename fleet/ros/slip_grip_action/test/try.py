@@ -1,0 +1,75 @@
+"""Both ways with a client of ROS: gripd on its simulator and the node of this package are started; try.py GRIPD
+
+Needs rclpy and control_msgs in its environment; scripts of fleet/ros/check.sh make one from packages of the Python index.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import rclpy
+from control_msgs.action import ParallelGripperCommand
+from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
+
+
+def goal(node, client, position, effort=()):
+    """Accepted or not, feedback, result."""
+    heard = []
+    command = JointState(name=["finger"], position=[position], effort=list(effort))
+    sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), lambda message: heard.append(message.feedback.state))
+    rclpy.spin_until_future_complete(node, sent, timeout_sec=10)
+    if not sent.result().accepted:
+        return False, heard, None
+    ended = sent.result().get_result_async()
+    rclpy.spin_until_future_complete(node, ended, timeout_sec=15)
+    return True, heard, ended.result().result
+
+
+def main():
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    folder = tempfile.TemporaryDirectory()
+    Path(folder.name, "gripd.toml").write_text("allow_commands = true\n")
+    gripd = [os.path.abspath(sys.argv[1]), "--port", "sim", "--config", "gripd.toml", "--listen", f"tcp:127.0.0.1:{port}"]
+    running = subprocess.Popen(gripd, cwd=folder.name, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    action = subprocess.Popen(
+        [sys.executable, "-m", "slip_grip_action.node", "--ros-args", "-p", f"gripd:=socket://127.0.0.1:{port}", "-p", "patience_s:=20.0"]
+    )
+    rclpy.init()
+    node = rclpy.create_node("tries")
+    client = ActionClient(node, ParallelGripperCommand, "gripper_cmd")
+    try:
+        assert client.wait_for_server(timeout_sec=30), "no server"
+        begin = time.monotonic()
+        result = None
+        # Until gripd listens, and knows the sensor's noise: refused, or aborted.
+        while not (result and result.stalled) and time.monotonic() < begin + 30:
+            accepted, heard, result = goal(node, client, 0.0)
+        assert accepted and result.stalled and heard and result.state.effort[0] > 0, (accepted, result)
+        print(f"closed: holds with {result.state.effort[0]:.2f} N, {len(heard)} states meanwhile")
+        accepted, heard, result = goal(node, client, 0.0, [12.0])
+        assert accepted and result.stalled and result.state.effort[0] >= 12.0, (accepted, result)
+        print(f"closed with at least 12 N: holds with {result.state.effort[0]:.2f} N")
+        accepted, heard, result = goal(node, client, 0.08)
+        assert accepted and result.reached_goal, (accepted, result)
+        print("opened: released")
+        running.kill()
+        running.wait()
+        time.sleep(1.5)
+        accepted, _, result = goal(node, client, 0.0)
+        assert not accepted, "a goal without gripd"
+        print("gripd gone: refused")
+    finally:
+        for process in (running, action):
+            process.kill()
+            process.wait()
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()
