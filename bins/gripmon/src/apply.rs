@@ -30,38 +30,21 @@ pub enum Effect {
 }
 
 /// Carries out a request; what remains to be done.
-pub fn apply(state: &mut ViewState, engine: &mut Engine, action: Action) -> Option<Effect> {
-    match action {
+pub fn apply(state: &mut ViewState, engine: &mut Engine, action: &Action) -> Option<Effect> {
+    match *action {
         Action::ExportPicture => return Some(Effect::Picture),
         Action::ExportCsv => return Some(Effect::Csv),
         Action::ExportMcap => return Some(Effect::Mcap),
         Action::ExportReport => return Some(Effect::Report),
         Action::Label(request) => return label(state, engine, request),
-        Action::Arm(_) | Action::ForceEntry(_) | Action::AskRelease(_) | Action::Send(_) => {
-            command(state, engine, &action)
-        }
-        Action::ToggleTrigger | Action::SetTrigger(_) => trigger(state, engine, &action),
-        Action::ToggleStrip(_)
-        | Action::Height(..)
-        | Action::MoveStrip(..)
-        | Action::TogglePanel(_)
-        | Action::PanelWidth(_)
-        | Action::ToggleTheme
-        | Action::ToggleHelp
-        | Action::Tour(_)
-        | Action::Dismiss
-        | Action::Values(..)
-        | Action::AutoValues
-        | Action::ExportStem(_) => arrange(state, action),
-        Action::CursorHere(_)
-        | Action::PlaceCursor(..)
-        | Action::ClearCursors
-        | Action::ZoomToCursors
-        | Action::MarkHere
-        | Action::ToggleExplain
-        | Action::Hover(_)
-        | Action::Select(_) => measure(state, engine, &action),
-        _ => time(state, engine, &action),
+        _ => {}
+    }
+    let done = command(state, engine, action)
+        || trigger(state, engine, action)
+        || arrange(state, action)
+        || measure(state, engine, action);
+    if !done {
+        time(state, engine, action);
     }
     None
 }
@@ -164,7 +147,7 @@ fn step(state: &mut ViewState, engine: &Engine, later: bool) {
     }
 }
 
-fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
     let data = engine.model.span();
     let seen = state.window.visible(data);
     match *action {
@@ -194,25 +177,27 @@ fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) {
         }
         Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
         Action::Select(at_s) => state.select_s = at_s,
-        _ => {}
+        _ => return false,
     }
+    true
 }
 
-fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
     match *action {
         Action::ToggleTrigger => state.trigger.armed = !state.trigger.armed,
         Action::SetTrigger(form) => {
             state.trigger = form;
             state.layout.trigger = TriggerForm { armed: false, ..form };
         }
-        _ => return,
+        _ => return false,
     }
     engine.watch(state.trigger.armed.then(|| state.trigger.trigger()));
+    true
 }
 
-fn arrange(state: &mut ViewState, action: Action) {
+fn arrange(state: &mut ViewState, action: &Action) -> bool {
     let layout = &mut state.layout;
-    match action {
+    match *action {
         Action::ToggleStrip(strip) => {
             let found = layout.plots.iter_mut().find(|plot| plot.plot == strip);
             found.into_iter().for_each(|plot| plot.shown = !plot.shown);
@@ -223,7 +208,7 @@ fn arrange(state: &mut ViewState, action: Action) {
         }
         Action::MoveStrip(strip, up) => {
             let Some(place) = layout.plots.iter().position(|plot| plot.plot == strip) else {
-                return;
+                return true;
             };
             let to = place.saturating_add_signed(-isize::from(up)).min(layout.plots.len() - 1);
             let plot = layout.plots.remove(place);
@@ -254,9 +239,10 @@ fn arrange(state: &mut ViewState, action: Action) {
             state.values.extend(scale.map(|scale| (strip, scale)));
         }
         Action::AutoValues => state.values.clear(),
-        Action::ExportStem(stem) => state.stem = stem,
-        _ => {}
+        Action::ExportStem(ref stem) => state.stem.clone_from(stem),
+        _ => return false,
     }
+    true
 }
 
 /// The label that is to be written, where it can be.
@@ -288,7 +274,7 @@ fn label(state: &mut ViewState, engine: &Engine, request: Labelling) -> Option<E
     Some(Effect::Label(Some(kind)))
 }
 
-fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {
+fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
     match *action {
         Action::Arm(armed) => state.command.armed = armed,
         Action::ForceEntry(force_n) if force_n.is_finite() => {
@@ -299,8 +285,9 @@ fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) {
             state.command.asks_release = false;
             send(state, engine, order);
         }
-        _ => {}
+        _ => return false,
     }
+    true
 }
 
 /// Sends a command: a stop always, everything else only while the lock is off.

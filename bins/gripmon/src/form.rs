@@ -115,7 +115,7 @@ mod column {
 
     #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes it so")]
     pub(super) fn serialize<S: Serializer>(channel: &Channel, out: S) -> Result<S::Ok, S::Error> {
-        out.serialize_str(&channel.column())
+        out.serialize_str(channel.column())
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Channel, D::Error> {
@@ -123,8 +123,7 @@ mod column {
         // What every layout of an older version names. Its level, where one was chosen, was in intervals.
         let name = if name == "statistic" { "evidence_s".to_owned() } else { name };
         Channel::of_column(&name).ok_or_else(|| {
-            let names: Vec<String> = Channel::all().map(Channel::column).collect();
-            let names = names.join(", ");
+            let names = Channel::ALL.map(Channel::column).join(", ");
             D::Error::custom(format!("no channel is called {name:?}; there are {names}"))
         })
     }
@@ -148,7 +147,7 @@ mod tests {
         ];
         let modes = [TriggerMode::Single, TriggerMode::Normal, TriggerMode::Auto];
         for (waits, mode) in conditions.into_iter().flat_map(|of| modes.map(|mode| (of, mode))) {
-            let ((condition, event), channel) = (waits, Channel::BandEnergy(3));
+            let ((condition, event), channel) = (waits, Channel::Band3);
             let (armed, level, before_s, window_s) = (true, -2.5e-6, 0.25, 2.0);
             let form =
                 TriggerForm { armed, condition, event, channel, level, mode, before_s, window_s };

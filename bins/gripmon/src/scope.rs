@@ -110,7 +110,7 @@ impl Scope {
         };
         let actions = show(ui, &seen, &mut self.scratch);
         let apply = |action| apply::apply(&mut self.state, &mut engine, action);
-        actions.into_iter().filter_map(apply).collect()
+        actions.iter().filter_map(apply).collect()
     }
 
     /// What will be remembered.

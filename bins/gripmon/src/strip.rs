@@ -2,7 +2,7 @@
 
 use crate::palette::{SERIES, Tone};
 use crate::plot::{Kind, Style};
-use grip_scope::{Channel, Group, Model};
+use grip_scope::{Channel, Model};
 use serde::{Deserialize, Serialize};
 
 slip_msg::named! {
@@ -110,6 +110,7 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             curve(Channel::Estimate, Tone::Orange),
             curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
+            limit(Channel::NeedTruth, Tone::Yellow),
             limit(Channel::ForceLimit, Tone::Limit),
         ],
         StripId::Esc => {
@@ -128,10 +129,9 @@ fn wanted(strip: StripId) -> Vec<Curve> {
 }
 
 fn bands() -> Vec<Curve> {
-    let count = u8::try_from(slip_core::detector::BANDS).unwrap_or(u8::MAX);
-    let tones = (0..count).zip(SERIES);
     // The lowest band is drawn last, on top.
-    tones.rev().map(|(band, tone)| curve(Channel::BandEnergy(band), tone)).collect()
+    let toned = Channel::BANDS.into_iter().zip(SERIES).rev();
+    toned.map(|(band, tone)| curve(band, tone)).collect()
 }
 
 /// The two curves between which the value of a plot's curve lies. Of a needed force the source reports them; the others belong to the values of
@@ -143,21 +143,6 @@ pub const fn enclosure(channel: Channel) -> Option<(Channel, Channel)> {
         Channel::OwnEstimate => Some((Channel::EstimateLow, Channel::EstimateHigh)),
         Channel::OwnEsc => Some((Channel::EscLow, Channel::EscHigh)),
         _ => None,
-    }
-}
-
-/// The group whose curves a plot shows.
-#[must_use]
-pub const fn group(strip: StripId) -> Group {
-    match strip {
-        StripId::Stylus | StripId::Spectrogram => Group::Stylus,
-        StripId::Bands => Group::Bands,
-        StripId::Statistic => Group::Statistic,
-        StripId::Force => Group::Force,
-        StripId::Esc => Group::Esc,
-        StripId::Speed | StripId::Travel => Group::Motion,
-        StripId::Reference => Group::Reference,
-        StripId::Pressure => Group::Pressure,
     }
 }
 
@@ -179,7 +164,7 @@ pub fn has_array(model: &Model) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{StripId, enclosure, group, wanted};
+    use super::{StripId, enclosure, wanted};
     use grip_link::message::daemon::{GripState, Reading, Scene};
     use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed};
     use grip_scope::{Channel, Model};
@@ -187,10 +172,9 @@ mod tests {
     use slip_core::units::Micros;
 
     #[test]
-    fn every_curve_stands_in_the_plot_of_its_group_and_one_unit_is_on_an_axis() {
+    fn one_unit_is_on_an_axis() {
         for strip in StripId::ALL {
             for curve in wanted(strip) {
-                assert_eq!(curve.channel.group(), group(strip), "{strip:?} {curve:?}");
                 assert_eq!(curve.channel.unit(), wanted(strip)[0].channel.unit(), "{strip:?}");
             }
         }

@@ -232,11 +232,7 @@ fn commands(model: &Model, span: Span) -> Vec<[f64; 2]> {
     let Some(series) = model.series(Channel::Command) else { return Vec::new() };
     let mut points = Vec::new();
     let from_s = span.from_s - BEFORE_S;
-    if !series.copy(Span::new(from_s, span.to_s), &mut points) {
-        // Old samples are thinned out: both ends are still known.
-        let at = |t_s| series.at(t_s).map(|force_n| [t_s, f64::from(force_n)]);
-        points = [span.from_s, span.to_s].into_iter().filter_map(at).collect();
-    }
+    series.copy(Span::new(from_s, span.to_s), &mut points);
     points.retain(|point| point[1].is_finite());
     let before = points.iter().take_while(|point| point[0] < span.from_s).count();
     points.drain(..before.saturating_sub(1));

@@ -14,7 +14,6 @@ pub mod explain;
 pub mod export;
 pub mod feed;
 pub mod format;
-mod group;
 pub mod model;
 pub mod report;
 pub mod source;
@@ -23,8 +22,7 @@ pub mod trigger;
 
 pub use channel::Channel;
 pub use feed::{EventKind, EventMark, Feed, SourceStatus};
-pub use group::Group;
-pub use model::{Bucket, Columns, Info, Model, Series, Stats};
+pub use model::{Bucket, Info, Model, Series, Stats};
 pub use source::{Refused, SourceHandle, SourceSpec};
 pub use span::Span;
 pub use trigger::Trigger;

@@ -33,20 +33,44 @@ fn stats(model: &Model, channel: Channel, span: Span) -> Option<Stats> {
     model.series(channel)?.stats(span)
 }
 
-/// What a reader must know first.
-fn summary(model: &Model, span: Span, slips: usize) -> Vec<String> {
-    let from_to = format!("{:.4} s to {:.4} s", span.from_s, span.to_s);
+/// The whole grasp in a sentence: slips, how far the object moved, the force at the end, and how many times that what it needs is.
+fn sentence(model: &Model, span: Span, slips: usize) -> String {
+    let at_end = |channel| {
+        let series = model.series(channel)?;
+        let end_s = series.latest()?.0.min(span.to_s);
+        series.at(end_s).filter(|value| value.is_finite()).map(f64::from)
+    };
+    let moved_m = stats(model, Channel::Travel, span).map(|stats| f64::from(stats.peak_to_peak()));
+    let held_n = at_end(Channel::Command);
+    let need_n =
+        at_end(Channel::NeedTruth).or(at_end(Channel::Need)).filter(|need_n| *need_n > 0.0);
     let slips = match slips {
-        0 => "no slip".to_owned(),
+        0 => "No slip".to_owned(),
         1 => "1 slip".to_owned(),
         slips => format!("{slips} slips"),
     };
+    let parts = [
+        Some(slips),
+        moved_m.map(|moved_m| format!("moved {:.2} mm", 1e3 * moved_m)),
+        held_n.map(|held_n| format!("held with {held_n:.2} N")),
+        held_n
+            .zip(need_n)
+            .map(|(held_n, need_n)| format!("{:.2} of what was needed", held_n / need_n)),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    format!("{}.", parts.join(", "))
+}
+
+/// What a reader must know first.
+fn summary(model: &Model, span: Span, slips: usize) -> Vec<String> {
+    let from_to = format!("{:.4} s to {:.4} s", span.from_s, span.to_s);
     let clock = if model.is_device_time() {
         "Times are those of the gripper's clock."
     } else {
         "The gripper's clock began again meanwhile: times go on over it."
     };
-    let mut lines = vec![format!("{from_to}, {}: {slips}. {clock}", duration(span.length_s()))];
+    let times = format!("{from_to}, {}. {clock}", duration(span.length_s()));
+    let mut lines = vec![sentence(model, span, slips), times];
     if model.series(Channel::Command).is_none() {
         let sentence = "The source has samples only, without states and events of a detector: \
                         slips and commands of that time are not known.";
@@ -119,6 +143,7 @@ const PLOTS: [Plot; 6] = [
             Channel::NeedLow,
             Channel::Need,
             Channel::NeedHigh,
+            Channel::NeedTruth,
         ],
     },
     Plot { id: "travel", title: "Travel", channels: &[Channel::Travel] },
@@ -366,6 +391,7 @@ mod tests {
             "Slip at 1.0000 s, 200.0 ms long",
             "reported gross slip first, evidence of up to 4800 s, wanted one false alarm in 600 s",
             "from 5.00 N to 12.00 N at most, 12.00 N at the end",
+            "1 slip, moved 1.50 mm, held with 12.00 N.",
             "a &#60;gross&#62; slip",
         ] {
             assert!(html.contains(text), "{text} in {html}");

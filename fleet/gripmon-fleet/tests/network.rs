@@ -193,7 +193,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     assert_eq!(watch.model.info().gripper.and_then(|gripper| gripper.force_max_n), Some(33.0));
     assert!(watch.samples(Channel::Applied) > 5, "forces come with states");
     assert_eq!(watch.samples(Channel::Stylus), 0);
-    assert_eq!(watch.model.health().latest().map(|health| health.slips), Some(3));
+    assert_eq!(watch.model.health().latest.as_deref().map(|health| health.slips), Some(3));
     daemon.report("the line was opened again");
     watch.until(
         || daemon.turn(),

@@ -1,13 +1,9 @@
-//! Drawing of curves: a rectangle, a span of time and a scale of values in; shapes out. Nothing here knows grippers.
+//! Plots over time by [`egui_plot`]: where values stand, axes with units, curves and areas. Nothing here knows grippers.
 
-mod dash;
+mod curve;
 mod frame;
-mod line;
-mod pen;
-mod ribbon;
 mod scale;
 
-pub use frame::{Across, Frame, GUTTER, grid, labels, time_axis, value_axis};
-pub use line::{Style, polyline};
-pub use ribbon::{band, ribbon};
+pub use curve::{Style, area, line, runs};
+pub use frame::{Frame, GUTTER, show, time_labels};
 pub use scale::{Kind, Scale};

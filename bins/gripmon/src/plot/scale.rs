@@ -1,4 +1,4 @@
-//! A range of values in; where a value stands between bottom and top out.
+//! Axis of values: where a value stands between bottom and top.
 
 /// How values are spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,11 +67,17 @@ impl Scale {
     /// Where a value stands: 0 at the bottom, 1 at the top, beyond both for values outside, at most 50 times.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
-        let (low, high, value) = match self.kind {
-            Kind::Linear => (self.low, self.high, value),
-            Kind::Log => (self.low.log10(), self.high.log10(), value.max(SMALLEST).log10()),
-        };
+        let [low, high, value] = [self.low, self.high, value].map(|value| self.drawn(value));
         ((value - low) / (high - low)).clamp(-50.0, 50.0)
+    }
+
+    /// The number that stands for a value in a plot: its logarithm where values are spread by that.
+    #[must_use]
+    pub fn drawn(&self, value: f64) -> f64 {
+        match self.kind {
+            Kind::Linear => value,
+            Kind::Log => value.max(SMALLEST).log10(),
+        }
     }
 
     /// The value at a place.

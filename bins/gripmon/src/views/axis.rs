@@ -14,26 +14,35 @@ pub(super) fn time_frame(rect: Rect, seen: &Seen<'_>) -> Frame {
     Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) }
 }
 
-/// How many plots found no room, left of the time axis.
-pub(super) fn left_out(ui: &Ui, axis: Rect, count: usize, seen: &Seen<'_>) {
-    if count == 0 {
-        return;
-    }
-    let text = if count == 1 { "+ 1 plot".to_owned() } else { format!("+ {count} plots") };
+/// How many plots found no room, and which have no data, left of the time axis.
+pub(super) fn left_out(ui: &Ui, axis: Rect, no_room: usize, empty: &[String], seen: &Seen<'_>) {
+    let (text, tone) = match (no_room, empty.len()) {
+        (0, 0) => return,
+        (0, count) => (format!("+ {count} empty"), seen.palette.weak),
+        (1, _) => ("+ 1 plot".to_owned(), seen.palette.tone(Tone::Orange)),
+        (count, _) => (format!("+ {count} plots"), seen.palette.tone(Tone::Orange)),
+    };
+    let room = "No room in so low a window: make it higher, or close others under Plots.";
+    let room = (no_room > 0).then(|| room.to_owned());
+    let why: Vec<String> = room.into_iter().chain(empty.iter().cloned()).collect();
+    let why = why.join("\n");
     let place = Rect::from_min_max(pos2(axis.left() - GUTTER, axis.top()), axis.left_bottom());
     let response = ui.interact(place, ui.scope_id().with("left out"), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
-    let (at, font) = (place.left_center(), FontId::proportional(11.0));
-    ui.painter().text(at, Align2::LEFT_CENTER, &text, font, seen.palette.tone(Tone::Orange));
-    response.on_hover_text(
-        "They have no room in so low a window: make it higher, or close others under Plots.",
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{text}\n{why}")));
+    ui.painter().text(
+        place.left_center(),
+        Align2::LEFT_CENTER,
+        &text,
+        FontId::proportional(11.0),
+        tone,
     );
+    response.on_hover_text(why);
 }
 
 /// Labels of the time, and the flags by which cursors are moved.
 pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let frame = time_frame(rect, seen);
-    plot::time_axis(ui.painter(), &frame, true, &seen.palette);
+    plot::time_labels(ui.painter(), &frame, &seen.palette);
     let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
     ui.painter().text(
         unit,

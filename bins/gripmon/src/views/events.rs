@@ -3,12 +3,7 @@
 use super::{Seen, heading, lane, sentence};
 use crate::action::Action;
 use eframe::egui::{Button, Label, RichText, Ui};
-use grip_scope::format;
-use grip_scope::{
-    EventMark,
-    feed::{causes_text, confidence_text},
-};
-use slip_core::alarm::Method;
+use grip_scope::EventMark;
 
 /// Up to so many events are listed.
 const MOST: usize = 120;
@@ -56,31 +51,6 @@ fn event(ui: &mut Ui, mark: &EventMark, seen: &Seen<'_>) -> Option<Action> {
             RichText::new(head).monospace().color(colour),
         )
         .clicked();
-    ui.add(Label::new(RichText::new(facts(mark)).size(11.0).weak()).wrap());
+    ui.add(Label::new(RichText::new(&mark.text).size(11.0).weak()).wrap());
     clicked.then_some(Action::JumpTo(mark.t_s))
-}
-
-/// The sentence of an event, or what is known of a slip.
-fn facts(mark: &EventMark) -> String {
-    let Some(slip) = &mark.slip else { return mark.text.clone() };
-    let number = |name: &str, value: Option<f64>, unit: &str| {
-        value.map(|v| format!("{name} {}", format::with_unit(v, unit)))
-    };
-    let [ruled_out, possible] = causes_text(slip);
-    let parts = [
-        Some(slip.method)
-            .filter(|method| *method != Method::None)
-            .map(|method| format!("by {}", method.felt())),
-        number("statistic", slip.statistic.map(f64::from), ""),
-        slip.confidence.map(confidence_text),
-        number("speed", slip.speed_m_s.map(f64::from), "m/s"),
-        number("estimate", slip.estimate_n.map(f64::from), "N"),
-        number("commanded", slip.command_n.map(f64::from), "N"),
-        number("E_sc", slip.esc_w, "W"),
-        number("lasted", slip.duration_s, "s"),
-        ruled_out,
-        possible,
-    ];
-    let known: Vec<String> = parts.into_iter().flatten().collect();
-    if known.is_empty() { mark.text.clone() } else { known.join(", ") }
 }

@@ -3,8 +3,10 @@
 use super::{Seen, heading, row, row_in, sentence};
 use crate::action::Action;
 use crate::num;
-use crate::palette::{self, Tone};
-use eframe::egui::{Align2, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
+use crate::palette::Tone;
+use core::ops::RangeInclusive;
+use eframe::egui::{RichText, Role, Ui, WidgetInfo};
+use egui_plot::{Bar, BarChart, GridMark, Plot};
 use grip_link::message::daemon::{Appended, Health, RealTime, SensorHealth};
 use grip_scope::Channel;
 use grip_scope::feed::ObserverSettings;
@@ -16,7 +18,7 @@ const HIGH: f32 = 74.0;
 pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     source(ui, seen);
     sensors(ui, seen);
-    match seen.model.health().latest() {
+    match seen.model.health().latest.as_deref() {
         Some(point) => figures(ui, point, seen),
         None => {
             heading(ui, "Link");
@@ -203,37 +205,33 @@ fn latency(ui: &mut Ui, health: &Health, seen: &Seen<'_>) {
 
 /// Bars by their logarithm, so that one slow command in a million is seen.
 fn histogram(ui: &mut Ui, counts: &[u64], seen: &Seen<'_>) {
-    let (rect, response) =
-        ui.allocate_exact_size(vec2(ui.available_width() - 8.0, HIGH), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
-    let plot = Rect::from_min_max(rect.min, rect.max - vec2(0.0, 16.0));
-    let painter = ui.painter();
-    painter.rect(
-        plot,
-        0,
-        seen.palette.plot,
-        Stroke::new(1.0, seen.palette.edge),
-        eframe::egui::StrokeKind::Inside,
-    );
     let (first, last) = filled(counts);
-    let Some(bars) = counts.get(first..last) else { return };
-    let most = bars.iter().copied().max().unwrap_or(1).max(1);
-    let wide = plot.width() / num::narrow(num::count(bars.len().max(1)));
-    let log = |count: u64| (1.0 + num::counter(count)).log10() / (1.0 + num::counter(most)).log10();
-    for (i, count) in bars.iter().enumerate() {
-        let left = plot.left() + wide * num::narrow(num::count(i));
-        let top = plot.bottom() - num::narrow(log(*count)) * (plot.height() - 4.0);
-        let bar = Rect::from_min_max(pos2(left + 0.5, top), pos2(left + wide - 0.5, plot.bottom()));
-        painter.rect_filled(bar, 0, seen.palette.tone(Tone::Blue));
-    }
-    let label = |x: f32, align: Align2, bucket: usize| {
-        let text = bound_text(first + bucket);
-        painter.text(pos2(x, rect.bottom()), align, text, palette::axis_font(), seen.palette.weak);
+    let bars = counts.iter().enumerate().take(last).skip(first);
+    let bar = |(bucket, count): (usize, &u64)| {
+        Bar::new(num::count(bucket), (1.0 + num::counter(*count)).log10()).width(0.9)
     };
-    label(plot.left(), Align2::LEFT_BOTTOM, 0);
-    label(plot.center().x, Align2::CENTER_BOTTOM, bars.len() / 2);
-    label(plot.right(), Align2::RIGHT_BOTTOM, bars.len().saturating_sub(1));
-    response.on_hover_text(
+    let chart = BarChart::new("commands", bars.map(bar).collect());
+    let label = |mark: GridMark, _: &RangeInclusive<f64>| bound_text(num::whole(mark.value));
+    let third = last.saturating_sub(first).div_ceil(3);
+    let marks = move |_| {
+        let mark = |bucket| GridMark { value: num::count(bucket), step_size: num::count(third) };
+        (first..last).step_by(third.max(1)).map(mark).collect()
+    };
+    let plot = Plot::new("latency")
+        .height(HIGH)
+        .show_axes([true, false])
+        .show_grid(false)
+        .x_axis_formatter(label)
+        .x_grid_spacer(marks)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .show_x(false)
+        .show_y(false);
+    let colour = seen.palette.tone(Tone::Blue);
+    let shown = plot.show(ui, |plot| plot.bar_chart(chart.color(colour).allow_hover(false)));
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::Figure, true, "Latency histogram"));
+    shown.response.on_hover_text(
         "Commands by latency; heights are logarithmic, so that single slow ones are seen.",
     );
 }
@@ -266,11 +264,11 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
         row(ui, "settings", settings);
     }
     for (name, count) in [
-        ("late rows", health.late_rows()),
-        ("stray states", health.stray_states()),
-        ("absurd values", health.huge()),
-        ("NaN of the stylus", health.nan()),
-        ("values too late", health.misplaced()),
+        ("late rows", health.late_rows),
+        ("stray states", health.stray_states),
+        ("absurd values", health.huge),
+        ("NaN of the stylus", health.nan),
+        ("values too late", health.misplaced),
     ] {
         if count > 0 {
             counted(ui, name, count, seen);

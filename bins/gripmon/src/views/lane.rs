@@ -1,4 +1,4 @@
-//! What the grasp did, and what happened: a band of scenes, under it stretches of slips, faults and gaps, and a tick for every event.
+//! What happened: a band that says whether the object is held, under it stretches of slips, faults and gaps, and a tick for every event.
 
 use super::joined::{fill, joined};
 use super::{Seen, gestures, strips};
@@ -9,14 +9,14 @@ use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
     pos2, vec2,
 };
-use grip_link::message::daemon::Scene;
 use grip_scope::format;
+use grip_scope::model::Doing;
 use grip_scope::{EventKind, EventMark};
 
 /// Height of the lane (points).
 pub(super) const HEIGHT: f32 = 48.0;
-/// Height of the band of scenes (points).
-const SCENES: f32 = 15.0;
+/// Height of the band that says what happens to the object (points).
+const BAND: f32 = 15.0;
 /// Events closer together than this share a tick (points).
 const APART: f32 = 1.5;
 
@@ -86,7 +86,7 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
         if count == 1 { "1 event".to_owned() } else { format!("{} events", format::count(count)) };
     response.widget_info(|| WidgetInfo {
         current_text_value: Some(reported.clone()),
-        ..WidgetInfo::labeled(Role::Figure, true, "Scenes and events")
+        ..WidgetInfo::labeled(Role::Figure, true, "Object and events")
     });
     let painter = ui.painter();
     painter.rect(
@@ -100,7 +100,7 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     let beside = pos2(rect.right() + 12.0, rect.bottom() - 12.0);
     let font = crate::palette::axis_font();
     painter.text(beside, Align2::LEFT_CENTER, reported, font, seen.palette.weak);
-    scenes(ui, &frame, seen);
+    doings(ui, &frame, seen);
     stretches(ui, &frame, seen);
     marks(ui, &frame, &ticks, seen);
     strips::lines(painter, &frame, seen);
@@ -134,34 +134,31 @@ fn names(ui: &Ui, rect: Rect, palette: &Palette) {
     let label = |y: f32, text: &str| {
         ui.painter().text(pos2(x, y), Align2::RIGHT_CENTER, text, font.clone(), palette.weak)
     };
-    label(rect.top() + SCENES / 2.0, "scene");
-    label(rect.top() + SCENES + (HEIGHT - SCENES) / 2.0, "events");
+    label(rect.top() + BAND / 2.0, "object");
+    label(rect.top() + BAND + (HEIGHT - BAND) / 2.0, "events");
 }
 
-const fn scene_colour(scene: Scene, palette: &Palette) -> (Color32, bool) {
-    match scene {
-        Scene::Idle => (palette.grid, false),
-        Scene::Moving => (palette.tone(Tone::Sky), true),
-        Scene::Holding => (palette.tone(Tone::Green), true),
-        Scene::Slipping => (palette.tone(Tone::Red), true),
-        _ => (palette.tone(Tone::Quiet), true),
-    }
-}
-
-fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
-    let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), SCENES));
-    let strongest = |a: Scene, b: Scene| if b.code() > a.code() { b } else { a };
-    let pieces = joined(seen.model.events().scenes(frame.span), frame, strongest);
-    let colour = |scene| {
-        let (colour, strong) = scene_colour(scene, &seen.palette);
-        let share = if seen.palette.dark { 0.55 } else { 0.38 };
-        if strong { colour.gamma_multiply(share) } else { colour }
+fn colour(doing: Doing, palette: &Palette) -> Color32 {
+    let tone = match doing {
+        Doing::Idle => return palette.grid,
+        Doing::Moving => Tone::Sky,
+        Doing::Held => Tone::Green,
+        Doing::Slipping => Tone::Orange,
+        Doing::Crushed | Doing::Dropped => Tone::Red,
     };
+    palette.tone(tone).gamma_multiply(if palette.dark { 0.55 } else { 0.38 })
+}
+
+/// The band that says what happens to the object.
+fn doings(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
+    let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), BAND));
+    let pieces = joined(seen.model.events().doings(frame.span), frame, Doing::max);
     let painter = ui.painter();
-    fill(painter, band.y_range(), pieces.iter().map(|p| (p.across, colour(p.what))));
+    let coloured = pieces.iter().map(|piece| (piece.across, colour(piece.what, &seen.palette)));
+    fill(painter, band.y_range(), coloured);
     for piece in pieces.iter().filter(|piece| piece.across.span() > 50.0) {
         let at = pos2(piece.across.min + 5.0, band.center().y);
-        let (name, font) = (piece.what.name(), FontId::proportional(10.5));
+        let (name, font) = (piece.what.name(), FontId::proportional(11.0));
         painter.text(at, Align2::LEFT_CENTER, name, font, seen.palette.text);
     }
 }
@@ -169,7 +166,7 @@ fn scenes(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 /// Bars under the scenes: slips, faults and gaps as long as they last.
 fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let events = seen.model.events();
-    let top = frame.rect.top() + SCENES + 2.0;
+    let top = frame.rect.top() + BAND + 2.0;
     let kinds = [
         joined(events.slips(frame.span), frame, worst),
         joined(events.faults(frame.span), frame, worst),
@@ -183,7 +180,7 @@ fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 /// Ticks and, where there is room, words.
 fn marks(ui: &Ui, frame: &Frame, ticks: &[Tick<'_>], seen: &Seen<'_>) {
     let painter = ui.painter().with_clip_rect(frame.rect);
-    let height = Rangef::new(frame.rect.top() + SCENES + 10.0, frame.rect.bottom());
+    let height = Rangef::new(frame.rect.top() + BAND + 10.0, frame.rect.bottom());
     let line = |tick: &Tick<'_>| {
         let x = painter.round_to_pixel_center(tick.x);
         (Rangef::new(x - 0.75, x + 0.75), seen.palette.tone(tone(tick.mark.kind)))

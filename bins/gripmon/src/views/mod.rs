@@ -35,8 +35,7 @@ use crate::layout::Panel;
 use crate::palette::Palette;
 use crate::state::ViewState;
 use eframe::egui::{self, Ui};
-use grip_scope::{Bucket, Channel, Columns, Model, Span};
-use std::collections::BTreeMap;
+use grip_scope::{Bucket, Model, Span};
 
 /// What a view may look at.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +66,6 @@ impl Seen<'_> {
 #[derive(Default)]
 pub struct Scratch {
     buckets: Vec<Bucket>,
-    columns: BTreeMap<Channel, Columns>,
     points: Vec<[f64; 2]>,
     washes: Vec<strips::Wash>,
     spectrogram: picture::Picture,

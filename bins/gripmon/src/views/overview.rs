@@ -3,10 +3,9 @@
 use super::{Scratch, Seen, lane, strips};
 use crate::action::Action;
 use crate::palette::Tone;
-use crate::plot::{self, Frame, Kind, Scale, Style};
+use crate::plot::{self, Frame, Kind, Scale};
 use eframe::egui::{
-    Align2, FontId, Mesh, PointerButton, Rect, Response, Role, Sense, Shape, Stroke, Ui,
-    WidgetInfo, pos2,
+    Align2, FontId, PointerButton, Rect, Response, Role, Sense, Stroke, Ui, WidgetInfo, pos2,
 };
 use grip_scope::{Channel, Span};
 
@@ -64,15 +63,14 @@ fn signal(ui: &Ui, rect: Rect, data: Span, seen: &Seen<'_>, scratch: &mut Scratc
     };
     if let Some(series) = series {
         series.envelope(data, COLUMNS, &mut scratch.buckets);
-        let mut mesh = Mesh::default();
-        plot::ribbon(
-            &mut mesh,
-            &frame,
-            &scratch.buckets,
-            seen.palette.tone(Tone::Blue).gamma_multiply(0.8),
-            Style::Solid,
-        );
-        ui.painter().with_clip_rect(rect).add(Shape::mesh(mesh));
+        let stroke = Stroke::new(1.2, seen.palette.tone(Tone::Blue).gamma_multiply(0.8));
+        let painter = ui.painter().with_clip_rect(rect);
+        for run in plot::runs(&scratch.buckets).split(|[_, value]| value.is_nan()) {
+            painter.line(
+                run.iter().map(|[t_s, v]| pos2(frame.x(*t_s), frame.y(*v))).collect(),
+                stroke,
+            );
+        }
     }
     Frame { rect, ..frame }
 }

@@ -2,11 +2,12 @@
 
 use super::Seen;
 use crate::palette::{self, Tone};
+use crate::plot::{Kind, Scale};
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
 use grip_scope::feed::EscPoint;
-use grip_scope::format;
+use grip_scope::format::{self, Shown};
 
 /// Room for the values right of a plot (points).
 pub(super) const WIDTH: f32 = 212.0;
@@ -17,7 +18,13 @@ const STAYS_S: f64 = 0.5;
 
 /// One line for each curve: its colour, its name, its value at the time that is looked at, its unit. Where lines are left over a value that has
 /// bounds states them too.
-pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen<'_>) {
+pub(super) fn readout(
+    ui: &mut Ui,
+    strip: StripId,
+    scale: &Scale,
+    curves: &[Curve],
+    seen: &Seen<'_>,
+) {
     ui.spacing_mut().item_spacing = vec2(5.0, 0.0);
     ui.spacing_mut().interact_size.y = LINE;
     // The button that gives the scale back stands below.
@@ -29,9 +36,9 @@ pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen
         match enclosure(curve.channel).filter(|_| left > 0) {
             Some((low, high)) => {
                 let ends = [low, high].map(|channel| value(channel, seen));
-                left -= usize::from(bounded(ui, curve, ends, seen));
+                left -= usize::from(bounded(ui, curve, ends, scale, seen));
             }
-            None => line(ui, curve, seen),
+            None => line(ui, curve, scale, seen),
         }
     }
     if strip == StripId::Esc {
@@ -40,10 +47,16 @@ pub(super) fn readout(ui: &mut Ui, strip: StripId, curves: &[Curve], seen: &Seen
 }
 
 /// A value and its bounds in two lines; in one, and `false`, where the bounds are not known.
-fn bounded(ui: &mut Ui, curve: &Curve, ends: [Option<f64>; 2], seen: &Seen<'_>) -> bool {
+fn bounded(
+    ui: &mut Ui,
+    curve: &Curve,
+    ends: [Option<f64>; 2],
+    scale: &Scale,
+    seen: &Seen<'_>,
+) -> bool {
     let unit = seen.model.info().unit(curve.channel);
     let ([Some(low), Some(high)], median) = (ends, value(curve.channel, seen)) else {
-        line(ui, curve, seen);
+        line(ui, curve, scale, seen);
         return false;
     };
     let text = match median.filter(|_| curve.channel == Channel::Need) {
@@ -53,7 +66,7 @@ fn bounded(ui: &mut Ui, curve: &Curve, ends: [Option<f64>; 2], seen: &Seen<'_>) 
                 .font(palette::number_font())
         }
         None => {
-            line(ui, curve, seen);
+            line(ui, curve, scale, seen);
             let [low, high] = [low, high].map(|end| format::with_unit(end, unit));
             RichText::new(format!("    {low} .. {high}")).size(10.5).weak()
         }
@@ -72,20 +85,33 @@ fn fan(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
     });
 }
 
-fn line(ui: &mut Ui, curve: &Curve, seen: &Seen<'_>) {
+/// A value in the unit of the axis, so that all of a plot can be compared.
+fn line(ui: &mut Ui, curve: &Curve, scale: &Scale, seen: &Seen<'_>) {
     let info = seen.model.info();
     let (name, unit) = (info.name(curve.channel), info.unit(curve.channel));
-    let shown = value(curve.channel, seen).map(|value| format::value(value, unit));
+    let (factor, prefix) = scale.prefix(unit);
+    let shown = value(curve.channel, seen).map(|value| match scale.kind() {
+        Kind::Log => format::value(value, unit),
+        Kind::Linear => {
+            Shown { number: format::number(value / factor), unit: format!("{prefix}{unit}") }
+        }
+    });
     ui.horizontal(|ui| {
         swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
         let text = RichText::new(name).size(11.5);
-        cell(ui, 90.0, Layout::left_to_right(Align::Center), text).on_hover_text(name);
+        cell(ui, 90.0, Layout::left_to_right(Align::Center), text)
+            .on_hover_text(about(name, curve));
         let (number, unit) =
             shown.map_or((format::NOTHING.to_owned(), String::new()), |s| (s.number, s.unit));
         let number = RichText::new(number).font(palette::number_font());
         cell(ui, 60.0, Layout::right_to_left(Align::Center), number);
         ui.label(RichText::new(unit).size(11.0).weak());
     });
+}
+
+/// The name of a curve, and what it does not say.
+fn about(name: &str, curve: &Curve) -> String {
+    format!("{name}\n{}", curve.channel.about()).trim_end().to_owned()
 }
 
 /// A text in so much room, at one side of it.

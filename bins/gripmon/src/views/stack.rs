@@ -9,7 +9,8 @@ use crate::palette::Palette;
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
 use crate::strip::{self, Curve, StripId};
 use eframe::egui::{
-    self, Align2, FontId, Rect, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+    self, Align2, FontId, Rect, Response, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
+    vec2,
 };
 
 /// A stack narrower than this has no values beside its plots (points).
@@ -24,8 +25,7 @@ const TITLE: f32 = 15.0;
 /// Draws everything that shares the time axis.
 pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
     let all = ui.available_rect_before_wrap().shrink2(vec2(8.0, 4.0));
-    let shown: Vec<StripLayout> =
-        seen.state.layout.plots.iter().filter(|plot| plot.shown).copied().collect();
+    let (shown, empty_ones) = chosen(seen);
     // A narrow window has no room for values beside the plots.
     let beside = if all.width() > NARROW { readout::WIDTH } else { 4.0 };
     let left = all.left() + GUTTER;
@@ -34,7 +34,7 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     let mut actions = lane::lane(ui, row(all.top(), lane::HEIGHT), seen);
     let top = all.top() + lane::HEIGHT + BETWEEN;
     let bottom = all.bottom() - overview::HEIGHT - BETWEEN - axis::HIGH;
-    if shown.is_empty() {
+    if shown.is_empty() && empty_ones.is_empty() {
         let rect = row(top, (bottom - top).max(10.0));
         empty(ui, rect, "No plot is shown: choose some under Plots.", &seen.palette);
     }
@@ -44,7 +44,7 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     for (plot, top, height) in heights(fitting, top, bottom) {
         actions.extend(one(ui, &plot, row(top, height), seen, scratch));
     }
-    axis::left_out(ui, row(bottom, axis::HIGH), others.len(), seen);
+    axis::left_out(ui, row(bottom, axis::HIGH), others.len(), &empty_ones, seen);
     let hovered = actions.iter().any(|action| matches!(action, Action::Hover(_)));
     if !hovered && seen.state.hover_s.is_some() && !ui.ctx().input(|i| i.pointer.any_down()) {
         actions.push(Action::Hover(None));
@@ -58,6 +58,18 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     ));
     ui.advance_cursor_after_rect(all);
     actions
+}
+
+/// The plots that the user has chosen, and those of them that have no data: where any has some, the others leave their room to it.
+fn chosen(seen: &Seen<'_>) -> (Vec<StripLayout>, Vec<String>) {
+    let chosen = seen.state.layout.plots.iter().filter(|plot| plot.shown).copied();
+    let (full, empty): (Vec<_>, Vec<_>) =
+        chosen.partition(|plot| strip::has_data(plot.plot, seen.model));
+    if full.is_empty() {
+        return (empty, Vec::new());
+    }
+    let why = |plot: &StripLayout| format!("{}: {}", plot.plot.title(), nothing(plot.plot, seen));
+    (full, empty.iter().map(why).collect())
 }
 
 /// Top and height of each plot.
@@ -91,8 +103,8 @@ fn one(
         _ => strips::scale(strip, &wanted, seen),
     };
     let frame = Frame { rect, span: seen.span, scale };
-    let mut actions = interact(ui, strip, &frame, seen);
-    draw(ui, strip, &frame, &wanted, seen, scratch);
+    let inside = draw(ui, strip, &frame, &wanted, seen, scratch);
+    let mut actions = interact(ui, strip, &frame, &inside, seen);
     let beside = Rect::from_min_max(
         pos2(rect.right() + 10.0, rect.top()),
         pos2(rect.right() + readout::WIDTH, rect.bottom()),
@@ -102,20 +114,24 @@ fn one(
     }
     let mut child = ui.new_child(UiBuilder::new().max_rect(beside).id_salt((strip, "values")));
     child.set_clip_rect(beside.expand(2.0).intersect(ui.clip_rect()));
-    actions.extend(beside_plot(&mut child, strip, &wanted, seen));
+    actions.extend(beside_plot(&mut child, strip, &scale, &wanted, seen));
     actions.extend(edge(ui, plot, rect, seen));
     actions
 }
 
-fn interact(ui: &Ui, strip: StripId, frame: &Frame, seen: &Seen<'_>) -> Vec<Action> {
-    let inside =
-        ui.interact(frame.rect, ui.scope_id().with((strip, "plot")), Sense::click_and_drag());
+fn interact(
+    ui: &Ui,
+    strip: StripId,
+    frame: &Frame,
+    inside: &Response,
+    seen: &Seen<'_>,
+) -> Vec<Action> {
     inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, name(strip, seen)));
     let labels = Rect::from_min_max(
         pos2(frame.rect.left() - GUTTER, frame.rect.top()),
         frame.rect.left_bottom(),
     );
-    let mut actions = gestures::over_plot(ui, &inside, frame, seen);
+    let mut actions = gestures::over_plot(ui, inside, frame, seen);
     if strip.has_curves(seen.model) {
         let axis =
             ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
@@ -147,59 +163,57 @@ fn name(strip: StripId, seen: &Seen<'_>) -> String {
 }
 
 fn draw(
-    ui: &Ui,
+    ui: &mut Ui,
     strip: StripId,
     frame: &Frame,
     wanted: &[Curve],
     seen: &Seen<'_>,
     scratch: &mut Scratch,
-) {
-    let painter = ui.painter();
+) -> Response {
     let unit = match strip {
         StripId::Spectrogram => "Hz",
         _ => strips::unit(wanted, seen),
     };
-    plot::value_axis(painter, frame, unit, &seen.palette);
-    plot::time_axis(painter, frame, false, &seen.palette);
-    if strip::has_data(strip, seen.model) {
-        match strip {
-            StripId::Spectrogram => spectrogram::draw(ui, frame, seen, scratch),
-            StripId::Pressure if strip::has_array(seen.model) => {
-                pressure::draw(ui, frame, seen, scratch)
-            }
-            _ => plot_curves(ui, strip, frame, wanted, seen, scratch),
-        }
-    } else {
-        empty(ui, frame.rect, nothing(strip, seen), &seen.palette);
+    let border = Stroke::new(1.0, seen.palette.edge);
+    let painter = ui.painter();
+    painter.rect(frame.rect, 0, seen.palette.plot, border, egui::StrokeKind::Outside);
+    let is_picture = !strip.has_curves(seen.model);
+    if !is_picture {
+        strips::spans(painter, frame, &scratch.washes);
     }
-    strips::lines(painter, frame, seen);
+    let drawn = strips::drawn(ui.pixels_per_point(), frame, wanted, seen, scratch);
+    let inside = plot::show(ui, (strip, "plot"), frame, unit, |plot| {
+        drawn.put(plot, frame);
+        match strip {
+            StripId::Stylus => strips::turns(plot, frame, seen),
+            StripId::Statistic => strips::interval(plot, frame, seen),
+            _ => {}
+        }
+    });
+    if !strip::has_data(strip, seen.model) {
+        empty(ui, frame.rect, nothing(strip, seen), &seen.palette);
+    } else if is_picture && strip == StripId::Spectrogram {
+        spectrogram::draw(ui, frame, seen, scratch);
+    } else if is_picture {
+        pressure::draw(ui, frame, seen, scratch);
+    }
+    strips::words(ui.painter(), strip, frame, seen);
+    strips::lines(ui.painter(), frame, seen);
     title(ui, frame.rect, strip, seen);
+    inside
 }
 
-fn plot_curves(
-    ui: &Ui,
+fn beside_plot(
+    ui: &mut Ui,
     strip: StripId,
-    frame: &Frame,
+    scale: &Scale,
     wanted: &[Curve],
     seen: &Seen<'_>,
-    scratch: &mut Scratch,
-) {
-    let painter = ui.painter();
-    strips::spans(painter, frame, &scratch.washes);
-    strips::curves(painter, frame, wanted, seen, scratch);
-    match strip {
-        StripId::Stylus => strips::turns(painter, frame, seen),
-        StripId::Statistic => strips::interval(painter, frame, seen),
-        StripId::Force => strips::limit_above(painter, frame, seen),
-        _ => {}
-    }
-}
-
-fn beside_plot(ui: &mut Ui, strip: StripId, wanted: &[Curve], seen: &Seen<'_>) -> Vec<Action> {
+) -> Vec<Action> {
     match strip {
         StripId::Spectrogram => spectrogram::readout(ui, seen),
         StripId::Pressure if strip::has_array(seen.model) => pressure::readout(ui, seen),
-        _ => readout::readout(ui, strip, wanted, seen),
+        _ => readout::readout(ui, strip, scale, wanted, seen),
     }
     if seen.state.chosen(strip).is_some() {
         let by_hand = ui

@@ -1,15 +1,14 @@
-//! One plot of curves: grid, areas, curves, peaks and valleys, cursors.
+//! Curves of a plot: what of them is drawn, their scale, peaks and valleys, cursors.
 
 use super::joined::{fill, joined};
 use super::{Scratch, Seen, lane, readout};
 use crate::palette::Tone;
-use crate::plot::{self, Frame, Kind, Scale, Style, polyline};
+use crate::plot::{self, Frame, Kind, Scale, Style};
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{
-    Align2, Color32, FontId, Mesh, Painter, Pos2, Rangef, Rect, Shape, Stroke, pos2, vec2,
-};
+use eframe::egui::{Align2, Color32, FontId, Painter, Rangef, Rect, Stroke};
+use egui_plot::{HLine, MarkerShape, PlotPoint, PlotPoints, PlotUi, Points};
 use grip_scope::feed::ObserverSettings;
-use grip_scope::{Bucket, Channel, Columns, EventKind, Series, Span};
+use grip_scope::{Bucket, Channel, EventKind, Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
 const FEW: usize = 700;
@@ -33,7 +32,7 @@ pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale 
     let mut join = |low: f64, high: f64| {
         range = Some(range.map_or((low, high), |(l, h): (f64, f64)| (l.min(low), h.max(high))));
     };
-    for curve in curves.iter().filter(|curve| curve.style == Style::Solid) {
+    for curve in curves.iter().filter(|curve| curve.channel != Channel::ForceLimit) {
         let found = seen.model.series(curve.channel).and_then(|series| extremes(series, seen.span));
         if let Some((low, high)) = found {
             join(f64::from(low), f64::from(high));
@@ -82,91 +81,101 @@ pub(super) fn extremes(series: &Series, span: Span) -> Option<(f32, f32)> {
     series.robust_range(span)
 }
 
-/// Draws a plot of curves into its frame.
-pub(super) fn curves(
-    painter: &Painter,
+/// Points of a line, its colour and how it is drawn.
+type Polyline = (Vec<[f64; 2]>, (Color32, Style));
+
+/// What of the curves of a plot is drawn: the wash behind each, and its points.
+pub(super) struct Drawn {
+    areas: Vec<([Vec<Bucket>; 2], Color32)>,
+    lines: Vec<Polyline>,
+}
+
+/// Looks at the curves of a plot, at most two points of each for a column of pixels.
+pub(super) fn drawn(
+    pixels_per_point: f32,
     frame: &Frame,
     wanted: &[Curve],
     seen: &Seen<'_>,
     scratch: &mut Scratch,
-) {
-    let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
-    let columns = frame.columns(painter.pixels_per_point());
-    for curve in wanted {
-        area(&inside, frame, columns, curve, seen, scratch);
-    }
-    for curve in wanted {
-        let Some(series) = seen.model.series(curve.channel) else { continue };
-        let colour = seen.palette.tone(curve.tone);
+) -> Drawn {
+    let (span, columns) = frame.whole_columns(pixels_per_point);
+    let buckets = |series: &Series| {
+        let mut found = Vec::new();
+        series.envelope(span, columns, &mut found);
+        found
+    };
+    let area = |curve: &Curve| {
+        let (low, high) = enclosure(curve.channel)?;
+        let (low, high) = (seen.model.series(low)?, seen.model.series(high)?);
+        Some(([buckets(low), buckets(high)], seen.palette.wash(curve.tone)))
+    };
+    let line = |curve: &Curve| {
+        let series = seen.model.series(curve.channel)?;
+        let look = (seen.palette.tone(curve.tone), curve.style);
         if series.points(frame.span, FEW, &mut scratch.points) {
-            polyline(&inside, frame, &scratch.points, colour, curve.style);
-        } else {
-            let kept = scratch.columns.entry(series.channel()).or_default();
-            kept.update(series, frame.span, columns);
-            dense(&inside, frame, kept.buckets(), colour, curve.style);
+            return Some((scratch.points.clone(), look));
+        }
+        Some((plot::runs(&buckets(series)), look))
+    };
+    Drawn {
+        areas: wanted.iter().filter_map(area).collect(),
+        lines: wanted.iter().filter_map(line).collect(),
+    }
+}
+
+impl Drawn {
+    /// Puts them into a plot.
+    pub(super) fn put(&self, plot: &mut PlotUi<'_>, frame: &Frame) {
+        for ([low, high], colour) in &self.areas {
+            plot::area(plot, frame, [low, high], *colour);
+        }
+        for (points, look) in &self.lines {
+            plot::line(plot, frame, points, *look);
         }
     }
 }
 
-fn dense(painter: &Painter, frame: &Frame, buckets: &[Bucket], colour: Color32, style: Style) {
-    let mut mesh = Mesh::default();
-    mesh.vertices.reserve(4 * buckets.len());
-    mesh.indices.reserve(18 * buckets.len());
-    plot::ribbon(&mut mesh, frame, buckets, colour, style);
-    painter.add(Shape::mesh(mesh));
-}
-
-/// The enclosure of a value as a wash behind it.
-fn area(
-    painter: &Painter,
-    frame: &Frame,
-    columns: usize,
-    curve: &Curve,
-    seen: &Seen<'_>,
-    scratch: &mut Scratch,
-) {
-    let Some((low, high)) = enclosure(curve.channel) else { return };
-    let (Some(low), Some(high)) = (seen.model.series(low), seen.model.series(high)) else { return };
-    for series in [low, high] {
-        let kept = scratch.columns.entry(series.channel()).or_default();
-        kept.update(series, frame.span, columns);
-    }
-    let kept =
-        |series: &Series| scratch.columns.get(&series.channel()).map_or(&[][..], Columns::buckets);
-    let mut mesh = Mesh::default();
-    plot::band(&mut mesh, frame, kept(low), kept(high), seen.palette.wash(curve.tone));
-    painter.add(Shape::mesh(mesh));
-}
-
 /// Peaks and valleys of the stylus as the observer has them, where they are few enough to be distinguished.
-pub(super) fn turns(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
-    let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
-    let (peak, valley) = (seen.palette.tone(Tone::Red), seen.palette.tone(Tone::Green));
-    let mark = |turn: grip_scope::feed::Turn| {
-        let at = frame.at(turn.t_s, f64::from(turn.height));
-        let (colour, down) = if turn.is_peak { (peak, -1.0) } else { (valley, 1.0) };
-        triangle(at + vec2(0.0, 3.0 * down), down, colour)
-    };
-    inside.extend(seen.model.turns(frame.span, TURNS).into_iter().map(mark).collect::<Vec<_>>());
-}
-
-/// A triangle that points to where it stands, from above or below.
-fn triangle(tip: Pos2, down: f32, colour: Color32) -> Shape {
-    let corners = vec![tip, tip + vec2(-4.0, 6.0 * down), tip + vec2(4.0, 6.0 * down)];
-    Shape::convex_polygon(corners, colour, Stroke::NONE)
+pub(super) fn turns(plot: &mut PlotUi<'_>, frame: &Frame, seen: &Seen<'_>) {
+    let found = seen.model.turns(frame.span, TURNS);
+    for (is_peak, shape, tone) in
+        [(true, MarkerShape::Down, Tone::Red), (false, MarkerShape::Up, Tone::Green)]
+    {
+        let some = found.iter().filter(|turn| turn.is_peak == is_peak);
+        let some = some.map(|turn| PlotPoint::new(turn.t_s, f64::from(turn.height)));
+        let points = Points::new("", PlotPoints::Owned(some.collect()));
+        let points = points.shape(shape).radius(3.5).color(seen.palette.tone(tone));
+        plot.points(points.allow_hover(false));
+    }
 }
 
 /// A line across the plot where evidence is a slip.
-pub(super) fn interval(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
-    let y = frame.y(seen.model.info().interval_s().into());
-    if y < frame.rect.top() || y > frame.rect.bottom() {
-        return;
+pub(super) fn interval(plot: &mut PlotUi<'_>, frame: &Frame, seen: &Seen<'_>) {
+    let at = frame.scale.drawn(seen.model.info().interval_s().into());
+    let stroke = Stroke::new(1.2, seen.palette.tone(Tone::Limit));
+    plot.hline(HLine::new("", at).stroke(stroke).style(Style::Dashed.line()).allow_hover(false));
+}
+
+/// What is written at the right edge of a plot: the interval at its line, the limit of the force where that is above the plot, whose forces
+/// decide its scale.
+pub(super) fn words(painter: &Painter, strip: StripId, frame: &Frame, seen: &Seen<'_>) {
+    let limit_n = || readout::value(Channel::ForceLimit, seen);
+    let (y, text) = match strip {
+        StripId::Statistic => {
+            (frame.y(seen.model.info().interval_s().into()) + 1.0, interval_text(seen))
+        }
+        StripId::Force => {
+            let Some(limit_n) = limit_n().filter(|n| *n > frame.scale.high()) else { return };
+            let limit = grip_scope::format::with_unit(limit_n, "N");
+            (frame.rect.top() + 2.0, format!("limit {limit} is above"))
+        }
+        _ => return,
+    };
+    if frame.rect.y_range().contains(y) {
+        let at = eframe::egui::pos2(frame.rect.right() - 4.0, y);
+        let colour = seen.palette.tone(Tone::Limit);
+        painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
     }
-    let colour = seen.palette.tone(Tone::Limit);
-    let ends = [pos2(frame.rect.left(), y), pos2(frame.rect.right(), y)];
-    painter.extend(Shape::dashed_line(&ends, Stroke::new(1.2, colour), 5.0, 4.0));
-    let (at, font) = (pos2(frame.rect.right() - 4.0, y + 1.0), FontId::proportional(10.0));
-    painter.text(at, Align2::RIGHT_TOP, interval_text(seen), font, colour);
 }
 
 /// Cursors, the pointer's line, the stretch that is being dragged over, gaps and slips, through the whole height of a plot.
@@ -212,16 +221,6 @@ pub(super) fn washes(frame: &Frame, seen: &Seen<'_>) -> Vec<Wash> {
 /// Draws them.
 pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
     fill(painter, frame.rect.y_range(), washes.iter().copied());
-}
-
-/// Where the limit of the force lies, where that is above the plot: the forces decide its scale.
-pub(super) fn limit_above(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
-    let limit_n = readout::value(Channel::ForceLimit, seen);
-    let Some(limit_n) = limit_n.filter(|limit_n| *limit_n > frame.scale.high()) else { return };
-    let text = format!("limit {} is above", grip_scope::format::with_unit(limit_n, "N"));
-    let at = frame.rect.right_top() + vec2(-4.0, 2.0);
-    let colour = seen.palette.tone(Tone::Limit);
-    painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
 }
 
 /// What that line is called: also whether the source does not show its settings.

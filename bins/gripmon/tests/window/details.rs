@@ -75,7 +75,7 @@ fn a_lone_value_of_pressure_is_a_curve_and_an_array_is_a_picture() {
 #[test]
 fn a_pointer_over_the_events_is_over_them_in_every_frame() {
     let mut harness = window(fixture::grasp(), Panel::Health);
-    let lane = harness.get_by_label("Scenes and events").rect();
+    let lane = harness.get_by_label("Object and events").rect();
     harness.hover_at(lane.center());
     harness.run_steps(2);
     for step in 0..6 {
@@ -188,7 +188,7 @@ fn a_crowd_of_gaps_slips_and_events_is_drawn_with_as_few_shapes_as_can_be_told_a
     let shapes = harness.output().shapes.len();
     // Ten plots, each with at most a wash for each of some 800 points.
     assert!(shapes < 20_000, "{shapes}");
-    let events = harness.get_by_label("Scenes and events").value().unwrap();
+    let events = harness.get_by_label("Object and events").value().unwrap();
     assert_eq!(events, "50,000 events");
     assert!(painted(&harness).contains(&events));
     // Gaps are counted, also those that no list holds any more.
@@ -200,7 +200,7 @@ fn a_crowd_of_gaps_slips_and_events_is_drawn_with_as_few_shapes_as_can_be_told_a
     for at_s in [seen.to_s - 1.0, seen.to_s - 300.0] {
         harness.state_mut().state.window.show(Span::new(at_s - 5.0, at_s + 0.9));
         harness.run();
-        let reported = harness.get_by_label("Scenes and events").value().unwrap();
+        let reported = harness.get_by_label("Object and events").value().unwrap();
         assert!(reported != "0 events", "{at_s}");
     }
 }
@@ -224,7 +224,8 @@ fn a_small_window_stays_usable_with_every_panel() {
         let overview = harness.get_by_label("Overview of all data").rect();
         let last = rects[rects.len() - 1];
         assert!(last.bottom() <= overview.top() - 20.0, "{panel:?}: {last:?} {overview:?}");
-        harness.get_by_label(&format!("+ {} plots", StripId::ALL.len() - rects.len()));
+        // Of ten, two have no data.
+        harness.get_by_label_contains(&format!("+ {} plots", StripId::ALL.len() - 2 - rects.len()));
         for label in ["Pause", "Event >", "Command", "?"] {
             let rect = control(&harness, label).rect();
             assert!(rect.right() <= 800.0 && rect.bottom() <= 500.0, "{label}: {rect:?}");

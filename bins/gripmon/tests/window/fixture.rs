@@ -11,7 +11,7 @@ use grip_scope::feed::{
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
-use slip_core::{PipelineState, SlipReport, units::Micros};
+use slip_core::{Phase, PipelineState, SlipReport, units::Micros};
 
 /// A spike of one sample stands here (us).
 pub(crate) const SPIKE_US: u64 = 1_234_500;
@@ -158,15 +158,18 @@ fn events(model: &mut Model) {
         possible: 0b0_0010,
         ..SlipReport::UNKNOWN
     };
-    let mark = |t_s, kind, text: &str, slip| {
-        Feed::Event(EventMark { slip, ..EventMark::plain(t_s, kind, text) })
-    };
-    model.take(mark(0.9, EventKind::Incipient, "incipient", Some(slip)));
-    model.take(mark(0.95, EventKind::Gross, "gross", Some(slip)));
-    model.take(mark(0.96, EventKind::Reflex, "12 N", None));
-    model.take(mark(1.1, EventKind::Ended, "ended", None));
-    model.take(mark(1.5, EventKind::Fault, "the pressure array is frozen", None));
-    model.take(mark(1.6, EventKind::Recovered, "the pressure array is good", None));
+    for (t_s, phase) in [(0.9, Phase::Incipient), (0.95, Phase::Gross)] {
+        let slip = SlipReport { t: Micros::from_seconds(t_s), phase, ..slip };
+        model.take(Feed::Event(EventMark::slip(&slip)));
+    }
+    for (t_s, kind, text) in [
+        (0.96, EventKind::Reflex, "12 N"),
+        (1.1, EventKind::Ended, "ended"),
+        (1.5, EventKind::Fault, "the pressure array is frozen"),
+        (1.6, EventKind::Recovered, "the pressure array is good"),
+    ] {
+        model.take(Feed::Event(EventMark::plain(t_s, kind, text)));
+    }
 }
 
 pub(crate) fn health() -> Health {

@@ -19,7 +19,7 @@ mod transmit;
 pub use batches::KEPT_BATCHES;
 pub use force::Drive;
 pub use link::{DeviceEvent, DeviceLink, RowError};
-pub use peer::Peer;
+pub use peer::{Fate, Peer, Truth};
 
 use crate::frame::MAX_PAYLOAD;
 use crate::message::{

@@ -20,4 +20,31 @@ pub trait Peer: Debug {
 
     /// Its end of the link: state and fault.
     fn link(&self) -> &DeviceLink;
+
+    /// What a simulator knows of the object; `None` from a gripper that can only measure.
+    fn truth(&self) -> Option<Truth> {
+        None
+    }
+}
+
+/// What is so with an object in the fingers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Normal force of each finger that it needs now (N).
+    pub needed_n: f32,
+    /// What happens to it; `None` before it is lifted.
+    pub fate: Option<Fate>,
+}
+
+/// What happens to an object in the fingers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It stands.
+    Held,
+    /// It slides.
+    Slipping,
+    /// It has left the fingers.
+    Dropped,
+    /// It was pressed harder than it bears.
+    Crushed,
 }

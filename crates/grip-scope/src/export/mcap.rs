@@ -1,8 +1,8 @@
 //! What the model keeps of a live source and a span in; a recording of that span out.
 
-use super::pieces::{Rest, SAME_S, reach};
+use super::pieces::{Rest, SAME_S};
 use super::{ExportError, PROGRAM, Sliced, fill};
-use crate::model::{Series, TaxelFrame};
+use crate::model::TaxelFrame;
 use crate::{channel::Channel, model::Model, span::Span};
 use core::ops::Deref;
 use grip_record::mcap::{McapWriteError, McapWriter, Record, SampleRecord};
@@ -19,7 +19,7 @@ const STEPS: usize = 16;
 /// model, each time for a piece of some thousand samples a channel, so that whoever fills or shows it goes on.
 ///
 /// # Errors
-/// Where there are none, they are thinned out, there is a file of this name, or it cannot be written.
+/// Where there are none, they are dropped meanwhile, there is a file of this name, or it cannot be written.
 pub fn mcap<G: Deref<Target = Model>>(
     look: impl Fn() -> G,
     span: Span,
@@ -31,10 +31,9 @@ pub fn mcap<G: Deref<Target = Model>>(
     let failed = |source| ExportError::Record { file: path.to_owned(), source };
     fill(path, None, |file| {
         let mut out = McapWriter::new(file, PROGRAM, 0).map_err(failed)?;
-        let (mut rest, mut piece, mut numbers) =
-            (Rest::new(span), Piece::default(), Numbers::default());
-        let mut samples = 0;
-        while piece.copy(&look(), &mut rest, samples > 0)? {
+        let mut rest = Rest::new(span, &look());
+        let (mut piece, mut numbers, mut samples) = (Piece::default(), Numbers::default(), 0);
+        while piece.copy(&look(), &mut rest)? {
             samples += piece.write(&mut numbers, &mut out).map_err(failed)?;
         }
         out.finish().map_err(failed)?;
@@ -54,18 +53,11 @@ struct Piece {
 }
 
 impl Piece {
-    /// Copies the next piece; `false` behind the last one. What is thinned out cannot be a recording, from the start or `begun` already.
-    fn copy(&mut self, model: &Model, rest: &mut Rest, begun: bool) -> Result<bool, ExportError> {
-        let from_s = rest.begin_s();
-        let series: Vec<&Series> =
-            Channel::ROWS.into_iter().filter_map(|channel| model.series(channel)).collect();
-        let Some(span) = rest.next(series.iter().map(|series| reach(series, from_s))) else {
-            return Ok(false);
-        };
-        for series in series {
-            if !series.copy(span, self.columns.entry(series.channel()).or_default()) {
-                return Err(if begun { ExportError::Thinned } else { ExportError::Thin });
-            }
+    /// Copies the next piece; `false` behind the last one.
+    fn copy(&mut self, model: &Model, rest: &mut Rest) -> Result<bool, ExportError> {
+        let Some(span) = rest.next(model, Channel::ROWS.into_iter())? else { return Ok(false) };
+        for series in Channel::ROWS.into_iter().filter_map(|channel| model.series(channel)) {
+            series.copy(span, self.columns.entry(series.channel()).or_default());
         }
         self.frames.clear();
         self.frames.extend(model.taxel_frames(span).cloned());

@@ -69,16 +69,11 @@ pub enum ExportError {
     /// There are no samples.
     #[error("there are no samples in this span to write")]
     Empty,
-    /// The samples of the span are gone but for their extremes.
+    /// The oldest samples of the span were dropped between two looks.
     #[error(
-        "the samples of this span are thinned out to extremes of 32: a recording needs all of them; write CSV, or slice the file"
+        "the oldest samples of this span were dropped while it was written, because the memory for the history is full; try again, or begin later"
     )]
-    Thin,
-    /// The oldest samples of the span were thinned out between two looks.
-    #[error(
-        "the oldest samples of this span were thinned out while it was written, because the memory for the history is full; try again, or begin later"
-    )]
-    Thinned,
+    Dropped,
 }
 
 /// Writes a page about a span of `source` as one HTML file that needs nothing from elsewhere: the bytes of it.

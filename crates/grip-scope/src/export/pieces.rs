@@ -1,6 +1,8 @@
 //! A model that others fill and show meanwhile in; the samples of a span, a piece at each short look, out.
 
-use crate::{model::Series, span::Span};
+use super::ExportError;
+use crate::channel::Channel;
+use crate::{model::Model, span::Span};
 
 /// Samples of a channel copied at one look, at most; only samples of one time are never parted.
 pub(super) const PIECE: usize = 4096;
@@ -13,16 +15,38 @@ pub(super) struct Rest {
     from_s: f64,
     to_s: f64,
     done: bool,
+    /// What the model had dropped when the copy began (s).
+    dropped_s: Option<f64>,
 }
 
 impl Rest {
-    pub(super) const fn new(span: Span) -> Self {
-        Self { from_s: span.from_s, to_s: span.to_s, done: false }
+    pub(super) fn new(span: Span, model: &Model) -> Self {
+        let dropped_s = model.dropped_s();
+        Self { from_s: span.from_s, to_s: span.to_s, done: false, dropped_s }
     }
 
-    /// The next piece, its ends included; `None` behind the last. `reach_s`: how far a look gets in each channel, see [`reach`]. Rows
-    /// whose channels differ a little in their times stay together.
-    pub(super) fn next(&mut self, reach_s: impl Iterator<Item = Option<f64>>) -> Option<Span> {
+    /// The next piece of these channels, its ends included; `None` behind the last. Rows whose channels differ a little in their times
+    /// stay together.
+    ///
+    /// # Errors
+    /// Where the model has dropped samples meanwhile that were not copied yet.
+    pub(super) fn next(
+        &mut self,
+        model: &Model,
+        channels: impl Iterator<Item = Channel>,
+    ) -> Result<Option<Span>, ExportError> {
+        let dropped_s = model.dropped_s().filter(|_| !self.done);
+        if dropped_s.is_some_and(|s| Some(s) > self.dropped_s && s >= self.from_s) {
+            return Err(ExportError::Dropped);
+        }
+        let series = channels.filter_map(|channel| model.series(channel));
+        let reach_s: Vec<Option<f64>> =
+            series.map(|series| series.time_of(self.from_s, PIECE)).collect();
+        Ok(self.advance(reach_s.into_iter()))
+    }
+
+    /// Goes on up to the first sample that is too many of any channel (s); `None`: of this one there are not so many.
+    fn advance(&mut self, reach_s: impl Iterator<Item = Option<f64>>) -> Option<Span> {
         if self.done {
             return None;
         }
@@ -36,21 +60,11 @@ impl Rest {
         self.from_s = end_s;
         Some(Span { from_s, to_s: end_s.next_down() })
     }
-
-    /// Where the next piece begins (s).
-    pub(super) const fn begin_s(&self) -> f64 {
-        self.from_s
-    }
-}
-
-/// How far a look gets in this channel: the time of the first sample that is too many (s), `None` where there is none.
-pub(super) fn reach(series: &Series, from_s: f64) -> Option<f64> {
-    series.time_of(from_s, PIECE)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{PIECE, Rest, reach};
+    use super::{PIECE, Rest};
     use crate::feed::{Feed, RowBlock};
     use crate::{Channel, Model, Span};
 
@@ -69,10 +83,10 @@ mod tests {
         let even = (0..20_000_u64).map(|row| 100 * row);
         let model = model(even.chain((0..9_000).map(|row| 2_000_000 + 10_000 * row)).collect());
         let series = model.series(Channel::Stylus).unwrap();
-        let mut rest = Rest::new(Span::new(0.5, 81.99));
+        let mut rest = Rest::new(Span::new(0.5, 81.99), &model);
         let (mut copied, mut piece, mut pieces) = (Vec::new(), Vec::new(), 0);
-        while let Some(span) = rest.next([reach(series, rest.begin_s())].into_iter()) {
-            assert!(series.copy(span, &mut piece));
+        while let Some(span) = rest.next(&model, model.channels()).unwrap() {
+            series.copy(span, &mut piece);
             assert!(piece.len() <= PIECE, "{}", piece.len());
             copied.extend(piece.iter().map(|point| point[1]));
             pieces += 1;

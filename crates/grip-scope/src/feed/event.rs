@@ -66,13 +66,13 @@ pub fn confidence_text(confidence: f32) -> String {
     }
 }
 
-/// What is known of the causes of a slip other than a slip (`ruled out: knock motion`, `possible: closing`); `None` for a set
+/// What is known of the causes of a slip other than a slip (`ruled out: knock, motion`, `possible: closing`); `None` for a set
 /// that is empty.
 #[must_use]
 pub fn causes_text(slip: &SlipReport) -> [Option<String>; 2] {
     [("ruled out", slip.ruled_out), ("possible", slip.possible)].map(|(what, bits)| {
         let names: Vec<_> = CauseSet::from_bits(bits).iter().map(Cause::name).collect();
-        (!names.is_empty()).then(|| format!("{what}: {}", names.join(" ")))
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ").replace('_', " ")))
     })
 }
 

@@ -14,6 +14,7 @@ pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};
 
 use crate::channel::Channel;
+use grip_link::device::Truth;
 use grip_link::message::{
     Unit,
     daemon::{Gripper, Health},
@@ -35,6 +36,8 @@ pub enum Feed {
     Preview(RowBlock),
     /// What the pipeline thinks.
     State(PipelineState),
+    /// What a simulator knows of the object, at the time of the next state.
+    Truth(Truth),
     /// Whose settings the scope's own observer has from now on.
     Observes(ObserverSettings),
     /// What the scope's own observer makes of the samples.

@@ -1,12 +1,25 @@
-//! Events and states in order of time in; what happened in a span, what comes next, and the stretches of scenes and slips out.
+//! Events and states in order of time in; what happened in a span, what comes next, and what happened to the object out.
 
 use crate::feed::{EventKind, EventMark, NoticeLine};
 use crate::span::Span;
-use grip_link::message::daemon::Scene;
 use std::collections::VecDeque;
 
 /// Events and stretches kept of each kind; the oldest go first.
 const MOST: usize = 50_000;
+
+slip_msg::named! {
+    /// What happens to the object, the worst last.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Doing {
+        fn name: "One word for people.";
+    }
+    Idle: "Nothing is held.", "idle";
+    Moving: "Arm or fingers move: no decision on slip.", "moving";
+    Held: "It stands in the fingers.", "HELD";
+    Slipping: "It slides.", "SLIPPING";
+    Crushed: "It was pressed harder than it bears: only a simulator knows.", "CRUSHED";
+    Dropped: "It has left the fingers: only a simulator knows.", "DROPPED";
+}
 
 /// A stretch of time with a meaning; `to_s` of the last one grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +38,7 @@ pub struct Events {
     arrivals: VecDeque<(EventKind, f64)>,
     /// Marks that have come so far.
     arrived: u64,
-    scenes: VecDeque<Stretch<Scene>>,
+    doings: VecDeque<Stretch<Doing>>,
     slips: VecDeque<Stretch<EventKind>>,
     faults: VecDeque<Stretch<EventKind>>,
     gaps: VecDeque<Stretch<EventKind>>,
@@ -93,8 +106,8 @@ impl Events {
         append(&mut self.gaps, Stretch { span, what: EventKind::Gap });
     }
 
-    pub(super) fn state(&mut self, t_s: f64, scene: Scene, joined: bool) {
-        extend(&mut self.scenes, t_s, scene, joined);
+    pub(super) fn state(&mut self, t_s: f64, doing: Doing, joined: bool) {
+        extend(&mut self.doings, t_s, doing, joined);
         self.reach(t_s);
     }
 
@@ -177,9 +190,9 @@ impl Events {
         self.marks.get(at)
     }
 
-    /// Scenes in the span.
-    pub fn scenes(&self, span: Span) -> impl Iterator<Item = &Stretch<Scene>> {
-        within(&self.scenes, span)
+    /// What happened to the object in the span.
+    pub fn doings(&self, span: Span) -> impl Iterator<Item = &Stretch<Doing>> {
+        within(&self.doings, span)
     }
 
     /// Slips in the span, their incipient and gross parts apart.
@@ -200,12 +213,12 @@ impl Events {
     /// Bytes it takes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let stretches = self.scenes.capacity() + self.slips.capacity();
+        let stretches = self.doings.capacity() + self.slips.capacity();
         let stretches = stretches + self.faults.capacity() + self.gaps.capacity();
         self.text_bytes
             + self.marks.capacity() * size_of::<EventMark>()
             + self.arrivals.capacity() * size_of::<(EventKind, f64)>()
-            + stretches * size_of::<Stretch<Scene>>()
+            + stretches * size_of::<Stretch<Doing>>()
     }
 }
 

@@ -88,7 +88,7 @@ fn derived(broken: bool, bands: &[f64], evidences: &[f64]) -> Feed {
 }
 
 const OWN: [Channel; 9] = [
-    Channel::BandEnergy(0),
+    Channel::Band0,
     Channel::OwnStatistic,
     Channel::OwnEsc,
     Channel::EscLow,
@@ -128,7 +128,7 @@ fn another_observer_opens_what_is_derived_though_no_sample_is_missing() {
         Feed::State(state(1.005)),
         Feed::State(state(1.025)),
     ]);
-    assert_eq!(breaks(&model, Channel::BandEnergy(0)), [1.012]);
+    assert_eq!(breaks(&model, Channel::Band0), [1.012]);
     assert_eq!(breaks(&model, Channel::SlipSpeed), [1.013]);
     assert_eq!(breaks(&model, Channel::Statistic), [0.0; 0]);
 }
@@ -176,6 +176,6 @@ fn a_gap_before_rows_that_cannot_be_shown_is_one_before_the_next_that_can() {
         behind_gap(1_005_000, 2),
         Feed::Rows(rows(1_100_000, 1000, &[1.0; 11])),
     ]);
-    assert_eq!(model.health().late_rows(), 2);
+    assert_eq!(model.health().late_rows, 2);
     assert_eq!(breaks(&model, Channel::Stylus), [1.1]);
 }

@@ -1,7 +1,7 @@
 //! Items of a source in, the model that holds them out.
 
 use super::axis::Placed;
-use super::events::note;
+use super::events::{Doing, note};
 use super::series::Series;
 use super::{MOST_TURNS, Model};
 use crate::channel::Channel;
@@ -9,9 +9,10 @@ use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
 };
 use crate::span::Span;
+use grip_link::device::{Fate, Truth};
 use grip_link::message::{
     FaultCode,
-    daemon::{GripState, SensorHealth},
+    daemon::{GripState, Scene, SensorHealth},
 };
 use slip_core::{PipelineState, units::Micros};
 use std::collections::BTreeMap;
@@ -33,13 +34,14 @@ impl Model {
             Feed::Rows(block) => self.take_rows(&block),
             Feed::Preview(block) => self.take_preview(&block),
             Feed::State(state) => self.take_state(state),
+            Feed::Truth(truth) => self.truth = Some(truth),
             Feed::Observes(settings) => self.info.observer = Some(settings),
             Feed::Derived(block) => self.take_derived(*block),
             Feed::Event(mark) => {
                 let t_s = self.axis.event(mark.t_s);
                 self.events.push(EventMark { t_s, ..mark });
             }
-            Feed::Health(point) => self.health.take(point),
+            Feed::Health(point) => self.health.latest = Some(point),
             Feed::Stylus(info) => self.info.stylus = Some(info),
             Feed::Gripper(info) => {
                 // Before a pipeline begins nothing is known of it.
@@ -93,9 +95,9 @@ impl Model {
         self.events.reach(self.axis.end_s());
         let rows = self.series.values().filter(|series| series.channel().is_row());
         // Other channels may lack readings: they are NaN there.
-        let nan = self.series.get(&Channel::Stylus).map_or(0, Series::nan);
-        let misplaced = self.series.values().map(Series::misplaced).sum();
-        self.health.set_unusable(rows.map(Series::huge).sum(), nan, misplaced);
+        self.health.nan = self.series.get(&Channel::Stylus).map_or(0, |series| series.nan);
+        self.health.misplaced = self.series.values().map(|series| series.misplaced).sum();
+        self.health.huge = rows.map(|series| series.huge).sum();
     }
 
     /// Where the rows of a block go, and which of them do not join the one before; `known`: whether there is one before the first.
@@ -122,7 +124,7 @@ impl Model {
         match self.axis.row(device_s) {
             Placed::At(at_s) => Some((at_s, false)),
             Placed::Late => {
-                self.health.late_row();
+                self.health.late_rows += 1;
                 None
             }
             Placed::Leapt { at_s, before_s } => {
@@ -166,8 +168,9 @@ impl Model {
 
     fn take_state(&mut self, state: PipelineState) {
         let before = self.info.state.replace(state);
+        let truth = self.truth.take();
         let Some(t_s) = self.axis.state(state.t.as_seconds()) else {
-            self.health.stray_state();
+            self.health.stray_states += 1;
             return;
         };
         let restarted = core::mem::take(&mut self.afresh);
@@ -175,7 +178,7 @@ impl Model {
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
-        self.events.state(t_s, state.scene, !restarted);
+        self.events.state(t_s, doing(&state, truth), !restarted);
         let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
             (Channel::Statistic, state.statistic.map(|times| times * self.info.interval_s())),
@@ -185,6 +188,7 @@ impl Model {
             (Channel::Need, state.need_n),
             (Channel::NeedLow, state.need_low_n),
             (Channel::NeedHigh, state.need_high_n),
+            (Channel::NeedTruth, truth.map(|truth| truth.needed_n)),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc),
             (Channel::EscFlags, state.esc.map(|_| f32::from(state.esc_flags))),
@@ -231,8 +235,8 @@ impl Model {
 
     fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
         let from_s = self.gaps.derived_before(t_s);
-        for (band, energy) in (0..).zip(&point.energy) {
-            self.put(Channel::BandEnergy(band), t_s, Some(*energy), from_s);
+        for (band, energy) in Channel::BANDS.into_iter().zip(&point.energy) {
+            self.put(band, t_s, Some(*energy), from_s);
         }
         self.put(Channel::OwnStatistic, t_s, Some(point.evidence_s), from_s);
     }
@@ -266,6 +270,18 @@ impl Model {
         };
         let broken = series.is_before(from_s);
         series.push(t_s, value.unwrap_or(f32::NAN), broken);
+    }
+}
+
+/// What happens to the object: what a simulator knows, else what the pipeline thinks.
+fn doing(state: &PipelineState, truth: Option<Truth>) -> Doing {
+    match (truth.and_then(|truth| truth.fate), state.scene) {
+        (Some(Fate::Crushed), _) => Doing::Crushed,
+        (Some(Fate::Dropped), _) => Doing::Dropped,
+        (_, Scene::Moving) => Doing::Moving,
+        (Some(Fate::Slipping), _) | (None, Scene::Slipping) => Doing::Slipping,
+        (Some(Fate::Held), _) | (None, Scene::Holding) => Doing::Held,
+        _ => Doing::Idle,
     }
 }
 

@@ -1,14 +1,9 @@
 //! What sources report in; everything a scope shows out: bounded history of each channel, events, spectra, health.
 //!
-//! Nothing here knows windows, threads or clocks. Memory is bounded: the samples of the oldest chunks are dropped first, their extremes,
-//! means and rms of 32 samples stay; when what is left of the samples fits a quarter of the memory, the oldest chunks go as a whole.
+//! Nothing here knows windows, threads or clocks. Memory is bounded: the oldest thousand samples of all channels go first.
 
 mod axis;
-mod blocks;
-mod chunk;
-mod columns;
 mod crossing;
-mod envelope;
 mod events;
 #[cfg(test)]
 mod gap_tests;
@@ -16,7 +11,6 @@ mod gaps;
 mod health;
 mod intake;
 mod node;
-mod range;
 mod series;
 mod spectrogram;
 mod store;
@@ -25,8 +19,7 @@ mod taxels;
 mod tests;
 
 pub(crate) use axis::{Axis, Placed};
-pub use columns::Columns;
-pub use events::{Events, Stretch};
+pub use events::{Doing, Events, Stretch};
 pub use health::HealthBoard;
 pub use series::{Bucket, Series, Stats};
 pub use spectrogram::{DB_BASE, DB_STEP, Spectrogram};
@@ -39,6 +32,7 @@ use crate::feed::{
 };
 use crate::span::Span;
 use gaps::Gaps;
+use grip_link::device::Truth;
 use grip_link::message::{Unit, daemon::Gripper};
 use slip_core::PipelineState;
 use std::collections::{BTreeMap, VecDeque};
@@ -47,8 +41,6 @@ use taxels::Taxels;
 
 /// Peaks and valleys kept; the oldest go first.
 const MOST_TURNS: usize = 500_000;
-/// The newest samples that fit this part of the memory stay whole; the oldest history goes before them.
-const WHOLE_PART: usize = 4;
 
 /// Who and what is being watched.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -142,6 +134,8 @@ pub struct Model {
     restarted: bool,
     /// The next state belongs to another run than the last: nothing that has changed is reported.
     afresh: bool,
+    /// What a simulator knows at the time of the next state.
+    truth: Option<Truth>,
     /// Where curves that are no rows do not go on.
     gaps: Gaps,
     revision: u64,
@@ -166,6 +160,7 @@ impl Model {
             axis: Axis::default(),
             restarted: false,
             afresh: false,
+            truth: None,
             gaps: Gaps::default(),
             revision: 0,
         }
@@ -285,7 +280,8 @@ impl Model {
 
     /// Reports how many items the source had no room for.
     pub fn set_dropped(&mut self, dropped: u64) {
-        self.revision += u64::from(self.health.set_lost_in_scope(dropped));
+        let before = core::mem::replace(&mut self.health.lost_in_scope, dropped);
+        self.revision += u64::from(before != dropped);
     }
 
     /// Bytes of the whole history.
@@ -293,55 +289,31 @@ impl Model {
     pub fn bytes(&self) -> usize {
         let series: usize = self.series.values().map(Series::bytes).sum();
         let turns = self.turns.capacity() * size_of::<Turn>();
-        let rest = self.events.bytes() + self.taxels.bytes() + self.health.bytes();
+        let rest = self.events.bytes() + self.taxels.bytes();
         series + turns + rest + self.spectrogram.bytes()
     }
 
-    /// Lets go of the oldest until the history fits its memory.
+    /// Time of the last sample that was dropped for want of memory (s); `None` where none was.
+    #[must_use]
+    pub fn dropped_s(&self) -> Option<f64> {
+        self.series.values().filter_map(|series| series.store().dropped_s()).reduce(f64::max)
+    }
+
+    /// Drops the oldest samples until the history fits its memory.
     fn shed(&mut self) {
         let mut bytes = self.bytes();
         while bytes > self.limit_bytes {
-            let freed = self.shed_one();
-            if freed == 0 {
-                return;
-            }
-            bytes -= freed.min(bytes);
+            let aged = self.series.values_mut();
+            let aged = aged.filter_map(|series| Some((series.store().oldest_s()?, series)));
+            let Some((_, oldest)) = aged.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+            let before = oldest.bytes();
+            oldest.store_mut().drop_oldest();
+            bytes -= before.saturating_sub(oldest.bytes());
         }
-    }
-
-    /// Thins out or drops the oldest chunk of all channels: the bytes that are free now.
-    fn shed_one(&mut self) -> usize {
-        let whole_bytes: usize =
-            self.series.values().map(|series| series.store().whole_bytes()).sum();
-        let whole = oldest(&mut self.series, |series| series.store().oldest_whole_s());
-        if let Some((_, series)) = whole
-            && whole_bytes > self.limit_bytes / WHOLE_PART
-        {
-            return freed(series, |store| store.thin_oldest());
-        }
-        if let Some((_, series)) = oldest(&mut self.series, |series| series.store().oldest_s()) {
-            return freed(series, |store| store.drop_oldest());
-        }
-        0
     }
 }
 
 /// What a piece of memory takes with what an allocator keeps beside it.
 const fn allocated(bytes: usize) -> usize {
     if bytes == 0 { 0 } else { bytes + 16 }
-}
-
-fn freed(series: &mut Series, act: impl FnOnce(&mut store::Store)) -> usize {
-    let before = series.bytes();
-    act(series.store_mut());
-    before.saturating_sub(series.bytes())
-}
-
-/// The series with the least of these times.
-fn oldest(
-    series: &mut BTreeMap<Channel, Series>,
-    time: impl Fn(&Series) -> Option<f64>,
-) -> Option<(f64, &mut Series)> {
-    let timed = series.values_mut().filter_map(|series| Some((time(series)?, series)));
-    timed.min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -1,10 +1,15 @@
-//! Samples of one channel in; the samples and figures of any stretch of them out.
+//! History of one channel: its samples, and the numbers of any stretch of them.
 
-use super::chunk::NODE;
-use super::node::{Light, Sum};
-use super::store::{Place, Store};
+use super::node::Sum;
+use super::store::{LEAF, Store};
 use crate::{channel::Channel, span::Span};
+use core::ops::Range;
 use grip_record::HUGE_READING;
+
+/// Columns of more samples than this begin where a group of 32 does.
+const COARSE: u64 = 256;
+/// Extremes further from the middle than this many times what nine of ten parts show are left out.
+const BEYOND: f32 = 1e5;
 
 /// What a column of pixels shows of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +30,7 @@ pub struct Bucket {
     pub broken: bool,
 }
 
-/// Figures of a stretch of a channel.
+/// Numbers of a stretch of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stats {
     /// The lowest sample.
@@ -60,25 +65,20 @@ pub struct Series {
     /// Points further apart than this (s) have a gap between them.
     patience_s: f64,
     last: Option<(f64, f32)>,
-    misplaced: u64,
-    huge: u64,
-    nan: u64,
+    /// Samples that came before the last one and were left out.
+    pub(super) misplaced: u64,
+    /// Finite samples beyond [`HUGE_READING`]: no reading of a gripper.
+    pub(super) huge: u64,
+    /// Samples that are no number.
+    pub(super) nan: u64,
 }
 
 impl Series {
     pub(super) fn new(channel: Channel) -> Self {
         // Rows are numbered, so that their gaps are known; anything else comes at least every 10 ms while samples do.
         let patience_s = if channel.is_row() { f64::INFINITY } else { 0.5 };
-        Self {
-            channel,
-            store: Store::default(),
-            preview: Store::default(),
-            patience_s,
-            last: None,
-            misplaced: 0,
-            huge: 0,
-            nan: 0,
-        }
+        let (store, preview) = (Store::default(), Store::default());
+        Self { channel, store, preview, patience_s, last: None, misplaced: 0, huge: 0, nan: 0 }
     }
 
     /// Takes a sample; one that is before the last one is counted and left out.
@@ -101,10 +101,6 @@ impl Series {
         if in_order && t_s.is_finite() {
             self.preview.push(t_s, value, broken);
         }
-    }
-
-    pub(super) const fn preview(&self) -> &Store {
-        &self.preview
     }
 
     pub(super) fn forget_preview(&mut self) {
@@ -152,136 +148,110 @@ impl Series {
         self.last.is_some_and(|(last_s, _)| last_s < t_s)
     }
 
-    /// Samples that came before the last one and were left out.
-    #[must_use]
-    pub const fn misplaced(&self) -> u64 {
-        self.misplaced
-    }
-
-    /// Finite samples beyond [`HUGE_READING`]: no reading of a gripper.
-    #[must_use]
-    pub const fn huge(&self) -> u64 {
-        self.huge
-    }
-
-    /// Samples that are no number.
-    #[must_use]
-    pub const fn nan(&self) -> u64 {
-        self.nan
-    }
-
-    /// Time before which only extremes and means of 32 samples are kept.
-    #[must_use]
-    pub fn thin_before_s(&self) -> Option<f64> {
-        self.store.thin_before_s()
+    /// Numbers of the samples in the span, both ends included.
+    pub(super) fn numbers(&self, span: Span) -> Range<u64> {
+        let from = self.store.index(span.from_s, 0);
+        from..self.store.index(span.to_s.next_up(), from)
     }
 
     /// Writes the samples of the span to `out` where they are at most `most`, with the ones right before and behind it; a NaN stands where
-    /// samples are missing. `false`, and an empty `out`, where they are more, or thinned out.
+    /// samples are missing. `false`, and an empty `out`, where they are more.
     pub fn points(&self, span: Span, most: usize, out: &mut Vec<[f64; 2]>) -> bool {
         out.clear();
-        let (from, to) = self.places(span);
-        let before = self.before(from);
-        let store = &self.store;
-        if self.is_more_than(most, from, to) {
+        let Range { start, end } = self.numbers(span);
+        if end - start > most as u64 {
             return false;
         }
-        let mut number = before.chunk;
-        while let Some(chunk) = store.chunk(number).filter(|_| number <= to.chunk) {
-            let start = if number == before.chunk { before.index } else { 0 };
-            // One more than the span holds, so that a line leaves the plot.
-            let end =
-                if number == to.chunk { (to.index + 1).min(chunk.len()) } else { chunk.len() };
-            if chunk.is_thin() {
-                out.clear();
-                return false;
-            }
-            if chunk.broken && start == 0 && !out.is_empty() {
-                out.push([chunk.time(0), f64::NAN]);
-            }
-            out.extend((start..end).map(|k| [chunk.time(k), f64::from(chunk.value(k))]));
-            number += 1;
+        // One more at each side, so that a line leaves the plot.
+        let first = start.saturating_sub(1).max(self.store.first());
+        self.write(first..(end + 1).min(self.store.end()), out);
+        // What lies before the first point is not seen.
+        if out.first().is_some_and(|[_, value]| value.is_nan()) && self.store.is_break(first) {
+            out.remove(0);
         }
         true
-    }
-
-    /// Whether more than so many samples lie between two places.
-    fn is_more_than(&self, most: usize, from: Place, to: Place) -> bool {
-        let (mut count, mut number) = (0, from.chunk);
-        while let Some(chunk) = self.store.chunk(number).filter(|_| number < to.chunk) {
-            count += chunk.len();
-            if count > most + from.index {
-                return true;
-            }
-            number += 1;
-        }
-        count + to.index > most + from.index
     }
 
     /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
-    /// `false`, and an empty `out`, where some are thinned out.
-    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) -> bool {
+    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) {
         out.clear();
-        let (mut place, to) = self.places(span);
-        while let Some(chunk) = self.store.chunk(place.chunk).filter(|_| place < to) {
-            let end = if place.chunk == to.chunk { to.index } else { chunk.len() };
-            if chunk.is_thin() && place.index < end {
-                out.clear();
-                return false;
+        self.write(self.numbers(span), out);
+    }
+
+    fn write(&self, numbers: Range<u64>, out: &mut Vec<[f64; 2]>) {
+        for number in numbers {
+            let t_s = self.store.time(number).unwrap_or(f64::NAN);
+            if self.store.is_break(number) {
+                out.push([t_s, f64::NAN]);
             }
-            if chunk.broken && place.index == 0 && end > 0 {
-                out.push([chunk.time(0), f64::NAN]);
-            }
-            out.extend((place.index..end).map(|k| [chunk.time(k), f64::from(chunk.value(k))]));
-            place = Place { chunk: place.chunk + 1, index: 0 };
+            out.push([t_s, f64::from(self.store.value(number))]);
         }
-        true
     }
 
     /// The time (s) of the sample that is `count` behind the first one not before `from_s`; `None` where there are not so many.
     #[must_use]
     pub fn time_of(&self, from_s: f64, count: usize) -> Option<f64> {
-        let mut place = self.store.place(from_s, 0);
-        let mut left = count;
-        while let Some(chunk) = self.store.chunk(place.chunk) {
-            let here = chunk.len().saturating_sub(place.index);
-            if left < here {
-                return Some(chunk.time(place.index + left));
-            }
-            left -= here;
-            place = Place { chunk: place.chunk + 1, index: 0 };
-        }
-        None
+        self.store.time(self.store.index(from_s, 0) + count as u64)
     }
 
-    /// The last sample at or before `t_s`; the mean of 32 where samples are thinned out. `None` before the first one, beyond the last, and
-    /// in gaps.
+    /// The last sample at or before `t_s`. `None` before the first one, beyond the last, and in gaps.
     #[must_use]
     pub fn at(&self, t_s: f64) -> Option<f32> {
         let (from_s, to_s) = self.store.span()?;
         if !(from_s..=to_s).contains(&t_s) {
             return None;
         }
-        let behind = self.store.place(t_s.next_up(), 0);
-        let place = self.before(behind);
-        let chunk = self.store.chunk(place.chunk)?;
-        let ends = place.index + 1 == chunk.len();
-        let in_gap = ends && self.store.chunk(place.chunk + 1).is_some_and(|next| next.broken);
-        let age_s = t_s - chunk.time(place.index);
-        let most_s =
-            if in_gap { self.patience_s.min(1.5 * chunk.step_s()) } else { self.patience_s };
-        (age_s <= most_s).then(|| chunk.value(place.index))
+        let behind = self.store.index(t_s.next_up(), 0);
+        let number = behind.checked_sub(1)?;
+        let at_s = self.store.time(number)?;
+        let mut most_s = self.patience_s;
+        if self.store.is_break(behind) {
+            let before_s = number.checked_sub(1).filter(|_| !self.store.is_break(number));
+            let step_s = before_s.and_then(|n| self.store.time(n)).map_or(0.0, |s| at_s - s);
+            most_s = most_s.min(1.5 * step_s);
+        }
+        (t_s - at_s <= most_s).then(|| self.store.value(number))
     }
 
-    /// Figures of the samples in the span, both ends included; `None` where there is no finite one.
+    /// Numbers of the samples in the span, both ends included; `None` where there is no finite one.
     #[must_use]
     pub fn stats(&self, span: Span) -> Option<Stats> {
-        let (from, to) = self.places(span);
         let mut sum = Sum::default();
-        self.store.fold(from, to, &mut sum);
-        let Light { min, max, count, broken, .. } = sum.light;
-        let (mean, rms) = (sum.light.mean(), sum.rms());
+        self.store.fold(self.numbers(span), &mut sum);
+        let Sum { min, max, count, broken, .. } = sum;
+        let (mean, rms) = (sum.mean(), sum.rms());
         (count > 0).then_some(Stats { min, max, mean, rms, count, broken })
+    }
+
+    /// Writes what each of `columns` equal parts of the span shows to `out`, parts without samples left out.
+    ///
+    /// Every sample of the span counts in exactly one part, so that a spike of one sample is never lost. Parts of at most 256 samples hold
+    /// exactly those of their time; longer ones begin where a group of 32 does, at most 16 samples away. The ends of the span are exact.
+    pub fn envelope(&self, span: Span, columns: usize, out: &mut Vec<Bucket>) {
+        out.clear();
+        let Some(have) = self.span().and_then(|have| have.common(span)) else { return };
+        if columns == 0 || span.length_s() <= 0.0 {
+            return;
+        }
+        let width_s = span.length_s() / count(columns);
+        let edge = |column: usize| width_s.mul_add(count(column), span.from_s);
+        // Columns before the first and behind the last sample are not looked at.
+        let first = whole((have.from_s - span.from_s) / width_s).saturating_sub(1);
+        let last = whole((have.to_s - span.from_s) / width_s).saturating_add(2).min(columns);
+        let loaded_s = self.store.span().map_or(f64::NEG_INFINITY, |(_, last_s)| last_s);
+        let mut next = [self.numbers(span).start, self.preview.index(span.from_s, 0)];
+        for column in first..last {
+            let to_s = if column + 1 == columns { span.to_s.next_up() } else { edge(column + 1) };
+            let is_last = column + 1 == columns;
+            let mut sum = part(&self.store, &mut next[0], to_s, is_last);
+            if self.preview.end() > 0 {
+                let preview = part(&self.preview, &mut next[1], to_s, is_last);
+                sum = if sum.is_empty() && to_s > loaded_s { preview } else { sum };
+            }
+            if !sum.is_empty() {
+                out.push(bucket(edge(column), edge(column + 1), &sum));
+            }
+        }
     }
 
     /// The least and the greatest value that an axis should show in the span: extremes of single readings that no gripper sends (1e30
@@ -290,30 +260,46 @@ impl Series {
     pub fn robust_range(&self, span: Span) -> Option<(f32, f32)> {
         let mut parts = Vec::new();
         self.envelope(span, 256, &mut parts);
-        super::range::robust(&parts)
+        let ends = parts.iter().flat_map(|part| [part.min, part.max]);
+        let mut values: Vec<f32> = ends.filter(|value| value.abs() < HUGE_READING).collect();
+        values.sort_by(f32::total_cmp);
+        let middle = *values.get(values.len() / 2)?;
+        let mut off: Vec<f32> = values.iter().map(|value| (value - middle).abs()).collect();
+        off.sort_by(f32::total_cmp);
+        let usual = off.get(off.len() * 9 / 10).copied().unwrap_or(0.0);
+        let kept = |value: &&f32| usual <= 0.0 || (**value - middle).abs() <= BEYOND * usual;
+        Some((*values.iter().find(kept)?, *values.iter().rev().find(kept)?))
     }
+}
 
-    /// Places of the first sample in the span and of the first behind it.
-    pub(super) fn places(&self, span: Span) -> (Place, Place) {
-        let from = self.store.place(span.from_s, 0);
-        (from, self.store.place(span.to_s.next_up(), from.chunk))
+/// The samples from `next` to before `to_s`.
+fn part(store: &Store, next: &mut u64, to_s: f64, exact: bool) -> Sum {
+    let from = *next;
+    let mut to = store.index(to_s, from);
+    if to - from > COARSE && to < store.end() && !exact {
+        to = (to + LEAF / 2) / LEAF * LEAF;
     }
+    *next = to.min(store.end());
+    let mut sum = Sum::default();
+    store.fold(from..*next, &mut sum);
+    sum
+}
 
-    /// The place of the sample before; the same where there is none.
-    pub(super) fn before(&self, place: Place) -> Place {
-        if place.index > 0 {
-            return Place { index: place.index - 1, ..place };
-        }
-        let Some(chunk) = place.chunk.checked_sub(1).filter(|n| *n >= self.store.first()) else {
-            return place;
-        };
-        let len = self.store.chunk(chunk).map_or(0, super::chunk::Chunk::len);
-        Place { chunk, index: len.saturating_sub(1) }
-    }
+#[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
+fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
+    let Sum { min, max, count, broken, .. } = *sum;
+    let (min, max, mean) =
+        if count == 0 { (f32::NAN, f32::NAN, f32::NAN) } else { (min, max, sum.mean() as f32) };
+    Bucket { from_s, to_s, min, max, mean, count, broken }
+}
 
-    /// Samples of the finest part that is kept of thinned-out stretches.
-    #[must_use]
-    pub const fn finest() -> usize {
-        NODE
-    }
+#[expect(clippy::cast_precision_loss, reason = "columns of a screen")]
+fn count(columns: usize) -> f64 {
+    columns as f64
+}
+
+/// Rounded down; 0 below.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+fn whole(x: f64) -> usize {
+    x.max(0.0) as usize
 }

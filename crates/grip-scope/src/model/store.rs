@@ -1,272 +1,317 @@
-//! Chunks of samples in; sums over any stretch of them out, at a cost that hardly grows with its length.
+//! Ring of the samples of one channel, with one pyramid of extremes above it.
 //!
-//! Above the chunks stands a pyramid: units of 128 samples, four of them, four times four, and so on. The oldest chunks are first thinned out to
-//! their nodes and then dropped.
+//! Samples are numbered from the first one on. They lie in blocks of 1024, of which the oldest goes as a whole. A node of the lowest level
+//! knows 32 samples, one of each level above four nodes of the level below: a sum over any stretch looks at some dozen nodes and at most
+//! 62 samples, however long it is.
 
-use super::blocks::Blocks;
-use super::chunk::{CHUNK, Chunk, UNIT, UNITS, partition};
-use super::node::{Fold, Node, Sum};
+use super::allocated;
+use super::node::{Node, Sum};
+use core::ops::Range;
+use std::collections::VecDeque;
 
+/// Samples of a block.
+pub(super) const BLOCK: usize = 1024;
+/// Samples of a node of the lowest level, as bits.
+const LEAF_BITS: u32 = 5;
+/// The same as a number.
+pub(super) const LEAF: u64 = 1 << LEAF_BITS;
 /// Nodes of a level that one node of the next level holds, as bits.
 const FACTOR_BITS: u32 = 2;
+/// Times that are off an even step by less than this (s), or this share of the step, are not kept one by one.
+const EVEN_S: f64 = 2e-6;
+const EVEN_SHARE: f64 = 0.01;
 
-/// A place among the samples: number of the chunk since the beginning, and of the sample in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Place {
-    pub(super) chunk: u64,
-    pub(super) index: usize,
+/// Samples in order of time.
+#[derive(Clone, Debug)]
+struct Block {
+    from_s: f64,
+    last_s: f64,
+    /// Mean time from sample to sample, once it is full (s).
+    step_s: f64,
+    /// Time of each sample (s); empty where the step shows them.
+    times: Vec<f64>,
+    values: Vec<f32>,
 }
 
-/// All samples of one channel.
+impl Block {
+    fn new(from_s: f64) -> Self {
+        let (times, values) = (Vec::with_capacity(BLOCK), Vec::with_capacity(BLOCK));
+        Self { from_s, last_s: from_s, step_s: 0.0, times, values }
+    }
+
+    /// Forgets times that are even to the accuracy of a device's clock.
+    fn close(&mut self) {
+        self.step_s = (self.last_s - self.from_s) / exact(self.values.len() - 1);
+        let bound_s = EVEN_S.max(EVEN_SHARE * self.step_s);
+        let even = |(k, t_s): (usize, &f64)| (t_s - self.even_s(k)).abs() <= bound_s;
+        if self.times.iter().enumerate().all(even) {
+            self.times = Vec::new();
+        }
+    }
+
+    /// Devices report whole microseconds: so even times come back as they were.
+    fn even_s(&self, index: usize) -> f64 {
+        whole_micros(self.from_s + self.step_s * exact(index))
+    }
+
+    fn time(&self, index: usize) -> f64 {
+        self.times.get(index).copied().unwrap_or_else(|| self.even_s(index))
+    }
+
+    /// The first sample that is not before `t_s`.
+    fn index(&self, t_s: f64) -> usize {
+        if t_s <= self.from_s {
+            return 0;
+        }
+        if !self.times.is_empty() {
+            return self.times.partition_point(|time| *time < t_s);
+        }
+        // Rounding may be off by one; the comparison decides.
+        let guess = floor_index((t_s - self.from_s) / self.step_s).min(self.values.len());
+        let mut index = guess.saturating_sub(1);
+        while index < self.values.len() && self.even_s(index) < t_s {
+            index += 1;
+        }
+        index
+    }
+
+    const fn bytes(&self) -> usize {
+        let times = allocated(self.times.capacity() * size_of::<f64>());
+        times + allocated(self.values.capacity() * size_of::<f32>())
+    }
+}
+
+/// The samples of one channel.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Store {
-    /// Closed chunks; the first has the number `first`.
-    chunks: Blocks<Chunk>,
+    /// All full but the last.
+    blocks: VecDeque<Block>,
+    /// Number of the first sample that is kept.
     first: u64,
-    /// The pyramid; units have the number of their chunk times [`UNITS`] and on.
-    levels: Vec<Layer>,
-    open: Option<Chunk>,
-    /// Bytes of the closed chunks.
-    bytes: usize,
-    /// Closed chunks from the front that are thinned out.
-    thin: usize,
-    /// Bytes that thinning all chunks would free.
-    whole_bytes: usize,
+    /// Numbers of the samples that do not join the one before them.
+    breaks: VecDeque<u64>,
+    levels: Vec<Level>,
+    /// Bytes of the full blocks.
+    full_bytes: usize,
+    /// Time of the last sample that was dropped (s).
+    dropped_s: Option<f64>,
 }
 
 /// One level of the pyramid; its first node has the number `first`.
 #[derive(Clone, Debug, Default)]
-struct Layer {
-    nodes: Blocks<Node>,
+struct Level {
+    nodes: VecDeque<Node>,
     first: u64,
-}
-
-impl Layer {
-    fn get(&self, number: u64) -> Option<&Node> {
-        self.nodes.get(usize::try_from(number.checked_sub(self.first)?).ok()?)
-    }
-
-    fn end(&self) -> u64 {
-        self.first + self.nodes.len() as u64
-    }
 }
 
 impl Store {
     /// Takes a sample that is not before the last one.
     pub(super) fn push(&mut self, t_s: f64, value: f32, broken: bool) {
+        let number = self.end();
         if broken {
-            self.close();
+            self.breaks.push_back(number);
         }
-        let open = self.open.get_or_insert_with(|| Chunk::new(broken));
-        open.push(t_s, value);
-        if open.is_full() {
-            self.close();
+        if self.blocks.back().is_none_or(|block| block.values.len() == BLOCK) {
+            self.blocks.push_back(Block::new(t_s));
+        }
+        let Some(block) = self.blocks.back_mut() else { return };
+        block.times.push(t_s);
+        block.values.push(value);
+        block.last_s = t_s;
+        if block.values.len() == BLOCK {
+            block.close();
+            self.full_bytes += block.bytes();
+        }
+        if (number + 1).is_multiple_of(LEAF) {
+            self.climb(number + 1);
         }
     }
 
-    fn close(&mut self) {
-        let Some(mut chunk) = self.open.take() else { return };
-        chunk.close();
-        (0..UNITS).for_each(|number| self.climb(chunk.unit(number)));
-        self.bytes += chunk.bytes();
-        self.whole_bytes += chunk.whole_bytes();
-        self.chunks.push_back(chunk);
-    }
-
-    /// Adds the node of a unit to the lowest level, and those that it completes above.
-    fn climb(&mut self, mut node: Node) {
+    /// Adds the node of the samples before `end`, and those that it completes above.
+    fn climb(&mut self, end: u64) {
+        let mut sum = Sum::default();
+        self.fold_values(end - LEAF..end, &mut sum);
         for level in 0.. {
             if level == self.levels.len() {
-                self.levels.push(Layer::default());
+                self.levels.push(Level::default());
             }
-            let Some(layer) = self.levels.get_mut(level) else { return };
-            layer.nodes.push_back(node);
-            let end = layer.end();
-            if !end.is_multiple_of(1 << FACTOR_BITS) {
+            let Some(Level { nodes, first }) = self.levels.get_mut(level) else { return };
+            nodes.push_back(sum.node());
+            if !(*first + nodes.len() as u64).is_multiple_of(1 << FACTOR_BITS) {
                 return;
             }
-            let mut sum = Sum::default();
-            let group = layer.nodes.newest().take(1 << FACTOR_BITS);
-            group.for_each(|node| sum.add_node(node));
-            node = sum.node();
+            sum = Sum::default();
+            nodes.iter().rev().take(1 << FACTOR_BITS).for_each(|node| sum.add_node(node));
         }
     }
 
-    /// Number behind that of the last chunk.
-    pub(super) fn end(&self) -> u64 {
-        self.first + (self.chunks.len() + usize::from(self.open.is_some())) as u64
-    }
-
+    /// Number of the first sample.
     pub(super) const fn first(&self) -> u64 {
         self.first
     }
 
-    pub(super) fn chunk(&self, number: u64) -> Option<&Chunk> {
+    /// Number behind that of the last sample.
+    pub(super) fn end(&self) -> u64 {
+        let open = self.blocks.back().map_or(0, |block| block.values.len());
+        self.first + (self.blocks.len().saturating_sub(1) * BLOCK + open) as u64
+    }
+
+    fn place(&self, number: u64) -> Option<(&Block, usize)> {
         let at = usize::try_from(number.checked_sub(self.first)?).ok()?;
-        if at == self.chunks.len() { self.open.as_ref() } else { self.chunks.get(at) }
+        Some((self.blocks.get(at / BLOCK)?, at % BLOCK))
+    }
+
+    /// Time of a sample (s); `None` where there is none of this number.
+    pub(super) fn time(&self, number: u64) -> Option<f64> {
+        let (block, index) = self.place(number)?;
+        (index < block.values.len()).then(|| block.time(index))
+    }
+
+    /// Value of a sample; NaN where there is none.
+    pub(super) fn value(&self, number: u64) -> f32 {
+        let value = self.place(number).and_then(|(block, index)| block.values.get(index));
+        value.copied().unwrap_or(f32::NAN)
+    }
+
+    /// Whether a sample does not join the one before it.
+    pub(super) fn is_break(&self, number: u64) -> bool {
+        self.breaks.binary_search(&number).is_ok()
     }
 
     /// Time of the first and of the last sample.
     pub(super) fn span(&self) -> Option<(f64, f64)> {
-        let first = self.chunk(self.first)?;
-        let last = self.chunk(self.end() - 1)?;
-        Some((first.start_s(), last.last_s()))
+        Some((self.blocks.front()?.from_s, self.blocks.back()?.last_s))
     }
 
-    /// The first sample that is not before `t_s`, at or after the place `from`.
-    pub(super) fn place(&self, t_s: f64, from: u64) -> Place {
-        let from = from.max(self.first);
+    /// Number of the first sample that is not before `t_s`, at or after `from`.
+    pub(super) fn index(&self, t_s: f64, from: u64) -> u64 {
+        let near = usize::try_from(from.saturating_sub(self.first)).unwrap_or(0) / BLOCK;
         let ends_before =
-            |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
-        // The next column of a picture mostly begins in the same chunk or in the next.
-        let near = (from..from + 2).find(|number| !ends_before(*number));
-        let chunk = near.unwrap_or_else(|| self.chunk_far(t_s, from));
-        let index = self.chunk(chunk).map_or(0, |chunk| chunk.place(t_s));
-        Place { chunk, index }
-    }
-
-    /// The first chunk that does not end before `t_s`, from `from` on.
-    fn chunk_far(&self, t_s: f64, from: u64) -> u64 {
-        let end = self.end();
-        let ends_before =
-            |number: u64| self.chunk(number).is_some_and(|chunk| chunk.last_s() < t_s);
-        // Chunks are mostly as long as the first one and as far from each other: a guess, then leaps that double, then halving.
-        let next_s = self.chunk(from + 1).map(Chunk::start_s);
-        let ahead = self.chunk(from).map_or(0, |chunk| chunk.lengths_to(t_s, next_s));
-        let guess = from.saturating_add(ahead).min(end.saturating_sub(1)).max(from);
-        let (mut low, mut high, mut leap) = (from, end, 1);
-        if ends_before(guess) {
-            low = guess + 1;
-            while low + leap < end && ends_before(low + leap) {
-                low += leap;
-                leap *= 2;
-            }
-            high = (low + leap).min(end).max(low);
-        } else {
-            high = high.min(guess);
-            while high > from {
-                let probe = high.saturating_sub(leap).max(from);
-                if ends_before(probe) {
-                    low = probe + 1;
-                    break;
-                }
-                high = probe;
-                leap *= 2;
+            |block: usize| self.blocks.get(block).is_some_and(|block| block.last_s < t_s);
+        // The next column of a picture begins near: leaps that double, then halving.
+        let (mut block, mut leap) = (near, 1);
+        while ends_before(block + leap - 1) {
+            block += leap;
+            leap *= 2;
+        }
+        let mut behind = block + leap - 1;
+        while block < behind {
+            let middle = block.midpoint(behind);
+            if ends_before(middle) {
+                block = middle + 1;
+            } else {
+                behind = middle;
             }
         }
-        let most = usize::try_from(high - low.min(high)).unwrap_or(0);
-        low + partition(most, |k| ends_before(low + k as u64)) as u64
+        let index = self.blocks.get(block).map_or(0, |block| block.index(t_s));
+        (self.first + (block * BLOCK + index) as u64).clamp(from.min(self.end()), self.end())
     }
 
-    /// A place near `place`, the first sample that is not before `t_s`, where a part may end at little cost: see [`Chunk::cut`].
-    pub(super) fn cut(&self, place: Place, t_s: f64, most_s: f64) -> Place {
-        let Some(chunk) = self.chunk(place.chunk) else { return place };
-        let index = chunk.cut(place.index, t_s, most_s);
-        if index < chunk.len() {
-            return Place { index, ..place };
-        }
-        Place { chunk: place.chunk + 1, index: 0 }
-    }
-
-    /// Adds the samples from one place to before another.
-    pub(super) fn fold(&self, from: Place, to: Place, sum: &mut impl Fold) {
-        if from >= to {
-            return;
-        }
-        let unit = |place: Place, within: usize| place.chunk * UNITS as u64 + within as u64;
-        let first = unit(from, from.index.div_ceil(UNIT));
-        let last = unit(to, to.index / UNIT);
-        if first > last {
-            // All within one unit.
-            if let Some(chunk) = self.chunk(from.chunk) {
-                chunk.fold(from.index, to.index, sum);
+    /// Adds the samples of these numbers.
+    pub(super) fn fold(&self, numbers: Range<u64>, sum: &mut Sum) {
+        let (mut at, to) = (numbers.start.max(self.first), numbers.end.min(self.end()));
+        while at < to {
+            // The highest node that begins here and ends in time.
+            let levels = (at.trailing_zeros().min((to - at).ilog2()) + FACTOR_BITS)
+                .saturating_sub(LEAF_BITS)
+                / FACTOR_BITS;
+            let found = (0..levels).rev().find_map(|level| Some((level, self.node(at, level)?)));
+            if let Some((level, node)) = found {
+                sum.add_node(node);
+                at += LEAF << (FACTOR_BITS * level);
+            } else {
+                let end = (at + 1).next_multiple_of(LEAF).min(to);
+                self.fold_values(at..end, sum);
+                at = end;
             }
-            return;
-        }
-        if let Some(chunk) = self.chunk(from.chunk).filter(|_| !from.index.is_multiple_of(UNIT)) {
-            chunk.fold(from.index, from.index.next_multiple_of(UNIT), sum);
-        }
-        self.fold_units(first, last, sum);
-        if let Some(chunk) = self.chunk(to.chunk).filter(|_| !to.index.is_multiple_of(UNIT)) {
-            chunk.fold(to.index / UNIT * UNIT, to.index, sum);
         }
     }
 
-    /// Adds whole units by their numbers, over the highest levels that fit.
-    fn fold_units(&self, mut from: u64, to: u64, sum: &mut impl Fold) {
-        let closed = to.min(self.levels.first().map_or(0, Layer::end));
-        while from < closed {
-            // A node of this level begins here and ends in time.
-            let level =
-                (from.trailing_zeros() / FACTOR_BITS).min((closed - from).ilog2() / FACTOR_BITS);
-            let node = |level: u32| {
-                let layer = self.levels.get(usize::try_from(level).ok()?)?;
-                layer.get(from >> (FACTOR_BITS * level)).map(|node| (level, node))
-            };
-            let found = (0..=level).rev().find_map(node);
-            found.into_iter().for_each(|(_, node)| sum.add_node(node));
-            from += 1 << (FACTOR_BITS * found.map_or(0, |(level, _)| level));
-        }
-        if let Some(open) = self.open.as_ref().filter(|_| from < to) {
-            let start = self.levels.first().map_or(0, Layer::end);
-            let within =
-                |unit: u64| usize::try_from(unit - start).map_or(CHUNK, |n| n.min(UNITS) * UNIT);
-            open.fold(within(from), within(to), sum);
+    /// The node of a level that begins with a sample.
+    fn node(&self, number: u64, level: u32) -> Option<&Node> {
+        let level_of = self.levels.get(usize::try_from(level).ok()?)?;
+        let node = (number >> (LEAF_BITS + FACTOR_BITS * level)).checked_sub(level_of.first)?;
+        level_of.nodes.get(usize::try_from(node).ok()?)
+    }
+
+    /// The node of the lowest level that begins with a sample, a multiple of [`LEAF`].
+    pub(super) fn leaf(&self, number: u64) -> Option<&Node> {
+        self.node(number, 0)
+    }
+
+    /// Adds samples one by one; at most up to the next multiple of [`LEAF`].
+    fn fold_values(&self, numbers: Range<u64>, sum: &mut Sum) {
+        let Some((block, from)) = self.place(numbers.start) else { return };
+        let count = usize::try_from(numbers.end - numbers.start).unwrap_or(0);
+        let to = (from + count).min(block.values.len());
+        sum.add_values(block.values.get(from..to).unwrap_or_default());
+        // Mostly there is none, or none so late.
+        if self.breaks.back().is_some_and(|last| *last >= numbers.start) {
+            let next = self.breaks.partition_point(|number| *number < numbers.start);
+            sum.broken |= self.breaks.get(next).is_some_and(|number| *number < numbers.end);
         }
     }
 
     /// Bytes of samples, times and the pyramid.
     pub(super) fn bytes(&self) -> usize {
-        let nodes: usize = self.levels.iter().map(|layer| layer.nodes.bytes()).sum();
-        let open = self.open.as_ref().map_or(0, |open| size_of::<Chunk>() + open.bytes());
-        self.bytes + open + nodes + self.chunks.bytes()
+        let nodes: usize = self.levels.iter().map(|level| level.nodes.capacity()).sum();
+        let open = self.blocks.back().filter(|block| block.values.len() < BLOCK);
+        self.full_bytes
+            + open.map_or(0, Block::bytes)
+            + self.blocks.capacity() * size_of::<Block>()
+            + nodes * size_of::<Node>()
+            + self.breaks.capacity() * size_of::<u64>()
     }
 
-    /// Bytes of the samples that are whole.
-    pub(super) const fn whole_bytes(&self) -> usize {
-        self.whole_bytes
-    }
-
-    /// Time of the oldest samples that are whole and belong to a closed chunk.
-    pub(super) fn oldest_whole_s(&self) -> Option<f64> {
-        self.chunks.get(self.thin).map(Chunk::start_s)
-    }
-
-    /// Time of the oldest closed chunk.
+    /// Time of the oldest samples, where they lie in a full block.
     pub(super) fn oldest_s(&self) -> Option<f64> {
-        self.chunks.front().map(Chunk::start_s)
+        let full = |block: &&Block| block.values.len() == BLOCK;
+        self.blocks.front().filter(full).map(|block| block.from_s)
     }
 
-    /// Thins the oldest whole chunk out.
-    pub(super) fn thin_oldest(&mut self) {
-        if let Some(chunk) = self.chunks.get_mut(self.thin) {
-            let freed = chunk.thin();
-            self.bytes -= freed;
-            self.whole_bytes -= freed;
-            self.thin += 1;
-        }
-    }
-
-    /// Drops the oldest chunk.
+    /// Drops the oldest full block.
     pub(super) fn drop_oldest(&mut self) {
-        let Some(chunk) = self.chunks.pop_front() else { return };
-        self.bytes -= chunk.bytes();
-        self.whole_bytes -= chunk.whole_bytes();
-        self.first += 1;
-        self.thin = self.thin.saturating_sub(1);
-        let mut bits = 0;
-        for layer in &mut self.levels {
-            let keep = (self.first * UNITS as u64).checked_shr(bits).unwrap_or(0);
-            while layer.first < keep && layer.nodes.pop_front().is_some() {
-                layer.first += 1;
+        if self.oldest_s().is_none() {
+            return;
+        }
+        let Some(block) = self.blocks.pop_front() else { return };
+        self.full_bytes -= block.bytes();
+        self.dropped_s = Some(block.last_s);
+        self.first += BLOCK as u64;
+        while self.breaks.front().is_some_and(|number| *number < self.first) {
+            self.breaks.pop_front();
+        }
+        let mut bits = LEAF_BITS;
+        for Level { nodes, first } in &mut self.levels {
+            while *first < self.first >> bits && nodes.pop_front().is_some() {
+                *first += 1;
             }
             bits += FACTOR_BITS;
         }
     }
 
-    /// Time before which the samples are thinned out; `None` where none are.
-    pub(super) fn thin_before_s(&self) -> Option<f64> {
-        let last = self.thin.checked_sub(1)?;
-        self.chunks.get(last).map(Chunk::last_s)
+    /// Time of the last sample that was dropped (s); `None` where none was.
+    pub(super) const fn dropped_s(&self) -> Option<f64> {
+        self.dropped_s
     }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "at most 1024")]
+fn exact(index: usize) -> f64 {
+    index as f64
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
+fn floor_index(place: f64) -> usize {
+    if place.is_finite() { place as usize } else { 0 }
+}
+
+/// The nearest whole microsecond (s); times on the axis are not negative.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "exact for 285 years"
+)]
+fn whole_micros(t_s: f64) -> f64 {
+    (1e6 * t_s + 0.5) as i64 as f64 / 1e6
 }

@@ -35,12 +35,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 const STATE_MS: u16 = 10;
 
 /// Listens to the daemon until the scope lets go.
-pub(super) fn run(
-    listen: &Listen,
-    every_nth: u16,
-    outlet: &mut Outlet,
-    orders: &mut Consumer<ClientCommand>,
-) {
+pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut before = String::new();
     while !outlet.stops() {
@@ -48,12 +43,12 @@ pub(super) fn run(
         let wanted = Subscribe {
             versions: Versions::OURS,
             topics: Topics::ALL,
-            every_nth,
+            every_nth: 1,
             state_ms: STATE_MS,
         };
         before = match Client::connect(listen, nonce(), wanted, PATIENCE) {
             Ok(client) => {
-                let reception = Reception::new(listen.to_string(), every_nth);
+                let reception = Reception::new(listen.to_string(), 1);
                 let mut talk = Talk { client, reception, orders };
                 let reason = talk.run(outlet);
                 if talk.reception.was_greeted() {

@@ -69,37 +69,16 @@ impl SourceHandle {
         grippers: Grippers,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
-        Self::spawn_every(spec, 1, grippers, wake)
-    }
-
-    /// The same with every `every_nth` sample of a daemon only, for slow connections (1 to 65535; 0 counts as 1). Nothing is derived from
-    /// decimated samples, which is reported.
-    ///
-    /// # Errors
-    /// Where the system starts no thread.
-    pub fn spawn_every(
-        spec: SourceSpec,
-        every_nth: u16,
-        grippers: Grippers,
-        wake: impl Fn() + Send + 'static,
-    ) -> std::io::Result<Self> {
         let (to_model, ring) = RingBuffer::new(if spec.is_live() { LIVE_RING } else { FILE_RING });
         let (commands, mut orders) = RingBuffer::new(COMMANDS);
         let shared = Arc::new(Shared::default());
         let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
         let what = spec.clone();
-        let every_nth = every_nth.max(1);
         let run = move || {
-            guarded(&mut outlet, |outlet| run(&what, every_nth, grippers, outlet, &mut orders));
+            guarded(&mut outlet, |outlet| run(&what, grippers, outlet, &mut orders));
         };
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
         Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
-    }
-
-    /// What it is.
-    #[must_use]
-    pub const fn spec(&self) -> &SourceSpec {
-        &self.spec
     }
 
     /// Moves at most `budget` items into the model: how many. Never waits.
@@ -113,12 +92,6 @@ impl SourceHandle {
             moved += 1;
         }
         moved
-    }
-
-    /// Items that wait.
-    #[must_use]
-    pub fn waiting(&self) -> usize {
-        self.ring.slots()
     }
 
     /// Items that found no room.
@@ -179,13 +152,12 @@ pub fn fault(payload: &(dyn Any + Send)) -> String {
 /// What the thread does.
 fn run(
     spec: &SourceSpec,
-    every_nth: u16,
     grippers: Grippers,
     outlet: &mut Outlet,
     orders: &mut Consumer<ClientCommand>,
 ) {
     match spec {
-        SourceSpec::Daemon(listen) => daemon::run(listen, every_nth, outlet, orders),
+        SourceSpec::Daemon(listen) => daemon::run(listen, outlet, orders),
         SourceSpec::Demo { scene, seed } => demo::run(grippers, scene, *seed, outlet, orders),
         SourceSpec::Other(other) => other.run(outlet, orders),
         SourceSpec::Recording(file) => recording::run(file, outlet),

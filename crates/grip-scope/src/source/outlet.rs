@@ -154,7 +154,10 @@ impl Outlet {
 
 /// What comes many times a second and may be missing.
 const fn is_bulk(feed: &Feed) -> bool {
-    matches!(feed, Feed::Rows(_) | Feed::Preview(_) | Feed::State(_) | Feed::Derived(_))
+    matches!(
+        feed,
+        Feed::Rows(_) | Feed::Preview(_) | Feed::Truth(_) | Feed::State(_) | Feed::Derived(_)
+    )
 }
 
 #[cfg(test)]

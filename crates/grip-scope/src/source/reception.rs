@@ -3,7 +3,6 @@
 use super::outlet::Outlet;
 use super::reported;
 use super::stream::Stream;
-use crate::derive::Observer;
 use crate::feed::{
     DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
 };
@@ -14,7 +13,7 @@ use grip_link::message::daemon::{
 use grip_link::message::{Kind, NackReason, Versions};
 use grip_session::{HostConfig, model};
 use slip_core::ClientCommand;
-use slip_core::{Signal, units::Hertz};
+use slip_core::{PipelineConfig, Signal, units::Hertz};
 
 /// Without rows for so long the stream has stalled.
 const STALL: Duration = Duration::from_secs(1);
@@ -248,17 +247,9 @@ impl Reception {
             return;
         }
         self.observed_hz = self.rate_hz;
-        match observer(self.rate_hz) {
-            Ok(observer) => {
-                self.stream.observe(Some(observer));
-                // The protocol does not carry the settings of the daemon.
-                self.updates.push(Feed::Observes(ObserverSettings::Shipped));
-            }
-            Err(text) => {
-                self.stream.observe(Some(spectra_only(self.rate_hz)));
-                self.updates.push(Feed::Notice(NoticeLine { level: Level::Warning, text }));
-            }
-        }
+        let none = self.stream.observe(shipped(self.rate_hz), model::default_estimator());
+        // The protocol does not carry the settings of the daemon.
+        self.updates.push(none.unwrap_or(Feed::Observes(ObserverSettings::Shipped)));
     }
 
     /// Passes on what was received, and reports whether the stream flows.
@@ -303,22 +294,10 @@ impl Reception {
     }
 }
 
-/// The observer for samples at this rate with the shipped settings, or why there is none.
-pub(super) fn observer(rate_hz: u32) -> Result<Observer, String> {
-    #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
-    let rate = Hertz(rate_hz as f32);
-    let reported = |error: &dyn core::fmt::Display| {
-        format!("at {rate_hz} Hz only spectra are derived from the samples: {error}")
-    };
-    let estimator = model::default_estimator().map_err(|error| reported(&error))?;
-    let config = HostConfig::default().pipeline(Signal::Displacement, rate);
-    Observer::new(config, estimator).map_err(|error| reported(&error))
-}
-
-/// What is left where the pipeline cannot run.
+/// The shipped settings for samples at this rate.
 #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
-fn spectra_only(rate_hz: u32) -> Observer {
-    Observer::spectra_only(rate_hz as f32)
+pub(super) fn shipped(rate_hz: u32) -> PipelineConfig {
+    HostConfig::default().pipeline(Signal::Displacement, Hertz(rate_hz as f32))
 }
 
 /// Why a command was refused.

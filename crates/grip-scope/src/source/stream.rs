@@ -2,8 +2,10 @@
 
 use super::reported::Blocks;
 use crate::derive::Observer;
-use crate::feed::{DerivedBlock, Feed};
-use slip_core::{Sample, Step};
+use crate::feed::{DerivedBlock, Feed, Level, NoticeLine};
+use core::fmt::Display;
+use grip_session::HostEstimator;
+use slip_core::{PipelineConfig, Sample, Step};
 
 /// Samples on their way to the model.
 #[derive(Default)]
@@ -14,13 +16,36 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    /// What is derived from now on, and with which settings; `None` for nothing.
-    pub(super) fn observe(&mut self, observer: Option<Observer>) {
-        self.flush();
-        self.observer = observer;
-        if let Some(observer) = &mut self.observer {
-            observer.interrupt();
+    /// Runs a pipeline with these settings beside the samples from now on. Where none can run only spectra are made, and a line says why.
+    pub(super) fn observe(
+        &mut self,
+        config: PipelineConfig,
+        model: Result<HostEstimator, impl Display>,
+    ) -> Option<Feed> {
+        let model = model.map_err(|error| error.to_string());
+        let observer =
+            model.and_then(|model| Observer::new(config, model).map_err(|e| e.to_string()));
+        let rate_hz = config.sample_rate.0;
+        match observer {
+            Ok(observer) => {
+                self.begin(observer);
+                None
+            }
+            Err(error) => Some(self.spectra_only(rate_hz, &error)),
         }
+    }
+
+    /// Makes spectra and nothing else from now on; a line that says why.
+    pub(super) fn spectra_only(&mut self, rate_hz: f32, why: &str) -> Feed {
+        self.begin(Observer::spectra_only(rate_hz));
+        let text = format!("at {rate_hz:.0} Hz only spectra are derived from the samples: {why}");
+        Feed::Notice(NoticeLine { level: Level::Warning, text })
+    }
+
+    fn begin(&mut self, mut observer: Observer) {
+        self.flush();
+        observer.interrupt();
+        self.observer = Some(observer);
     }
 
     /// Takes a sample and the frame of the array that came with it: what the observer states.

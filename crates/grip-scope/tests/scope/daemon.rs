@@ -94,8 +94,8 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     watch.until(
         || daemon.samples(),
         |model| {
-            let energy = model.series(Channel::BandEnergy(0));
-            energy.is_some() && model.health().latest().is_some() && model.end_s() > 0.3
+            let energy = model.series(Channel::Band0);
+            energy.is_some() && model.health().latest.is_some() && model.end_s() > 0.3
         },
     );
     assert_eq!(watch.model.status(), &SourceStatus::Live);
@@ -105,7 +105,7 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     assert_eq!(latest(Channel::Applied), 3.5);
     let fan = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
     assert_eq!(fan.map(latest), [1.5, 1.75, 2.5]);
-    let health = watch.model.health().latest().unwrap();
+    let health = watch.model.health().latest.as_deref().unwrap();
     assert_eq!((health.rate_hz, health.appended), (Some(9_999.0), appended));
     assert!(watch.samples(Channel::Stylus) > 1000);
     assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
@@ -116,25 +116,6 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     );
     let answer = watch.model.events().iter().find(|mark| mark.kind == EventKind::Client).unwrap();
     assert!(answer.text.contains("allows no commands"), "{}", answer.text);
-}
-
-#[test]
-fn decimated_rows_are_shown_and_nothing_is_derived_from_them() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("socket");
-    let mut daemon = Daemon::new(&path, false);
-    let spec = SourceSpec::Daemon(Listen::Unix(path));
-    let mut watch = Watch::every(spec, 10);
-    watch.until(|| daemon.samples(), |model| model.end_s() > 0.5);
-    assert!(watch.model.notices().any(|line| line.text.starts_with("every 10th sample comes")));
-    assert!(watch.model.series(Channel::BandEnergy(0)).is_none());
-    assert!(watch.model.spectrogram().is_empty());
-    let series = watch.model.series(Channel::Stylus).unwrap();
-    let (span, count) = (series.span().unwrap(), watch.samples(Channel::Stylus));
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
-    let step_s = span.length_s() / (count - 1) as f64;
-    assert!((step_s - 1e-3).abs() < 1e-9, "{step_s}");
-    assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
 }
 
 #[test]

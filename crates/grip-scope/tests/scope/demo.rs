@@ -19,7 +19,7 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
                 && has(EventKind::Reflex)
                 && curve(Channel::EscHigh)
                 && curve(Channel::EstimateHigh)
-                && model.health().latest().is_some()
+                && model.health().latest.is_some()
         },
     );
     assert_eq!(watch.model.status(), &SourceStatus::Live);
@@ -30,12 +30,12 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
         Channel::Command,
         Channel::Applied,
         Channel::ForceLimit,
-        Channel::BandEnergy(1),
+        Channel::Band1,
         Channel::SlipSpeed,
     ] {
         assert!(watch.model.series(channel).is_some(), "{channel:?}");
     }
-    let health = watch.model.health().latest().unwrap();
+    let health = watch.model.health().latest.as_deref().unwrap();
     assert!(health.samples > 1000 && health.lost == 0, "{health:?}");
     let appended = health.appended.unwrap();
     assert!(appended.p999_us >= health.latency.p50_us);
@@ -44,7 +44,7 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
     assert!(!watch.model.spectrogram().is_empty());
     let all = watch.model.span().unwrap();
     assert!(!watch.model.turns(all, usize::MAX).is_empty());
-    assert_eq!(watch.model.health().stray_states(), 0);
+    assert_eq!(watch.model.health().stray_states, 0);
     // The value reported lies within the enclosure that the observer derives for the same slip.
     watch.handle.command(ClientCommand::Stop).unwrap();
     watch.until(|| {}, |model| model.notices().any(|line| line.text.starts_with("stop")));

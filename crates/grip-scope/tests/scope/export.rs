@@ -265,38 +265,7 @@ fn the_model_is_lent_for_pieces_and_goes_on_between_them() {
 }
 
 #[test]
-fn samples_that_are_thinned_out_are_reported_by_their_extremes_or_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut model = Model::new(2 << 20);
-    (0..1000).for_each(|block| model.take(rows(1000 * block, 1000 * (block + 1))));
-    let thin_s = model.series(Channel::Stylus).unwrap().thin_before_s().unwrap();
-    let span = model.span().unwrap();
-    assert!(thin_s > span.from_s + 1.0 && thin_s < span.to_s - 1.0, "{thin_s} {span:?}");
-    let out = folder.path().join("all.csv");
-    let count = export::csv(|| &model, span, &[Channel::Stylus], &out).unwrap();
-    let text = fs::read_to_string(&out).unwrap();
-    let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("t_s,stylus_min,stylus_max"));
-    let parts: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    assert_eq!(parts.len() as u64, count);
-    let samples = model.series(Channel::Stylus).unwrap().stats(span).unwrap();
-    assert!(count <= samples.count / 32 && count > samples.count / 80, "{count}");
-    assert!(parts.is_sorted_by(|a, b| a[0] < b[0]));
-    // The highest and the lowest of each sawtooth is there.
-    let highest = parts.iter().filter(|part| part[2] == 7918.0).count() as u64;
-    assert!(highest.abs_diff(samples.count / 7919) <= 2, "{highest}");
-    let refused = export::mcap(|| &model, span, &folder.path().join("all.mcap"));
-    assert!(matches!(refused, Err(ExportError::Thin)), "{refused:?}");
-    assert!(!folder.path().join("all.mcap").exists());
-    // What is whole is written as it is.
-    let whole = Span::new(thin_s + 0.001, span.to_s);
-    let rows = export::csv(|| &model, whole, &[Channel::Stylus], &folder.path().join("b.csv"));
-    assert_eq!(rows.unwrap(), model.series(Channel::Stylus).unwrap().stats(whole).unwrap().count);
-}
-
-#[test]
-fn samples_that_are_thinned_out_meanwhile_are_reported() {
+fn samples_that_are_dropped_meanwhile_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let model = RefCell::new(Model::new(2 << 20));
     model.borrow_mut().take(rows(0, 100_000));
@@ -309,7 +278,7 @@ fn samples_that_are_thinned_out_meanwhile_are_reported() {
     let whole = Span::new(1.0, 10.0);
     let out = folder.path().join("a.csv");
     let reported = export::csv(look, whole, &[Channel::Stylus], &out).unwrap_err();
-    assert!(matches!(reported, ExportError::Thinned), "{reported}");
+    assert!(matches!(reported, ExportError::Dropped), "{reported}");
     assert!(!out.exists());
 }
 

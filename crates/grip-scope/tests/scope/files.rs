@@ -202,7 +202,7 @@ fn every_rate_from_ten_hertz_to_twenty_kilohertz_is_shown() {
         assert!(!watch.model.spectrogram().is_empty());
         // Below 20 Hz there is nothing that the detector could receive, and the window reports it.
         let reported = watch.model.notices().any(|line| line.text.contains("only spectra"));
-        let derived = watch.model.series(Channel::BandEnergy(0)).is_some();
+        let derived = watch.model.series(Channel::Band0).is_some();
         assert_eq!((derived, reported), (rate_hz >= 20.0, rate_hz < 20.0), "{rate_hz}");
         assert_eq!(watch.model.series(Channel::Statistic).is_some(), derived);
     }
@@ -248,7 +248,7 @@ fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
     assert!(fs::metadata(&path).unwrap().len() > 2 * (4 << 20));
     let watch = open(&path);
     assert_eq!(watch.samples(Channel::Stylus), u64::from(rows) - 6);
-    assert_eq!((watch.model.health().huge(), watch.model.health().nan()), (6, 6));
+    assert_eq!((watch.model.health().huge, watch.model.health().nan), (6, 6));
     let gaps = watch.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts.len(), 1, "{texts:?}");
@@ -271,9 +271,9 @@ fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
     }
     drop(out);
     let watch = open(&path);
-    assert_eq!(watch.model.health().stray_states(), 0, "{}", sentence(&watch));
+    assert_eq!(watch.model.health().stray_states, 0, "{}", sentence(&watch));
     let scenes: Vec<Span> =
-        watch.model.events().scenes(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
+        watch.model.events().doings(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
     assert!(scenes[0].from_s < 0.1 && scenes[scenes.len() - 1].to_s > 13.9, "{scenes:?}");
     let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
     let slips: Vec<f64> =

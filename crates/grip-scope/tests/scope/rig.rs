@@ -23,11 +23,6 @@ impl Watch {
         Self { handle, model: Model::new(64 << 20) }
     }
 
-    pub(crate) fn every(spec: SourceSpec, every_nth: u16) -> Self {
-        let handle = SourceHandle::spawn_every(spec, every_nth, peer, || {}).unwrap();
-        Self { handle, model: Model::new(64 << 20) }
-    }
-
     pub(crate) fn look(&mut self) {
         self.handle.drain(&mut self.model, 1000);
     }

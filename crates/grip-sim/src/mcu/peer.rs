@@ -1,9 +1,10 @@
 //! The virtual gripper for programs that know only [`Peer`]s.
 
 use super::VirtualMcu;
+use crate::grasp::Phase;
 use crate::scene;
 use grip_link::{
-    device::{DeviceLink, Peer},
+    device::{DeviceLink, Fate, Peer, Truth},
     frame::MAX_WIRE,
 };
 use slip_core::units::Micros;
@@ -27,6 +28,19 @@ impl Peer for VirtualMcu {
 
     fn link(&self) -> &DeviceLink {
         Self::link(self)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "newtons of a finger")]
+    fn truth(&self) -> Option<Truth> {
+        let truth = Self::truth(self);
+        let fate = match truth.phase {
+            Phase::Open | Phase::Supported => None,
+            Phase::Dropped => Some(Fate::Dropped),
+            Phase::Lifted if truth.crushed => Some(Fate::Crushed),
+            Phase::Lifted if truth.slipping => Some(Fate::Slipping),
+            Phase::Lifted => Some(Fate::Held),
+        };
+        Some(Truth { needed_n: truth.needed_now_n as f32, fate })
     }
 }
 

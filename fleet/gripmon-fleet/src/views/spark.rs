@@ -2,11 +2,11 @@
 
 use super::TableSeen;
 use crate::grippers::{COLUMNS, Row, Spark};
-use eframe::egui::{Mesh, Painter, Rect, Shape, Stroke, vec2};
-use grip_scope::{Bucket, Span};
+use eframe::egui::{Mesh, Painter, Rangef, Rect, Shape, Stroke, vec2};
+use grip_scope::Span;
 use gripmon::num;
 use gripmon::palette::Tone;
-use gripmon::plot::{self, Frame, Kind, Scale, Style};
+use gripmon::plot::{Frame, Kind, Scale};
 
 /// What the curves of all rows are scaled by, so that they can be compared.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub(super) fn force(
     scales: &Scales,
 ) {
     let frame = frame(cell, scales.force);
-    curve(painter, &frame, &buckets(&row.force, seen, |low, high| (low, high)), seen, Tone::Sky);
+    curve(painter, &frame, columns(&row.force, seen, |low, high| (low, high)), seen, Tone::Sky);
 }
 
 /// The highest statistic of each column, from the bottom, and where it is a slip.
@@ -45,8 +45,8 @@ pub(super) fn statistic(
     let frame = frame(cell, scales.statistic);
     let y = painter.round_to_pixel_center(frame.y(1.0));
     painter.hline(frame.rect.x_range(), y, Stroke::new(1.0, seen.palette.edge));
-    let bars = buckets(&row.statistic, seen, |_, high| (0.0, high));
-    curve(painter, &frame, &bars, seen, Tone::Blue);
+    let bars = columns(&row.statistic, seen, |_, high| (0.0, high));
+    curve(painter, &frame, bars, seen, Tone::Blue);
 }
 
 fn frame(cell: Rect, scale: Scale) -> Frame {
@@ -54,24 +54,33 @@ fn frame(cell: Rect, scale: Scale) -> Frame {
     Frame { rect: cell.shrink2(vec2(0.0, 3.0)), span, scale }
 }
 
-/// The columns as a curve has them; their times are their numbers.
-fn buckets(
-    spark: &Spark,
+/// The number of each column that has values, and from where to where it reaches.
+fn columns<'a>(
+    spark: &'a Spark,
     seen: &TableSeen<'_>,
-    edges: impl Fn(f32, f32) -> (f32, f32),
-) -> Vec<Bucket> {
-    let bucket = |(at, column): (usize, Option<(f32, f32)>)| {
-        let (min, max) = column.map_or((f32::NAN, f32::NAN), |(low, high)| edges(low, high));
-        let from_s = num::count(at);
-        let (to_s, count) = (from_s + 1.0, u64::from(column.is_some()));
-        Bucket { from_s, to_s, min, max, mean: max, count, broken: false }
-    };
-    spark.until(seen.roster.now_s()).enumerate().map(bucket).collect()
+    edges: impl Fn(f32, f32) -> (f32, f32) + 'a,
+) -> impl Iterator<Item = (f64, (f32, f32))> + 'a {
+    let numbered = spark.until(seen.roster.now_s()).enumerate();
+    numbered.filter_map(move |(at, column)| {
+        column.map(|(low, high)| (num::count(at), edges(low, high)))
+    })
 }
 
-fn curve(painter: &Painter, frame: &Frame, buckets: &[Bucket], seen: &TableSeen<'_>, tone: Tone) {
+/// Draws bars that touch, each at least a line high, as one shape.
+fn curve(
+    painter: &Painter,
+    frame: &Frame,
+    columns: impl Iterator<Item = (f64, (f32, f32))>,
+    seen: &TableSeen<'_>,
+    tone: Tone,
+) {
     let mut mesh = Mesh::default();
-    plot::ribbon(&mut mesh, frame, buckets, seen.palette.tone(tone), Style::Solid);
+    for (at, (low, high)) in columns {
+        let (top, bottom) = (frame.y(high.into()) - 0.6, frame.y(low.into()) + 0.6);
+        let across = Rangef::new(frame.x(at), frame.x(at + 1.0));
+        let bar = Rect::from_x_y_ranges(across, Rangef::new(top, bottom));
+        mesh.add_colored_rect(bar, seen.palette.tone(tone));
+    }
     let inside = frame.rect.expand(1.0).intersect(painter.clip_rect());
     painter.with_clip_rect(inside).add(Shape::mesh(mesh));
 }

@@ -7,7 +7,7 @@ use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
 use grip_link::message::{
     Unit,
-    daemon::{Gripper, SlipReport},
+    daemon::{GripState, Gripper, SlipReport},
 };
 use grip_session::model::default_estimator;
 use grip_session::report::Event;
@@ -192,6 +192,11 @@ impl Grasp {
         }
         if updates {
             self.reported = Some(state);
+            // What is let go falls because it shall.
+            if let Some(truth) = self.gripper.truth().filter(|_| state.grip != GripState::Released)
+            {
+                outlet.offer(Feed::Truth(truth));
+            }
             outlet.offer(Feed::State(state));
         }
     }

@@ -7,7 +7,7 @@ mod grasp;
 mod tally;
 
 use super::outlet::Outlet;
-use super::reception::observer;
+use super::reception::shipped;
 use super::reported;
 use super::stream::Stream;
 use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
@@ -15,7 +15,7 @@ use core::time::Duration;
 use grasp::Grasp;
 use grip_link::device::Peer;
 use grip_link::message::daemon::RealTime;
-use grip_session::HostConfig;
+use grip_session::{HostConfig, model::default_estimator};
 use rtrb::Consumer;
 use slip_core::ClientCommand;
 use tally::Tally;
@@ -64,7 +64,9 @@ fn grasps(
 ) -> Result<(), String> {
     let config = HostConfig::default();
     let mut stream = Stream::default();
-    stream.observe(Some(observer(config.link.sample_rate_hz)?));
+    if let Some(why) = stream.observe(shipped(config.link.sample_rate_hz), default_estimator()) {
+        outlet.offer(why);
+    }
     let mut world = World { config, tally: Tally::default(), stream, start_us: 0 };
     let mut lag_us = 0;
     let mut made = grippers(name, seed, 1)?;

@@ -1,7 +1,6 @@
 //! A table in; its samples, and what a pipeline makes of them, out as they are read.
 
 use super::{Stop, deliver};
-use crate::derive::Observer;
 use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
@@ -139,24 +138,9 @@ impl Tape {
         let axes = recording.channels.axes.clone();
         deliver(outlet, vec![Feed::Stylus(StylusInfo { unit, axes })], 0.0)?;
         let config = pipeline_config(recording, &HostConfig::default(), true);
-        let observer = default_estimator()
-            .map_err(|error| error.to_string())
-            .and_then(|model| Observer::new(config, model).map_err(|error| error.to_string()));
-        match observer {
-            Ok(observer) => {
-                self.stream.observe(Some(observer));
-                deliver(outlet, vec![Feed::Observes(ObserverSettings::Shipped)], 0.0)?;
-            }
-            Err(error) => {
-                let rate_hz = recording.rate_hz;
-                self.stream.observe(Some(Observer::spectra_only(rate_hz)));
-                let text = format!(
-                    "at {rate_hz:.0} Hz only spectra are derived from the samples: {error}"
-                );
-                let note = NoticeLine { level: Level::Warning, text };
-                deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
-            }
-        }
+        let none = self.stream.observe(config, default_estimator());
+        let settings = none.unwrap_or(Feed::Observes(ObserverSettings::Shipped));
+        deliver(outlet, vec![settings], 0.0)?;
         let notes = &recording.notes;
         if !notes.ignored_columns.is_empty() {
             let text = format!("columns that are not shown: {}", notes.ignored_columns.join(", "));

@@ -1,6 +1,5 @@
 //! What an MCAP recording holds in, items for the model out.
 
-use crate::derive::Observer;
 use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
 use crate::source::stream::Stream;
 
@@ -83,11 +82,10 @@ impl Entries {
         let begun = match beginning(record) {
             Ok(begun) => begun,
             Err(error) => {
-                let text = format!(
-                    "the settings of the pipeline are those of another version: only spectra are derived from the samples ({error})"
-                );
-                self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
-                return self.note(Level::Warning, text);
+                let why =
+                    format!("the settings of the pipeline are those of another version ({error})");
+                let none = self.stream.spectra_only(record.rate_hz, &why);
+                return self.updates.push(none);
             }
         };
         let unit = match begun.config.signal {
@@ -97,22 +95,8 @@ impl Entries {
         self.updates.push(Feed::Stylus(StylusInfo::one(unit)));
         let interval_s = begun.config.detector.interval_s;
         self.updates.push(Feed::Observes(ObserverSettings::Source { interval_s }));
-        let observer = self
-            .model
-            .clone()
-            .map_or_else(default_estimator, Ok)
-            .map_err(|error| error.to_string())
-            .and_then(|model| Observer::new(begun.config, model).map_err(|e| e.to_string()));
-        match observer {
-            Ok(observer) => {
-                self.stream.observe(Some(observer));
-            }
-            Err(error) => {
-                self.stream.observe(Some(Observer::spectra_only(record.rate_hz)));
-                let text = format!("only spectra are derived from the samples: {error}");
-                self.note(Level::Warning, text);
-            }
-        }
+        let model = self.model.clone().map_or_else(default_estimator, Ok);
+        self.updates.extend(self.stream.observe(begun.config, model));
         let rate_hz = record.rate_hz;
         let how = if record.continued { "goes on from the file before" } else { "begins" };
         self.mark(EventKind::Reload, format!("a pipeline {how}, {rate_hz:.0} Hz"));
