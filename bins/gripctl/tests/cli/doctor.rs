@@ -207,8 +207,13 @@ fn a_recording_where_a_port_should_be_is_named_as_one() {
     assert!(sound.code == 2 && sound.err.contains("name it .wav"), "{sound:?}");
 }
 
-/// Status of Robotiq's manual: activated, open fingers at 13. Asked for three registers, unit 9 answers with it.
-const OPEN: [u8; 11] = [9, 4, 6, 0xF9, 0, 0, 0, 0x0D, 0, 0x17, 0xAA];
+/// Status of Robotiq's manual: activated, open fingers at 13. What unit 9 answers when it is asked for one, two or all three of its
+/// registers.
+const OPEN: [&[u8]; 3] = [
+    &[9, 4, 2, 0xF9, 0, 0x1A, 0xA1],
+    &[9, 4, 4, 0xF9, 0, 0, 0, 0x42, 0xD8],
+    &[9, 4, 6, 0xF9, 0, 0, 0, 0x0D, 0, 0x17, 0xAA],
+];
 
 #[test]
 fn a_robotiq_gripper_is_asked_for_its_status_alone() {
@@ -232,7 +237,7 @@ fn a_robotiq_gripper_is_asked_for_its_status_alone() {
                 let count = pty.read(&mut request).unwrap();
                 if count > 0 {
                     asked.extend_from_slice(&request[..count]);
-                    pty.write(&OPEN).unwrap();
+                    pty.write(OPEN[usize::from(request[5]) - 1]).unwrap();
                 }
             }
             asked
