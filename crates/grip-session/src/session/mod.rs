@@ -442,7 +442,7 @@ impl Session {
         self.set_point(now_us, out)
     }
 
-    /// Encodes the set point. Nothing is sent before the controller has closed the fingers: a command of
+    /// Encodes the set point. Nothing is sent before the controller begins to close the fingers: a command of
     /// 0 N would drop what a gripper already holds. While samples are stale the link itself keeps the force from rising.
     fn set_point(&mut self, now_us: u64, out: &mut [u8; MAX_WIRE]) -> Option<usize> {
         let pipeline = self.pipeline.as_ref()?;

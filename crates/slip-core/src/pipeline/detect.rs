@@ -209,13 +209,13 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         }
     }
 
-    /// The health of the sensor, and where nothing is wrong with that, whether it has a part.
     /// What the object needs by its slips so far, with what the command allows.
     #[inline]
     pub(super) fn needed(&self, command: Option<Newtons>) -> Option<NeededForce> {
         self.load.needed(command?.0)
     }
 
+    /// The health of the stylus, and where nothing is wrong with that, whether it has a part.
     #[inline]
     fn stylus_health(&self) -> SensorHealth {
         match self.health.health() {
