@@ -44,7 +44,8 @@ class SlipGripConfig(SOFollowerRobotConfig):
 class Motor:
     """The gripper's servo on the bus of the arm, which others use too.
 
-    A short answer is an IndexError of the servos' own package (scservo_sdk 1.0); here it is a bus that failed.
+    A short answer is an IndexError of the servos' own package (scservo_sdk 1.0), an answer with a status bit (overload,
+    overheating) a RuntimeError of LeRobot; here both are a bus that failed.
     """
 
     def __init__(self, bus: Any, lock: threading.RLock) -> None:
@@ -65,6 +66,8 @@ class Motor:
                 return call(*arguments, normalize=False, num_retry=1)
             except IndexError as error:
                 raise ConnectionError("a short answer") from error
+            except RuntimeError as error:
+                raise ConnectionError(str(error)) from error
 
 
 class Board:

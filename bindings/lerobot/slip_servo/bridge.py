@@ -136,7 +136,7 @@ class Bridge:
                         logger.warning("the servo %s", "was reset and holds nothing" if self.reset else "holds again")
                 if now >= next_load:
                     self._load_n, next_load = self.scale.newtons(self.servo.load()), now + LOAD_S
-            except OSError as error:
+            except Exception as error:  # whatever it is: without this thread no limit would be written any more
                 self.failures += 1
                 next_write = now
                 if self.failures & (self.failures - 1) == 0:

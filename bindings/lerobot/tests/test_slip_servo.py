@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import random
 import socket
+import sys
+import threading
 import time
 from pathlib import Path
-from typing import Callable, Iterator, List, Tuple
+from types import ModuleType, SimpleNamespace
+from typing import Any, Callable, Iterator, List, Tuple
 
 import pytest
 from slip_servo.bridge import Bridge, Scale
@@ -156,6 +159,88 @@ def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[
         until(lambda: bridge.reset)
         servo.on = True
         until(lambda: not bridge.reset)
+
+
+@pytest.mark.parametrize("error", [RuntimeError("Overload error!"), IndexError("short"), TypeError("closed")], ids=repr)
+def test_no_error_of_a_servo_ends_the_writing(bridged: Tuple[Bridge, Servo, socket.socket], error: Exception) -> None:
+    """Once, and for as long as it lasts."""
+    bridge, servo, gripd = bridged
+    line, _ = gripd.accept()
+    with line:
+        until(lambda: servo.limits[-1:] == [75])
+        real, raised = servo.limit, threading.Event()
+
+        def once(thousandths: int) -> None:
+            if not raised.is_set():
+                raised.set()
+                raise error
+            real(thousandths)
+
+        def always(thousandths: int) -> None:
+            raise error
+
+        servo.limit = once  # type: ignore[method-assign]
+        line.sendall(command(4.0))
+        until(lambda: servo.limits[-1:] == [200])
+        assert raised.is_set() and bridge.failures == 1
+        servo.limit = always  # type: ignore[method-assign]
+        line.sendall(command(5.0))
+        until(lambda: bridge.failures > 4)
+        assert servo.limits[-1] == 200
+        servo.limit = real  # type: ignore[method-assign]
+        until(lambda: servo.limits[-1:] == [250])
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The robot's module, with an imitation of what it takes of LeRobot."""
+    pytest.importorskip("grip_link")
+    pytest.importorskip("slipgrip.lerobot")
+
+    class Config:
+        @staticmethod
+        def register_subclass(_: str) -> Callable[[Any], Any]:
+            return lambda made: made
+
+    class Arm:
+        def __init__(self, config: Any) -> None:
+            self.config, self.bus, self.connected = config, SimpleNamespace(), False
+
+        def connect(self, calibrate: bool = True) -> None:
+            self.connected = True
+
+        def disconnect(self) -> None:
+            assert self.connected
+            self.connected = False
+
+    robots, so_follower = ModuleType("lerobot.robots"), ModuleType("lerobot.robots.so_follower")
+    robots.RobotConfig = Config  # type: ignore[attr-defined]
+    so_follower.SOFollower, so_follower.SOFollowerRobotConfig = Arm, object  # type: ignore[attr-defined]
+    for name, module in (("lerobot", ModuleType("lerobot")), ("lerobot.robots", robots), ("lerobot.robots.so_follower", so_follower)):
+        monkeypatch.setitem(sys.modules, name, module)
+    for name in ("lerobot_robot_slipgrip", "lerobot_robot_slipgrip.robot"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    import lerobot_robot_slipgrip.robot as made
+
+    yield made
+    for name in ("lerobot_robot_slipgrip", "lerobot_robot_slipgrip.robot"):
+        sys.modules.pop(name, None)
+
+
+def test_a_status_bit_is_a_bus_that_failed(robot: Any) -> None:
+    """LeRobot raises RuntimeError where a servo answers with overload or overheating."""
+    for error in (RuntimeError("[RxPacketError] Overload error!"), IndexError("short"), ConnectionError("no status packet")):
+
+        class Bus:
+            def write(self, *_: Any, **__: Any) -> None:
+                raise error  # noqa: B023
+
+            read = write
+
+        motor = robot.Motor(Bus(), threading.RLock())
+        for call in (lambda: motor.limit(75), motor.load, motor.powered):  # noqa: B023
+            with pytest.raises(OSError):
+                call()
 
 
 def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
