@@ -54,6 +54,9 @@ class Motor:
     def limit(self, thousandths: int) -> None:
         self._surely(self.bus.write, "Torque_Limit", MOTOR, thousandths)
 
+    def limited(self) -> int:
+        return int(self._surely(self.bus.read, "Torque_Limit", MOTOR))
+
     def load(self) -> int:
         return abs(int(self._surely(self.bus.read, "Present_Load", MOTOR)))
 

@@ -62,15 +62,23 @@ class Servo:
 
     def __init__(self) -> None:
         self.limits: List[int] = []
-        self.fails, self.on = False, True
+        self.fails, self.on, self.stood, self.pressed = False, True, 1000, [0]
 
     def limit(self, thousandths: int) -> None:
         if self.fails:
             raise OSError("no answer")
         self.limits.append(thousandths)
 
+    def limited(self) -> int:
+        if self.fails:
+            raise OSError("no answer")
+        return self.limits[-1] if self.limits else self.stood
+
     def load(self) -> int:
-        return 100
+        # Before a limit was written, what it pressed with when it was found.
+        if not self.limits and len(self.pressed) > 1:
+            return self.pressed.pop(0)
+        return 100 if self.limits else self.pressed[0]
 
     def powered(self) -> bool:
         return self.on
@@ -93,6 +101,14 @@ def bridged() -> Iterator[Tuple[Bridge, Servo, socket.socket]]:
             bridge.close()
 
 
+def begun(gripd: socket.socket, servo: Servo) -> Bridge:
+    def readings() -> List[float]:
+        time.sleep(0.005)
+        return [0.0]
+
+    return Bridge((f"127.0.0.1:{gripd.getsockname()[1]}", 400), readings, servo, Scale(20.0, 500), 1.5)
+
+
 def command(force_n: float) -> bytes:
     return b'{"type":"command","t_s":1.0,"mode":"force","force_n":%g}\n' % force_n
 
@@ -102,7 +118,7 @@ def test_rows_go_to_gripd_and_commands_to_the_servo(bridged: Tuple[Bridge, Servo
     line, _ = gripd.accept()
     with line:
         text = b""
-        while text.count(b"\n") < 40:
+        while text.count(b"\n") < 40 or b",2\n" not in text:
             text += line.recv(4096)
         header, *rows = text.split(b"\n")[:-1]
         assert header == b"vibration,force_n,rate=400" and set(rows) == {b"0.25,", b"-1.5,", b"-1.5,2"}
@@ -159,6 +175,58 @@ def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[
         until(lambda: bridge.reset)
         servo.on = True
         until(lambda: not bridge.reset)
+
+
+@pytest.mark.parametrize(
+    ("stood", "pressed", "on", "first"),
+    [
+        (300, [299], True, 300),  # held: this program has crashed
+        (300, [70, 70, 299], True, 300),
+        (1000, [480], True, 500),  # held by another program: no more than the most
+        (1000, [0], True, 75),  # the limit of a servo that was switched on
+        (300, [60], True, 75),  # with less than the trial force: that does not let go
+        (300, [299], False, 75),  # off: it holds nothing
+        (40, [40], True, 75),
+    ],
+)
+def test_what_is_held_stays_held_when_this_begins_again(stood: int, pressed: List[int], on: bool, first: int) -> None:
+    servo = Servo()
+    servo.stood, servo.pressed, servo.on = stood, pressed, on
+    with socket.create_server(("127.0.0.1", 0)) as gripd:
+        gripd.settimeout(10)
+        bridge = begun(gripd, servo)
+        try:
+            line, _ = gripd.accept()
+            with line:
+                line.sendall(command(1.5))
+                until(lambda: len(servo.limits) > 2)
+                assert set(servo.limits) == {first}
+                line.sendall(command(9.0))
+                until(lambda: servo.limits[-1:] == [max(450, first)])
+                line.sendall(b'{"type":"command","mode":"open"}\n')
+                until(lambda: servo.limits[-1:] == [500])
+                line.sendall(command(1.5))
+                until(lambda: servo.limits[-1:] == [75])
+        finally:
+            bridge.close()
+
+
+def test_nothing_is_written_before_the_servo_says_with_what_it_holds() -> None:
+    servo = Servo()
+    servo.stood, servo.pressed, servo.fails = 300, [299], True
+    with socket.create_server(("127.0.0.1", 0)) as gripd:
+        gripd.settimeout(10)
+        bridge = begun(gripd, servo)
+        try:
+            line, _ = gripd.accept()
+            with line:
+                line.sendall(command(1.5))
+                until(lambda: bridge.failures > 2)
+                servo.fails = False
+                until(lambda: len(servo.limits) > 2)
+                assert set(servo.limits) == {300}
+        finally:
+            bridge.close()
 
 
 @pytest.mark.parametrize("error", [RuntimeError("Overload error!"), IndexError("short"), TypeError("closed")], ids=repr)
@@ -238,7 +306,7 @@ def test_a_status_bit_is_a_bus_that_failed(robot: Any) -> None:
             read = write
 
         motor = robot.Motor(Bus(), threading.RLock())
-        for call in (lambda: motor.limit(75), motor.load, motor.powered):  # noqa: B023
+        for call in (lambda: motor.limit(75), motor.limited, motor.load, motor.powered):  # noqa: B023
             with pytest.raises(OSError):
                 call()
 
@@ -249,7 +317,7 @@ def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
         for number in range(1, 7):
             servo = Gripper(str(arm.path), number, patience_s=2.0)
             servo.limit(300 + number)
-            assert arm.servos[number].get(TORQUE_LIMIT) == 300 + number and not servo.powered() and servo.load() < 100
+            assert arm.servos[number].get(TORQUE_LIMIT) == servo.limited() == 300 + number and not servo.powered() and servo.load() < 100
             servo.close()
         absent = Gripper(str(arm.path), 9)
         with pytest.raises(OSError, match="servo 9: no answer"):
