@@ -311,6 +311,48 @@ def test_a_status_bit_is_a_bus_that_failed(robot: Any) -> None:
                 call()
 
 
+@pytest.mark.parametrize("missing", ["Board", "Bridge", "LiveSlip", "Daemon", "commands", None])
+def test_a_connection_that_fails_leaves_nothing_behind(robot: Any, monkeypatch: pytest.MonkeyPatch, missing: Any) -> None:
+    open_now: List[str] = []
+
+    def part(name: str) -> Any:
+        def made(*_: Any) -> Any:
+            if missing == name:
+                raise OSError(f"no {name}")
+            open_now.append(name)
+            flags = 0 if missing == "commands" else robot.WelcomeFlags.COMMANDS
+            return SimpleNamespace(close=lambda: open_now.remove(name), readings=list, welcome=SimpleNamespace(flags=flags))
+
+        return made
+
+    for name in ("Board", "Bridge", "LiveSlip"):
+        monkeypatch.setattr(robot, name, part(name))
+    monkeypatch.setattr(robot, "Daemon", SimpleNamespace(open=part("Daemon")))
+    config = SimpleNamespace(sensor="", rate_hz=800, rows="", gripd="", full_n=19.0, most=500, trial_n=1.5)
+    arm = robot.SlipGrip(config)
+    if missing is None:
+        arm.connect()
+        assert arm.connected and len(open_now) == 4
+        arm.disconnect()
+    else:
+        with pytest.raises(OSError, match=f"no {missing}|takes no commands"):
+            arm.connect()
+    assert not arm.connected and not open_now
+
+
+def test_a_part_that_does_not_end_keeps_no_other(robot: Any) -> None:
+    arm, ended = robot.SlipGrip(SimpleNamespace()), []
+    arm.connected = True
+
+    def broken() -> None:
+        raise OSError("unplugged")
+
+    arm._board, arm._bridge = SimpleNamespace(close=lambda: ended.append("board")), SimpleNamespace(close=broken)
+    with pytest.raises(OSError, match="unplugged"):
+        arm.disconnect()
+    assert ended == ["board"] and not arm.connected
+
+
 def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
     arm = Arm(tmp_path / "so101", World())
     try:
