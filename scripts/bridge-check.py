@@ -20,10 +20,13 @@ tty.setraw(theirs)
 os.set_blocking(ours, False)
 command = [sys.executable, BRIDGE, os.ttyname(theirs), "--listen", "off"]
 bridge = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+time.sleep(1)  # what comes before the line is set up is gone
 chance, begin, row = random.Random(1), time.monotonic(), 0
 force_n, trial_n, quiet, came = 0.0, 0.0, None, b""
+# A gripper says who it is when it starts, and may answer to commands: no rows.
+said = b"GRIPPER 1.2\r\nready\r\nF=0.000 boot\r\n"
 while time.monotonic() < begin + 60 and not (trial_n and force_n > 1.2 * trial_n):
-    out = b""
+    out, said = said, b""
     while row < 1000 * (time.monotonic() - begin):
         # Still until the fingers have been closed for a second and a half.
         loud = quiet is not None and row > quiet and row % 1000 < 100
@@ -39,6 +42,7 @@ while time.monotonic() < begin + 60 and not (trial_n and force_n > 1.2 * trial_n
     for line in lines:
         if line.startswith(b"SET "):
             force_n = float(line.split()[1])
+            said += b"OK " + line + b"\n"
             quiet = quiet or row + 1500
     time.sleep(0.002)
 bridge.terminate()

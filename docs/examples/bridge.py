@@ -23,4 +23,5 @@ threading.Thread(target=command, daemon=True).start()
 print("vibration,force_n,rate=1000", file=gripd.stdin)  # here the rate of your gripper
 for text in os.fdopen(line, encoding="ascii", errors="replace"):
     values = dict(word.split("=") for word in text.split() if word.count("=") == 1)
-    print(values.get("A", ""), values.get("F", ""), sep=",", file=gripd.stdin)  # what is missing is no reading
+    if "A" in values:  # a banner or an answer is no row
+        print(values["A"], values.get("F", ""), sep=",", file=gripd.stdin)  # a force that is missing is no reading

@@ -66,5 +66,6 @@ set +u
 . install/local_setup.bash
 set -u
 export LD_LIBRARY_PATH=$venv/lib:${LD_LIBRARY_PATH:-}
+python "$here/slip_grip_action/test/test_goals.py"
 timeout 200 python "$here/slip_grip_action/test/try.py" "$gripd"
 echo "ros check: done"

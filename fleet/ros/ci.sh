@@ -20,4 +20,5 @@ set +u
 . "/opt/ros/$ROS_DISTRO/setup.bash"
 CMAKE_PREFIX_PATH=/opt/slip:$CMAKE_PREFIX_PATH colcon build
 . install/local_setup.bash
+python3 src/slip_grip_action/test/test_goals.py
 python3 src/slip_grip_action/test/try.py /tmp/target/release/gripd

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Dict, List, Optional
@@ -44,7 +45,8 @@ class SlipGripConfig(SOFollowerRobotConfig):
 class Motor:
     """The gripper's servo on the bus of the arm, which others use too.
 
-    A short answer is an IndexError of the servos' own package (scservo_sdk 1.0); here it is a bus that failed.
+    A short answer is an IndexError of the servos' own package (scservo_sdk 1.0), an answer with a status bit (overload,
+    overheating) a RuntimeError of LeRobot; here both are a bus that failed.
     """
 
     def __init__(self, bus: Any, lock: threading.RLock) -> None:
@@ -52,6 +54,9 @@ class Motor:
 
     def limit(self, thousandths: int) -> None:
         self._surely(self.bus.write, "Torque_Limit", MOTOR, thousandths)
+
+    def limited(self) -> int:
+        return int(self._surely(self.bus.read, "Torque_Limit", MOTOR))
 
     def load(self) -> int:
         return abs(int(self._surely(self.bus.read, "Present_Load", MOTOR)))
@@ -65,6 +70,8 @@ class Motor:
                 return call(*arguments, normalize=False, num_retry=1)
             except IndexError as error:
                 raise ConnectionError("a short answer") from error
+            except RuntimeError as error:
+                raise ConnectionError(str(error)) from error
 
 
 class Board:
@@ -100,23 +107,34 @@ class SlipGrip(SOFollower):
     def __init__(self, config: SlipGripConfig) -> None:
         super().__init__(config)
         self._lock, self._open = threading.RLock(), False
+        self._board: Optional[Board] = None
         self._bridge: Optional[Bridge] = None
+        self._live: Any = None
+        self._orders: Any = None
 
     @cached_property
     def observation_features(self) -> Dict[str, Any]:
         return {**self._motors_ft, **{f"slip.{name}": float for name in NAMES}, **self._cameras_ft}
 
     def connect(self, calibrate: bool = True) -> None:
-        """The arm, the board, then gripd, which must run. Raises OSError where one of them is not there, or takes no commands."""
-        config = self.config
+        """The arm, the board, then gripd, which must run. Raises OSError where one of them is not there, or takes no
+        commands; then all of it is disconnected again."""
         super().connect(calibrate)
+        try:
+            self._join(self.config)
+        except BaseException as error:
+            try:
+                self.disconnect()
+            finally:
+                raise error
+
+    def _join(self, config: SlipGripConfig) -> None:
         self._board = Board(config.sensor, config.rate_hz)
         servo, scale = Motor(self.bus, self._lock), Scale(config.full_n, config.most)
         self._bridge = Bridge((config.rows, config.rate_hz), self._board.readings, servo, scale, config.trial_n)
         self._live = LiveSlip(config.gripd, NAMES)
         self._orders = Daemon.open(config.gripd, Subscribe(topics=Topics(0)))
         if not self._orders.welcome.flags & WelcomeFlags.COMMANDS:
-            self.disconnect()
             raise PermissionError("gripd takes no commands, and the jaw could not be opened: allow_commands = true")
 
     def get_observation(self) -> Dict[str, Any]:
@@ -143,10 +161,11 @@ class SlipGrip(SOFollower):
 
     def disconnect(self) -> None:
         """Ends all of it; the configuration of the arm says whether its torque stays on."""
-        bridge, self._bridge = self._bridge, None
-        if bridge is not None:
-            bridge.close()
-            self._live.close()
-            self._orders.close()
-            self._board.close()
-        super().disconnect()
+        parts = (self._board, self._orders, self._live, self._bridge)
+        self._board = self._orders = self._live = self._bridge = None
+        # From the last of them; each ends, whatever the one before says.
+        with ExitStack() as ends:
+            ends.callback(super().disconnect)
+            for part in parts:
+                if part is not None:
+                    ends.callback(part.close)

@@ -17,12 +17,15 @@ logger = logging.getLogger(__name__)
 
 LOAD_S, REPEAT_S, RETRY_S = 0.02, 0.2, 0.5
 """Time between two readings of the load, two writes of the same limit, two tries to connect."""
+LOOKS = 5
+"""Readings of the load before the first limit is written."""
 
 
 class Servo(Protocol):
     """What a gripper's servo can do; each raises OSError where the bus fails. In 0.1 % of the stall torque."""
 
     def limit(self, thousandths: int) -> None: ...
+    def limited(self) -> int: ...
     def load(self) -> int: ...
     def powered(self) -> bool: ...
 
@@ -49,7 +52,8 @@ class Bridge:
     """Two threads: rows to ``gripd --port rows:tcp:HOST:PORT`` as they come, and its commands to the servo.
 
     A lost gripd, a lost bus and the end of this program leave the limit as it is; after them it only rises, until a client
-    of gripd asks to open. A servo that was reset has let go: it is reported, and its torque is left off.
+    of gripd asks to open. So a servo that presses with more than the trial force when this begins keeps its limit; one that
+    does not, or is off, holds nothing that the trial force would drop. A servo that was reset has let go: it is reported, and its torque is left off.
     """
 
     def __init__(
@@ -64,6 +68,8 @@ class Bridge:
         self.command_n = trial_n
         """The limit as it is written (N)."""
         self.opened, self.reset, self.failures = False, False, 0
+        self._found = False
+        self._looks: List[int] = []
         self._trial_n = self._least_n = trial_n
         self._load_n, self._told = math.nan, False
         self._line: Optional[socket.socket] = None
@@ -128,6 +134,8 @@ class Bridge:
                 wanted = any([self._heard(one) for one in lines])
             now = time.monotonic()
             try:
+                if not self._found:
+                    self._find()
                 if wanted or now >= next_write:
                     self.servo.limit(self.scale.most if self.opened else self.scale.thousandths(self.command_n))
                     next_write = now + REPEAT_S
@@ -136,11 +144,26 @@ class Bridge:
                         logger.warning("the servo %s", "was reset and holds nothing" if self.reset else "holds again")
                 if now >= next_load:
                     self._load_n, next_load = self.scale.newtons(self.servo.load()), now + LOAD_S
-            except OSError as error:
+            except Exception as error:  # whatever it is: without this thread no limit would be written any more
                 self.failures += 1
                 next_write = now
                 if self.failures & (self.failures - 1) == 0:
                     logger.warning("the servo's bus failed %d times: %s", self.failures, error)
+
+    def _find(self) -> None:
+        """With what the servo holds as this begins: that is the least, unless gripd has asked to open."""
+        held_n = self._trial_n
+        if not self.opened and self.servo.powered():
+            limit = self.servo.limited()
+            while len(self._looks) < LOOKS:
+                self._looks.append(self.servo.load())
+                self._ended.wait(LOAD_S)
+            if max(self._looks) > self.scale.thousandths(self._trial_n):
+                held_n = max(held_n, limit * self.scale.full_n / 1000)
+                logger.warning("the servo presses already: its limit of %.2f N stays until gripd opens", held_n)
+        self._least_n = max(self._least_n, held_n)
+        self.command_n = max(self.command_n, held_n)
+        self._found = True
 
     def _heard(self, line: bytes) -> bool:
         """Takes a line of gripd; whether it changes the limit."""

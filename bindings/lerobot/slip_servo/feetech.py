@@ -57,6 +57,10 @@ class Gripper:
         """Writes the torque limit, in 0.1 % of the stall torque; raises BusError."""
         self.write(TORQUE_LIMIT, thousandths.to_bytes(2, "little"))
 
+    def limited(self) -> int:
+        """The torque limit as it stands, in 0.1 % of the stall torque; raises BusError."""
+        return int.from_bytes(self._ask(READ, bytes([TORQUE_LIMIT, 2]), 2), "little")
+
     def load(self) -> int:
         """The present load, in 0.1 % of the stall torque, without its direction; raises BusError."""
         return int.from_bytes(self._ask(READ, bytes([PRESENT_LOAD, 2]), 2), "little") & (SIGN - 1)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import random
 import socket
+import sys
+import threading
 import time
 from pathlib import Path
-from typing import Callable, Iterator, List, Tuple
+from types import ModuleType, SimpleNamespace
+from typing import Any, Callable, Iterator, List, Tuple
 
 import pytest
 from slip_servo.bridge import Bridge, Scale
@@ -59,15 +62,23 @@ class Servo:
 
     def __init__(self) -> None:
         self.limits: List[int] = []
-        self.fails, self.on = False, True
+        self.fails, self.on, self.stood, self.pressed = False, True, 1000, [0]
 
     def limit(self, thousandths: int) -> None:
         if self.fails:
             raise OSError("no answer")
         self.limits.append(thousandths)
 
+    def limited(self) -> int:
+        if self.fails:
+            raise OSError("no answer")
+        return self.limits[-1] if self.limits else self.stood
+
     def load(self) -> int:
-        return 100
+        # Before a limit was written, what it pressed with when it was found.
+        if not self.limits and len(self.pressed) > 1:
+            return self.pressed.pop(0)
+        return 100 if self.limits else self.pressed[0]
 
     def powered(self) -> bool:
         return self.on
@@ -90,6 +101,14 @@ def bridged() -> Iterator[Tuple[Bridge, Servo, socket.socket]]:
             bridge.close()
 
 
+def begun(gripd: socket.socket, servo: Servo) -> Bridge:
+    def readings() -> List[float]:
+        time.sleep(0.005)
+        return [0.0]
+
+    return Bridge((f"127.0.0.1:{gripd.getsockname()[1]}", 400), readings, servo, Scale(20.0, 500), 1.5)
+
+
 def command(force_n: float) -> bytes:
     return b'{"type":"command","t_s":1.0,"mode":"force","force_n":%g}\n' % force_n
 
@@ -99,7 +118,7 @@ def test_rows_go_to_gripd_and_commands_to_the_servo(bridged: Tuple[Bridge, Servo
     line, _ = gripd.accept()
     with line:
         text = b""
-        while text.count(b"\n") < 40:
+        while text.count(b"\n") < 40 or b",2\n" not in text:
             text += line.recv(4096)
         header, *rows = text.split(b"\n")[:-1]
         assert header == b"vibration,force_n,rate=400" and set(rows) == {b"0.25,", b"-1.5,", b"-1.5,2"}
@@ -158,13 +177,189 @@ def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[
         until(lambda: not bridge.reset)
 
 
+@pytest.mark.parametrize(
+    ("stood", "pressed", "on", "first"),
+    [
+        (300, [299], True, 300),  # held: this program has crashed
+        (300, [70, 70, 299], True, 300),
+        (1000, [480], True, 500),  # held by another program: no more than the most
+        (1000, [0], True, 75),  # the limit of a servo that was switched on
+        (300, [60], True, 75),  # with less than the trial force: that does not let go
+        (300, [299], False, 75),  # off: it holds nothing
+        (40, [40], True, 75),
+    ],
+)
+def test_what_is_held_stays_held_when_this_begins_again(stood: int, pressed: List[int], on: bool, first: int) -> None:
+    servo = Servo()
+    servo.stood, servo.pressed, servo.on = stood, pressed, on
+    with socket.create_server(("127.0.0.1", 0)) as gripd:
+        gripd.settimeout(10)
+        bridge = begun(gripd, servo)
+        try:
+            line, _ = gripd.accept()
+            with line:
+                line.sendall(command(1.5))
+                until(lambda: len(servo.limits) > 2)
+                assert set(servo.limits) == {first}
+                line.sendall(command(9.0))
+                until(lambda: servo.limits[-1:] == [max(450, first)])
+                line.sendall(b'{"type":"command","mode":"open"}\n')
+                until(lambda: servo.limits[-1:] == [500])
+                line.sendall(command(1.5))
+                until(lambda: servo.limits[-1:] == [75])
+        finally:
+            bridge.close()
+
+
+def test_nothing_is_written_before_the_servo_says_with_what_it_holds() -> None:
+    servo = Servo()
+    servo.stood, servo.pressed, servo.fails = 300, [299], True
+    with socket.create_server(("127.0.0.1", 0)) as gripd:
+        gripd.settimeout(10)
+        bridge = begun(gripd, servo)
+        try:
+            line, _ = gripd.accept()
+            with line:
+                line.sendall(command(1.5))
+                until(lambda: bridge.failures > 2)
+                servo.fails = False
+                until(lambda: len(servo.limits) > 2)
+                assert set(servo.limits) == {300}
+        finally:
+            bridge.close()
+
+
+@pytest.mark.parametrize("error", [RuntimeError("Overload error!"), IndexError("short"), TypeError("closed")], ids=repr)
+def test_no_error_of_a_servo_ends_the_writing(bridged: Tuple[Bridge, Servo, socket.socket], error: Exception) -> None:
+    """Once, and for as long as it lasts."""
+    bridge, servo, gripd = bridged
+    line, _ = gripd.accept()
+    with line:
+        until(lambda: servo.limits[-1:] == [75])
+        real, raised = servo.limit, threading.Event()
+
+        def once(thousandths: int) -> None:
+            if not raised.is_set():
+                raised.set()
+                raise error
+            real(thousandths)
+
+        def always(thousandths: int) -> None:
+            raise error
+
+        servo.limit = once  # type: ignore[method-assign]
+        line.sendall(command(4.0))
+        until(lambda: servo.limits[-1:] == [200])
+        assert raised.is_set() and bridge.failures == 1
+        servo.limit = always  # type: ignore[method-assign]
+        line.sendall(command(5.0))
+        until(lambda: bridge.failures > 4)
+        assert servo.limits[-1] == 200
+        servo.limit = real  # type: ignore[method-assign]
+        until(lambda: servo.limits[-1:] == [250])
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The robot's module, with an imitation of what it takes of LeRobot."""
+    pytest.importorskip("grip_link")
+    pytest.importorskip("slipgrip.lerobot")
+
+    class Config:
+        @staticmethod
+        def register_subclass(_: str) -> Callable[[Any], Any]:
+            return lambda made: made
+
+    class Arm:
+        def __init__(self, config: Any) -> None:
+            self.config, self.bus, self.connected = config, SimpleNamespace(), False
+
+        def connect(self, calibrate: bool = True) -> None:
+            self.connected = True
+
+        def disconnect(self) -> None:
+            assert self.connected
+            self.connected = False
+
+    robots, so_follower = ModuleType("lerobot.robots"), ModuleType("lerobot.robots.so_follower")
+    robots.RobotConfig = Config  # type: ignore[attr-defined]
+    so_follower.SOFollower, so_follower.SOFollowerRobotConfig = Arm, object  # type: ignore[attr-defined]
+    for name, module in (("lerobot", ModuleType("lerobot")), ("lerobot.robots", robots), ("lerobot.robots.so_follower", so_follower)):
+        monkeypatch.setitem(sys.modules, name, module)
+    for name in ("lerobot_robot_slipgrip", "lerobot_robot_slipgrip.robot"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    import lerobot_robot_slipgrip.robot as made
+
+    yield made
+    for name in ("lerobot_robot_slipgrip", "lerobot_robot_slipgrip.robot"):
+        sys.modules.pop(name, None)
+
+
+def test_a_status_bit_is_a_bus_that_failed(robot: Any) -> None:
+    """LeRobot raises RuntimeError where a servo answers with overload or overheating."""
+    for error in (RuntimeError("[RxPacketError] Overload error!"), IndexError("short"), ConnectionError("no status packet")):
+
+        class Bus:
+            def write(self, *_: Any, **__: Any) -> None:
+                raise error  # noqa: B023
+
+            read = write
+
+        motor = robot.Motor(Bus(), threading.RLock())
+        for call in (lambda: motor.limit(75), motor.limited, motor.load, motor.powered):  # noqa: B023
+            with pytest.raises(OSError):
+                call()
+
+
+@pytest.mark.parametrize("missing", ["Board", "Bridge", "LiveSlip", "Daemon", "commands", None])
+def test_a_connection_that_fails_leaves_nothing_behind(robot: Any, monkeypatch: pytest.MonkeyPatch, missing: Any) -> None:
+    open_now: List[str] = []
+
+    def part(name: str) -> Any:
+        def made(*_: Any) -> Any:
+            if missing == name:
+                raise OSError(f"no {name}")
+            open_now.append(name)
+            flags = 0 if missing == "commands" else robot.WelcomeFlags.COMMANDS
+            return SimpleNamespace(close=lambda: open_now.remove(name), readings=list, welcome=SimpleNamespace(flags=flags))
+
+        return made
+
+    for name in ("Board", "Bridge", "LiveSlip"):
+        monkeypatch.setattr(robot, name, part(name))
+    monkeypatch.setattr(robot, "Daemon", SimpleNamespace(open=part("Daemon")))
+    config = SimpleNamespace(sensor="", rate_hz=800, rows="", gripd="", full_n=19.0, most=500, trial_n=1.5)
+    arm = robot.SlipGrip(config)
+    if missing is None:
+        arm.connect()
+        assert arm.connected and len(open_now) == 4
+        arm.disconnect()
+    else:
+        with pytest.raises(OSError, match=f"no {missing}|takes no commands"):
+            arm.connect()
+    assert not arm.connected and not open_now
+
+
+def test_a_part_that_does_not_end_keeps_no_other(robot: Any) -> None:
+    arm, ended = robot.SlipGrip(SimpleNamespace()), []
+    arm.connected = True
+
+    def broken() -> None:
+        raise OSError("unplugged")
+
+    arm._board, arm._bridge = SimpleNamespace(close=lambda: ended.append("board")), SimpleNamespace(close=broken)
+    with pytest.raises(OSError, match="unplugged"):
+        arm.disconnect()
+    assert ended == ["board"] and not arm.connected
+
+
 def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
     arm = Arm(tmp_path / "so101", World())
     try:
         for number in range(1, 7):
             servo = Gripper(str(arm.path), number, patience_s=2.0)
             servo.limit(300 + number)
-            assert arm.servos[number].get(TORQUE_LIMIT) == 300 + number and not servo.powered() and servo.load() < 100
+            assert arm.servos[number].get(TORQUE_LIMIT) == servo.limited() == 300 + number and not servo.powered() and servo.load() < 100
             servo.close()
         absent = Gripper(str(arm.path), 9)
         with pytest.raises(OSError, match="servo 9: no answer"):

@@ -18,7 +18,10 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-FEEDBACK_S = 0.05
+from .goals import commands
+
+FEEDBACK_S, LOST_S = 0.05, 0.5
+"""Time between two looks at the states, and without one after which gripd is lost."""
 
 
 class GripperAction(Node):
@@ -53,16 +56,23 @@ class GripperAction(Node):
                 self.get_logger().warning(f"no gripd at {self.url}: {error}", throttle_duration_sec=5.0)
                 self.ended.wait(0.5)
 
-    def asked(self, goal):
-        """Only one joint, and only while gripd sends states."""
-        fits = len(goal.command.position) == 1 and (not goal.command.name or list(goal.command.name) == [self.joint])
-        fresh = self.state is not None and time.monotonic() - self.seen_s < 0.5
-        return GoalResponse.ACCEPT if fits and fresh else GoalResponse.REJECT
+    def fresh(self):
+        return self.state is not None and time.monotonic() - self.seen_s < LOST_S
 
-    def order(self, *commands):
+    def asked(self, goal):
+        """Only one joint and numbers that mean something, and only while gripd sends states."""
+        named = not goal.command.name or list(goal.command.name) == [self.joint]
+        try:
+            commands(goal.command.position, goal.command.effort, self.open_above)
+        except ValueError as error:
+            self.get_logger().error(f"refused: {error}")
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT if named and self.fresh() else GoalResponse.REJECT
+
+    def order(self, orders):
         """Commands on a connection of their own; raises OSError, also where gripd refuses them."""
         with Daemon.open(self.url, Subscribe(topics=Topics(0))) as daemon:
-            for operation, force_mn in commands:
+            for operation, force_mn in orders:
                 token = daemon.welcome.token if operation is Operation.RELEASE else 0
                 daemon.command(Command(operation, force_mn=force_mn, token=token))
 
@@ -70,12 +80,12 @@ class GripperAction(Node):
         """A newer goal takes the place of this one; a cancel and a lost gripd end the wait, and the force stays."""
         command, result = handle.request.command, ParallelGripperCommand.Result()
         self.newest = handle
-        opens = command.position[0] > self.open_above
-        force_mn = round(1000 * max(0.0, command.effort[0])) if command.effort else 0
         try:
+            orders = commands(command.position, command.effort, self.open_above)
+            opens, force_mn = (Operation.RELEASE, 0) in orders, max(force_mn for _, force_mn in orders)
             with self.lock:
-                self.order((Operation.RELEASE, 0)) if opens else self.order((Operation.GRASP, 0), (Operation.AT_LEAST, force_mn))
-        except OSError as error:
+                self.order(orders)
+        except (OSError, ValueError) as error:
             self.get_logger().error(f"refused: {error}")
             handle.abort()
             return result
@@ -85,7 +95,10 @@ class GripperAction(Node):
         while time.monotonic() < end and self.newest is handle and not handle.is_cancel_requested:
             time.sleep(FEEDBACK_S)
             state = self.state
-            if state is None or self.seen_s <= after_s:
+            if state is None or not self.fresh():
+                self.get_logger().error("gripd was lost")
+                break
+            if self.seen_s <= after_s:
                 continue
             handle.publish_feedback(ParallelGripperCommand.Feedback(state=self.joint_state(state)))
             if opens and state.grip is GripStage.RELEASED:

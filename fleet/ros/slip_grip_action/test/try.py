@@ -13,6 +13,8 @@ from pathlib import Path
 
 import rclpy
 from control_msgs.action import ParallelGripperCommand
+from grip_link import Daemon
+from grip_link.messages.daemon import GripStage, State
 from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 
@@ -58,8 +60,27 @@ def main():
         accepted, heard, result = goal(node, client, 0.08)
         assert accepted and result.reached_goal, (accepted, result)
         print("opened: released")
+        for position, effort in ((float("nan"), []), (0.0, [float("inf")]), (0.0, [float("nan")]), (0.0, [-1.0])):
+            assert not goal(node, client, position, effort)[0], (position, effort)
+        # Accepted, because only gripd knows its largest force; then it refuses, and the fingers stay open.
+        accepted, _, result = goal(node, client, 0.0, [1e5])
+        assert accepted and not result.stalled
+        with Daemon.open(f"socket://127.0.0.1:{port}") as daemon:
+            stages = [message.grip for message in daemon.messages(0.5) if isinstance(message, State)]
+        assert set(stages) == {GripStage.RELEASED}, stages
+        print("no number, or too large: refused, still open")
+        heard = []
+        command = JointState(name=["finger"], position=[0.0], effort=[15.0])
+        sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), heard.append)
+        rclpy.spin_until_future_complete(node, sent, timeout_sec=10)
+        while not heard and time.monotonic() < begin + 60:
+            rclpy.spin_once(node, timeout_sec=0.1)
         running.kill()
         running.wait()
+        begin, ended = time.monotonic(), sent.result().get_result_async()
+        rclpy.spin_until_future_complete(node, ended, timeout_sec=5)
+        assert ended.done() and not ended.result().result.stalled, "a wait for a lost gripd"
+        print(f"gripd lost: the wait ends after {time.monotonic() - begin:.1f} s")
         time.sleep(1.5)
         accepted, _, result = goal(node, client, 0.0)
         assert not accepted, "a goal without gripd"
