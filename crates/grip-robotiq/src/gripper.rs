@@ -268,7 +268,11 @@ impl Gripper {
             Answer::Failed => return,
             Answer::Written(registers) => self.written(registers),
             Answer::Status(registers) => self.judge(now_us, &Status::read(registers)),
-            Answer::Probed => self.look_us = now_us,
+            // It may be that of an earlier request: it shows nothing of the gripper's state now.
+            Answer::Probed => {
+                self.look_us = now_us;
+                return;
+            }
         }
         self.answered_us = now_us;
     }

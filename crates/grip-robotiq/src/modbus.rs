@@ -231,6 +231,9 @@ impl Bus {
             }
             Err(_) => {
                 self.counters.broken += 1;
+                // The answer itself may still come, behind what was no answer.
+                self.doubt();
+                self.owed = self.owed.saturating_add(1);
                 self.fail(now_us)
             }
         }

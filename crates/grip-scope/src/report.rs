@@ -4,7 +4,7 @@ use crate::channel::Channel;
 use crate::explain::{self, Explanation};
 use crate::feed::EventKind;
 use crate::format::{count, duration, prefix_of, with_unit};
-use crate::model::{Bucket, Model, Stats};
+use crate::model::{Bucket, Doing, Model, Stats};
 use crate::span::Span;
 use grip_plot::report::{Block, Cell, Figure, Report, Section, Table};
 use grip_plot::{Axis, Chart, Layer, Mark, Scale};
@@ -44,6 +44,13 @@ fn sentence(model: &Model, span: Span, slips: usize) -> String {
     let held_n = at_end(Channel::Command);
     let need_n =
         at_end(Channel::NeedTruth).or(at_end(Channel::Need)).filter(|need_n| *need_n > 0.0);
+    let end = match model.events().doings(span).last().map(|stretch| stretch.what) {
+        Some(Doing::Dropped) => "dropped with",
+        Some(Doing::Crushed) => "crushed with",
+        Some(Doing::Slipping) => "still slipping with",
+        Some(Doing::Held) => "held with",
+        Some(Doing::Idle | Doing::Moving) | None => "command at the end",
+    };
     let slips = match slips {
         0 => "No slip".to_owned(),
         1 => "1 slip".to_owned(),
@@ -52,7 +59,7 @@ fn sentence(model: &Model, span: Span, slips: usize) -> String {
     let parts = [
         Some(slips),
         moved_m.map(|moved_m| format!("moved {:.2} mm", 1e3 * moved_m)),
-        held_n.map(|held_n| format!("held with {held_n:.2} N")),
+        held_n.map(|held_n| format!("{end} {held_n:.2} N")),
         held_n
             .zip(need_n)
             .map(|(held_n, need_n)| format!("{:.2} of what was needed", held_n / need_n)),
@@ -391,7 +398,7 @@ mod tests {
             "Slip at 1.0000 s, 200.0 ms long",
             "reported gross slip first, evidence of up to 4800 s, wanted one false alarm in 600 s",
             "from 5.00 N to 12.00 N at most, 12.00 N at the end",
-            "1 slip, moved 1.50 mm, held with 12.00 N.",
+            "1 slip, moved 1.50 mm, command at the end 12.00 N.",
             "a &#60;gross&#62; slip",
         ] {
             assert!(html.contains(text), "{text} in {html}");

@@ -33,6 +33,9 @@ pub enum StudyError {
         /// Why.
         source: Box<crate::outlook::OutlookError>,
     },
+    /// A learner beyond the nets of the study.
+    #[error(transparent)]
+    Outlook(#[from] crate::outlook::OutlookError),
     /// A setting of the study that can not work.
     #[error("{name} is {value}: it must be {range}")]
     Setting {

@@ -22,6 +22,7 @@
 //! ```
 //! Nothing here reads a clock or a file; randomness comes from seeds, and the number of threads changes no result.
 
+pub mod chapter;
 pub mod comparison;
 pub mod condition;
 pub mod error;

@@ -31,7 +31,10 @@ impl Interval {
     }
 
     /// Whether there is a level, and a width for each of `targets`.
-    pub(crate) fn check(&self, targets: &[FileColumn]) -> Result<(), FileError> {
+    ///
+    /// # Errors
+    /// [`FileError::Interval`].
+    pub fn check(&self, targets: &[FileColumn]) -> Result<(), FileError> {
         let least = |target: &FileColumn| match target.transform {
             Transform::Identity => 0.0,
             Transform::Ln => 1.0,

@@ -52,7 +52,10 @@ pub(crate) fn run(args: &EvalArgs) -> anyhow::Result<Exit> {
         Kind::Learner(read) => {
             let learner::Read { columns, predict } = read.map_err(fault)?;
             let rows = load(columns.specs())?;
-            (scored(predict.as_ref(), &rows, &columns.targets)?, columns::exit(&rows))
+            let result = scored(predict.as_ref(), &rows, &columns.targets)?;
+            let held =
+                |interval| covered(interval, &rows, || Ok(answers(predict.as_ref(), &rows)?));
+            (result.with(columns.interval.as_ref().map(held).transpose()?), columns::exit(&rows))
         }
         Kind::Ensemble => {
             let ensemble = Ensemble::from_json(&text).map_err(fault)?;

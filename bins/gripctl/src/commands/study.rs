@@ -10,7 +10,8 @@ use grip_record::{
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::{
     Condition, Report, Sets, StudyConfig,
-    outlook::{Beyond, LearnersConfig, beyond, chapter::CONDITIONS, learners},
+    chapter::{Beyond, CONDITIONS, beyond},
+    outlook::{LearnersConfig, learners},
     study::{
         self, ConditionResult, Study,
         claims::{Judged, judge},

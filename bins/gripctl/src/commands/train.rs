@@ -154,7 +154,6 @@ fn refuse_options_of_other_models(args: &TrainArgs) -> anyhow::Result<()> {
         ("--folds", split.folds.is_some(), "mlp"),
         ("--card", args.card.is_some(), "mlp"),
         ("--classify", args.columns.classify, "mlp"),
-        ("--interval", args.interval.is_some() && args.model == "svr", "mlp or ensemble"),
     ] {
         if given && args.model != model {
             return Err(WrongArgument(format!("{option} goes with --model {model} only")).into());

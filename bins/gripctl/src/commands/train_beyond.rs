@@ -101,26 +101,28 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
     let before = clock::processor()?;
     Svr::check_rows(data).map_err(explain)?;
     let config = svr_config(args, data)?;
-    let svr = Svr::fit(data, &config).map_err(explain)?;
+    let mut svr = Svr::fit(data, &config).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
+    let stated = of_learner(args, data, |rows| Svr::fit(rows, &config))?;
+    svr.columns.interval.clone_from(&stated.interval);
     out.write(svr.to_json()?)?;
-    let result = Result {
-        model: "svr",
-        support_vectors: Some(svr.support_vectors()),
-        stop: format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon),
-        ..scored(&svr, data, test, "svr", cpu)?
-    };
-    warn(args, warnings(data, 1).into_iter().chain(poor(&result)), None);
-    report(args, &result, &data.targets)
+    let stop = format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon);
+    let support_vectors = Some(svr.support_vectors());
+    let result = scored(&svr, data, test, "svr", cpu)?;
+    let result = Result { model: "svr", support_vectors, stop, ..result };
+    told(args, parts, Result { stated, ..result })
 }
 
 pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
     let before = clock::processor()?;
-    let gp = Gp::fit(&parts.train).map_err(explain)?;
+    let mut gp = Gp::fit(&parts.train).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
+    let stated = of_learner(args, &parts.train, Gp::fit)?;
+    gp.columns.interval.clone_from(&stated.interval);
     out.write(gp.to_json()?)?;
-    let detail = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
-    without_network(args, parts, &gp, "gp", detail, cpu)
+    let stop = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
+    let result = scored(&gp, &parts.train, parts.test.as_ref(), "gp", cpu)?;
+    told(args, parts, Result { model: "gp", stop, stated, ..result })
 }
 
 /// A polynomial: `mean`, `linear`, or `poly`, a cubic.
@@ -131,27 +133,35 @@ pub(crate) fn poly(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow:
         _ => 3,
     };
     let before = clock::processor()?;
-    let poly = Poly::fit(&parts.train, degree).map_err(explain)?;
+    let mut poly = Poly::fit(&parts.train, degree).map_err(explain)?;
     let cpu = clock::processor()?.saturating_sub(before);
+    let stated = of_learner(args, &parts.train, |rows| Poly::fit(rows, degree))?;
+    poly.columns.interval.clone_from(&stated.interval);
     out.write(poly.to_json()?)?;
-    let detail = format!("degree {degree}, {} coefficients", poly.size());
-    without_network(args, parts, &poly, poly.name(), detail, cpu)
+    let (model, stop) = (poly.name(), format!("degree {degree}, {} coefficients", poly.size()));
+    let result = scored(&poly, &parts.train, parts.test.as_ref(), model, cpu)?;
+    told(args, parts, Result { model, stop, stated, ..result })
 }
 
-fn without_network(
+/// The interval of what `fit` makes of all rows.
+fn of_learner<L: Predict>(
     args: &TrainArgs,
-    parts: &Parts,
-    learner: &dyn Predict,
-    model: &'static str,
-    stop: String,
-    cpu: Duration,
-) -> anyhow::Result<Exit> {
-    let (data, test) = (&parts.train, parts.test.as_ref());
-    let result = Result { model, stop, ..scored(learner, data, test, model, cpu)? };
+    data: &DataSet,
+    fit: impl Fn(&DataSet) -> core::result::Result<L, OutlookError> + Sync,
+) -> anyhow::Result<Stated> {
+    interval::shown(args, data, |train, held_out| {
+        Ok(answers(&fit(train).map_err(explain)?, held_out)?)
+    })
+}
+
+/// The result of a learner that is no network.
+fn told(args: &TrainArgs, parts: &Parts, result: Result<'_>) -> anyhow::Result<Exit> {
+    let judges = [result.test_r2, result.stated.held_out_r2, result.train_r2];
+    let result = Result { worse_than_mean: worse_than_mean(judges), ..result };
     // That the mean is no better than the mean needs no warning.
-    let poor = poor(&result).filter(|_| model != "mean");
-    warn(args, warnings(data, 1).into_iter().chain(poor), None);
-    report(args, &result, &data.targets)
+    let poor = poor(&result).filter(|_| result.model != "mean");
+    warn(args, warnings(&parts.train, 1).into_iter().chain(poor), None);
+    report(args, &result, &parts.train.targets)
 }
 
 /// What is not given is chosen on a fifth of the rows, and then all rows are fitted.

@@ -278,10 +278,10 @@ fn doing(state: &PipelineState, truth: Option<Truth>) -> Doing {
     match (truth.and_then(|truth| truth.fate), state.scene) {
         (Some(Fate::Crushed), _) => Doing::Crushed,
         (Some(Fate::Dropped), _) => Doing::Dropped,
-        (_, Scene::Moving) => Doing::Moving,
         (Some(Fate::Slipping), _) | (None, Scene::Slipping) => Doing::Slipping,
         (Some(Fate::Held), _) | (None, Scene::Holding) => Doing::Held,
-        _ => Doing::Idle,
+        (None, Scene::Moving) => Doing::Moving,
+        (None, _) => Doing::Idle,
     }
 }
 

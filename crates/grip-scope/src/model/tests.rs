@@ -382,11 +382,15 @@ fn what_a_simulator_knows_of_the_object_stands_over_what_the_pipeline_thinks() {
         model.take(Feed::Truth(Truth { needed_n: 7.0, fate }));
         model.take(Feed::State(state(1.0 + 0.1 * f64::from(k))));
     }
+    // Also while the arm moves.
+    model.take(Feed::Truth(Truth { needed_n: 7.0, fate: Some(Fate::Slipping) }));
+    model.take(Feed::State(PipelineState { scene: Scene::Moving, ..state(1.35) }));
     // Without a truth the pipeline decides, and the needed force is open.
     model.take(Feed::State(state(1.4)));
     let all = Span::new(0.0, 9.0);
     let doings: Vec<Doing> = model.events().doings(all).map(|stretch| stretch.what).collect();
-    assert_eq!(doings, [Doing::Held, Doing::Crushed, Doing::Dropped, Doing::Held]);
+    let what = [Doing::Held, Doing::Crushed, Doing::Dropped, Doing::Slipping, Doing::Held];
+    assert_eq!(doings, what);
     let need = model.series(Channel::NeedTruth).unwrap();
     assert!(need.at(1.25) == Some(7.0) && need.latest().unwrap().1.is_nan());
 }

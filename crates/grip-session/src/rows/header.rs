@@ -58,7 +58,7 @@ pub enum HeaderError {
     Twice(String),
     /// Nothing that shows a slip, or stylus and vibration.
     #[error(
-        "header: one column `stylus` (m) or `vibration` (any unit) is needed, {0} are there; without one, `travel_m` or taxels show slips \
+        "header: one column `stylus` (m) or `vibration` (any unit) is needed, {0} are there; without one, `travel_m` or 3 taxels show slips \
          later, and nothing else does"
     )]
     Stylus(usize),
@@ -119,8 +119,10 @@ impl FromStr for Header {
             .filter(|(_, name)| is_stylus(name))
             .map(|(at, _)| at)
             .collect();
-        let slow = |channel: &Channel| {
-            matches!(channel.kind, ChannelKind::Travel | ChannelKind::PressureArray)
+        // Fewer taxels than three have no distribution that could change.
+        let slow = |channel: &Channel| match channel.kind {
+            ChannelKind::PressureArray => channel.count >= 3,
+            kind => kind == ChannelKind::Travel,
         };
         let stylus = match found.as_slice() {
             [stylus] => Some(*stylus),
@@ -252,7 +254,8 @@ mod tests {
             assert_eq!(header.stylus, None);
             assert!(header.limits().unwrap().contains("nothing is commanded"), "{line}");
         }
-        let header: Header = "pressure_0,rate=100".parse().unwrap();
+        assert_eq!(error("pressure_0,pressure_1,rate=100"), HeaderError::Stylus(0));
+        let header: Header = "travel_mm,pressure_0,rate=100".parse().unwrap();
         assert!(header.limits().unwrap().contains("fewer than 3 taxels"));
         assert_eq!("vibration,rate=100".parse::<Header>().unwrap().limits(), None);
         assert_eq!(error("force_n,pressure,velocity_m_s,rate=100"), HeaderError::Stylus(0));

@@ -130,11 +130,15 @@ impl Session {
             .map_err(|source| SessionError::Pipeline { sample_rate_hz, source })
     }
 
-    /// What the stylus channel of the gripper holds, by its unit; heights where no gripper is known.
+    /// What the stylus channel in the gripper's rows holds, by its unit; heights where no gripper is known.
     fn stylus(&self) -> StylusKind {
         let Some(ident) = self.link.ident() else { return StylusKind::Displacement };
-        let is_stylus = |channel: &&Channel| channel.kind == ChannelKind::Stylus;
-        match ident.channels().iter().find(is_stylus).map(|channel| channel.unit) {
+        let mask = self.link.in_force().map_or(u32::MAX, |config| config.channel_mask);
+        let is_stylus = |(place, channel): &(usize, &Channel)| {
+            channel.kind == ChannelKind::Stylus && mask >> place & 1 == 1
+        };
+        let mut channels = ident.channels().iter().enumerate();
+        match channels.find(is_stylus).map(|(_, channel)| channel.unit) {
             None => StylusKind::Absent,
             Some(Unit::Metre) => StylusKind::Displacement,
             Some(_) => StylusKind::Vibration,

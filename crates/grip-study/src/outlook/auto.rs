@@ -188,6 +188,10 @@ fn cross_validated(
     splits: &[Split],
     config: &FitConfig,
 ) -> Result<Score, OutlookError> {
+    // All rows may be too many for what the folds can fit.
+    if way == Way::Gp {
+        Gp::fits(rows.rows())?;
+    }
     let limits = rows.target_scalings();
     let scores = splits
         .par_iter()

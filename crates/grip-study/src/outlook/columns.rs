@@ -1,7 +1,7 @@
 //! What the files of learners beyond one net have in common: format, version, and the columns that scale rows and answers.
 
 use mlp::train::{ColumnSpec, DataSet, FileError, Scaling};
-use mlp::train::{file::FileColumn, scaling::columns};
+use mlp::train::{file::FileColumn, interval::Interval, scaling::columns};
 use mlp::{Column, PredictError, ShapeError, Transform};
 use ndarray::ArrayRef1;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -21,6 +21,9 @@ pub struct Columns {
     pub inputs: Vec<FileColumn>,
     /// Targets.
     pub targets: Vec<FileColumn>,
+    /// What its answers may be off by, where rows that were held out have shown it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<Interval>,
 }
 
 /// A file of a learner beyond one net.
@@ -74,6 +77,7 @@ impl Columns {
             version: VERSION,
             inputs: columns(&train.inputs, &train.input_scalings()),
             targets: columns(&train.targets, &train.target_scalings()),
+            interval: None,
         }
     }
 
@@ -96,6 +100,7 @@ impl Columns {
         machines: usize,
         instances: impl IntoIterator<Item = &'a Vec<f64>>,
     ) -> Result<(), FileError> {
+        self.interval.as_ref().map_or(Ok(()), |interval| interval.check(&self.targets))?;
         let (needed, given) = (self.targets.len(), machines);
         if needed != given {
             return Err(ShapeError::Outputs { needed, given }.into());

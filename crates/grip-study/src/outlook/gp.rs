@@ -69,16 +69,24 @@ pub struct Gp {
 }
 
 impl Gp {
+    /// Whether so many training rows are possible.
+    ///
+    /// # Errors
+    /// [`OutlookError::Count`] above [`MAX_ROWS`].
+    pub const fn fits(given: usize) -> Result<(), OutlookError> {
+        let what = "rows for a Gaussian process";
+        if given > MAX_ROWS {
+            return Err(OutlookError::Count { what, given, range: "1 to 3000" });
+        }
+        Ok(())
+    }
+
     /// Fits one process for each target.
     ///
     /// # Errors
     /// [`OutlookError::Count`] above [`MAX_ROWS`]; [`OutlookError::Singular`].
     pub fn fit(train: &DataSet) -> Result<Self, OutlookError> {
-        let given = train.rows();
-        if given > MAX_ROWS {
-            let what = "rows for a Gaussian process";
-            return Err(OutlookError::Count { what, given, range: "1 to 3000" });
-        }
+        Self::fits(train.rows())?;
         let [inputs, targets] = train.scaled(&train.input_scalings(), &train.target_scalings());
         let instances: Vec<Vec<f64>> = inputs.rows().into_iter().map(|row| row.to_vec()).collect();
         let machines = (0..train.targets.len())

@@ -9,12 +9,11 @@
 //! | [`ensemble`] | several nets from other starts or other rows; their spread is an uncertainty |
 //! | [`learners`](mod@learners) | all of them, and plain nets with every activation and trainer |
 //!
-//! [`auto`](mod@auto) chooses among the plain ones by cross-validation. [`compare`](mod@compare) puts them side by side on given rows, [`chapter`] under conditions of the study.
+//! [`auto`](mod@auto) chooses among the plain ones by cross-validation. [`compare`](mod@compare) puts them side by side on given rows, [`chapter`](mod@crate::chapter) under conditions of the study.
 //!
 //! Everything is seeded: equal rows and settings give equal results on any number of threads.
 
 pub mod auto;
-pub mod chapter;
 pub mod columns;
 pub mod compare;
 pub mod ensemble;
@@ -29,7 +28,6 @@ pub mod svr;
 mod testing;
 
 pub use auto::{Auto, auto};
-pub use chapter::{Beyond, beyond};
 pub use columns::Columns;
 pub use compare::{Comparison, Sets, compare};
 pub use ensemble::{Ensemble, EnsembleConfig, Sampling};

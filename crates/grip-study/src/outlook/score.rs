@@ -67,9 +67,6 @@ pub enum OutlookError {
     /// Rows that can not be split.
     #[error(transparent)]
     Split(#[from] SplitError),
-    /// A condition of the study without rows.
-    #[error(transparent)]
-    Study(#[from] crate::StudyError),
     /// Text of a file that is none of its kind.
     #[error(transparent)]
     File(#[from] FileError),

@@ -21,8 +21,8 @@ pub use distances::{Distance, distances};
 pub use net::{HEAVY_BALL, HIDDEN, NETS, Net};
 pub use training::{Curve, Summary};
 
-use crate::outlook::{chapter::answer, learners::gp_by_evidence};
 use crate::{Condition, Scores, StudyError, condition};
+use crate::{chapter::answer, outlook::learners::gp_by_evidence};
 use mlp::train::{Hyper, RunConfig};
 use rayon::iter::{IntoParallelIterator as _, IntoParallelRefIterator as _, ParallelIterator as _};
 use serde::Serialize;

@@ -3,7 +3,7 @@
 
 use super::claims::Claims;
 use super::{ConditionResult, Distance, NETS, NetResult, Study, distances};
-use crate::outlook::Beyond;
+use crate::chapter::Beyond;
 use crate::report::Block;
 use crate::{
     Cell, Figure, Report, Score, Section, Table, Tolerance,
@@ -146,7 +146,7 @@ fn beside(result: &ConditionResult) -> Table {
 
 /// What the conclusion of the paper leaves open, each question with one answer a condition.
 fn questions(study: &Study, beyond: &[Beyond]) -> Section {
-    let conditions = crate::outlook::chapter::CONDITIONS;
+    let conditions = crate::chapter::CONDITIONS;
     let mut table = Table::new(
         "questions",
         "Unseen answers within 10 %, percent. Nets, GP: mean of the draws; the others: first draw, a quarter of the rows held back to choose by",

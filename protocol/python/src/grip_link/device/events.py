@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Union
 
 from ..frame import MAX_PAYLOAD
-from ..messages import ChannelKind, Config, FaultCode, Grip, Heartbeat, Ident, Layout, SampleFormat
+from ..messages import Config, FaultCode, Grip, Heartbeat, Ident, Layout, SampleFormat
 from ..messages.samples import HEADER as SAMPLES_HEADER
 
 
@@ -80,8 +80,8 @@ def check_ident(ident: Ident) -> None:
         limits.rate_max_hz > 0 and limits.slew_max_mn_s > 0 and 0 <= limits.hold_cap_mn <= limits.force_max_mn
     ):
         raise ValueError(f"{limits}: expected a rate and a slew of more than 0, and a hold cap of at most the largest force")
-    if all(channel.kind != ChannelKind.STYLUS for channel in ident.channels):
-        raise ValueError(f"none of the {len(ident.channels)} channels is a stylus")
+    if not ident.shows_slips:
+        raise ValueError(f"none of the {len(ident.channels)} channels shows a slip")
     row = Layout(ident.channels, 0xFFFF).row_bytes(SampleFormat.F32)
     for index, channel in enumerate(ident.channels):
         if not (channel.count_is_possible and channel.scale_is_possible):

@@ -15,7 +15,6 @@ from ..decoder import Counters, Decoder, Role, Verdict
 from ..frame import Frame
 from ..messages import (
     Ack,
-    ChannelKind,
     ClearFault,
     Config,
     ConfigAck,
@@ -282,8 +281,8 @@ class HostLink:
         except PayloadError as error:
             self._close(CloseReason("bad_ident", str(error)))
             return
-        if all(channel.kind != ChannelKind.STYLUS for channel in ident.channels):
-            self._close(CloseReason("no_stylus", f"none of the {len(ident.channels)} channels is a stylus"))
+        if not ident.shows_slips:
+            self._close(CloseReason("no_stylus", f"none of the {len(ident.channels)} channels shows a slip"))
             return
         old = self.ident
         rebooted = old is not None and (old.uid, old.boot_id) != (ident.uid, ident.boot_id)

@@ -148,6 +148,12 @@ class Ident:
     max_rx: int = 480
     caps: int = 0
 
+    @property
+    def shows_slips(self) -> bool:
+        """Whether a channel shows slips: a stylus, a travel or an array of taxels."""
+        kinds = {channel.kind for channel in self.channels}
+        return not kinds.isdisjoint({ChannelKind.STYLUS, ChannelKind.TRAVEL, ChannelKind.PRESSURE_ARRAY})
+
     def available(self, sample_format: SampleFormat) -> int:
         """Mask of the channels that can be sent in a format."""
         return sum(1 << bit for bit, channel in enumerate(self.channels) if channel.offers(sample_format))

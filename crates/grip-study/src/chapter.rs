@@ -5,10 +5,10 @@ use core::time::Duration;
 use mlp::train::split::Split;
 use ndarray::ArrayRef1;
 
-use super::compare::uncertainty;
-use super::learners::{LearnersConfig, learners};
-use super::score::{OutlookError, Predict};
-use crate::{Cell, Condition, Scores, Table, comparison};
+use crate::outlook::compare::uncertainty;
+use crate::outlook::learners::{LearnersConfig, learners};
+use crate::outlook::score::{OutlookError, Predict};
+use crate::{Cell, Condition, Scores, StudyError, Table, comparison};
 
 /// Names of the conditions that learners are compared under: the one nearest the study, and the shipped features with and
 /// without noise.
@@ -42,15 +42,16 @@ pub struct Beyond {
 /// Trains every learner under `condition` on the first draw under `seed`. `done` is given the name of each that is ready.
 ///
 /// # Errors
-/// [`OutlookError`] of the first learner that fails, or of a condition without rows.
+/// [`StudyError`] of the first learner that fails, or of a condition without rows.
 pub fn beyond(
     condition: Condition,
     seed: u64,
     config: &LearnersConfig,
     done: &(dyn Fn(&str) + Sync),
-) -> Result<Beyond, OutlookError> {
+) -> Result<Beyond, StudyError> {
     let sets = condition.sets(seed, 0)?;
-    let (train, validation) = Split::holdout(&sets.train, VALIDATION, seed)?.of(&sets.train)?;
+    let split = Split::holdout(&sets.train, VALIDATION, seed).map_err(OutlookError::from)?;
+    let (train, validation) = split.of(&sets.train)?;
     let learners = learners(&train, &validation, config, &|| Duration::ZERO, done)?;
     let learned = learners.into_iter().map(|learner| {
         let scores = sets.score(|features| answer(learner.predict.as_ref(), features));
