@@ -23,6 +23,7 @@ LEARNERS = {
     "LM": ["--algorithm", "lm", "--epochs", "100"],
     "br": ["--algorithm", "br"],
     "ensemble of four": ["--model", "ensemble", "--members", "4"],
+    "Gaussian process": ["--model", "gp"],
 }
 
 
