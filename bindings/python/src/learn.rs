@@ -11,7 +11,7 @@ use mlp::train::{
     interval::{HeldOut, Interval},
 };
 use ndarray::Array2;
-use numpy::{IntoPyArray as _, PyArray2, PyUntypedArrayMethods as _};
+use numpy::{IntoPyArray as _, PyUntypedArrayMethods as _};
 use pyo3::{exceptions::PyOSError, prelude::*, types::PyDict};
 use serde_json::json;
 use std::path::PathBuf;
