@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A made-up gripper on a pseudo-terminal, and docs/examples/bridge.py between it and gripd: it shakes each second, and is to be told
-to press harder.
+"""A made-up gripper on a pseudo-terminal, and docs/examples/bridge.py between it and gripd: it shakes each second, and must be
+ordered to press harder.
 
     PATH=target/release:$PATH scripts/bridge-check.py
 """

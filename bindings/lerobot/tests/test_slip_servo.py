@@ -7,6 +7,7 @@ import socket
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, Callable, Iterator, List, Tuple
@@ -84,29 +85,28 @@ class Servo:
         return self.on
 
 
-@pytest.fixture
-def bridged() -> Iterator[Tuple[Bridge, Servo, socket.socket]]:
+@contextmanager
+def attached(servo: Servo, row: List[float]) -> Iterator[Tuple[Bridge, socket.socket]]:
+    """A bridge that has begun, and the socket of gripd that it connects to."""
+
+    def readings() -> List[float]:
+        time.sleep(0.005)
+        return row
+
     with socket.create_server(("127.0.0.1", 0)) as gripd:
         gripd.settimeout(10)
-        servo = Servo()
-
-        def readings() -> List[float]:
-            time.sleep(0.005)
-            return [0.25, -1.5]
-
         bridge = Bridge((f"127.0.0.1:{gripd.getsockname()[1]}", 400), readings, servo, Scale(20.0, 500), 1.5)
         try:
-            yield bridge, servo, gripd
+            yield bridge, gripd
         finally:
             bridge.close()
 
 
-def begun(gripd: socket.socket, servo: Servo) -> Bridge:
-    def readings() -> List[float]:
-        time.sleep(0.005)
-        return [0.0]
-
-    return Bridge((f"127.0.0.1:{gripd.getsockname()[1]}", 400), readings, servo, Scale(20.0, 500), 1.5)
+@pytest.fixture
+def bridged() -> Iterator[Tuple[Bridge, Servo, socket.socket]]:
+    servo = Servo()
+    with attached(servo, [0.25, -1.5]) as (bridge, gripd):
+        yield bridge, servo, gripd
 
 
 def command(force_n: float) -> bytes:
@@ -192,41 +192,27 @@ def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[
 def test_what_is_held_stays_held_when_this_begins_again(stood: int, pressed: List[int], on: bool, first: int) -> None:
     servo = Servo()
     servo.stood, servo.pressed, servo.on = stood, pressed, on
-    with socket.create_server(("127.0.0.1", 0)) as gripd:
-        gripd.settimeout(10)
-        bridge = begun(gripd, servo)
-        try:
-            line, _ = gripd.accept()
-            with line:
-                line.sendall(command(1.5))
-                until(lambda: len(servo.limits) > 2)
-                assert set(servo.limits) == {first}
-                line.sendall(command(9.0))
-                until(lambda: servo.limits[-1:] == [max(450, first)])
-                line.sendall(b'{"type":"command","mode":"open"}\n')
-                until(lambda: servo.limits[-1:] == [500])
-                line.sendall(command(1.5))
-                until(lambda: servo.limits[-1:] == [75])
-        finally:
-            bridge.close()
+    with attached(servo, [0.0]) as (_, gripd), gripd.accept()[0] as line:
+        line.sendall(command(1.5))
+        until(lambda: len(servo.limits) > 2)
+        assert set(servo.limits) == {first}
+        line.sendall(command(9.0))
+        until(lambda: servo.limits[-1:] == [max(450, first)])
+        line.sendall(b'{"type":"command","mode":"open"}\n')
+        until(lambda: servo.limits[-1:] == [500])
+        line.sendall(command(1.5))
+        until(lambda: servo.limits[-1:] == [75])
 
 
 def test_nothing_is_written_before_the_servo_says_with_what_it_holds() -> None:
     servo = Servo()
     servo.stood, servo.pressed, servo.fails = 300, [299], True
-    with socket.create_server(("127.0.0.1", 0)) as gripd:
-        gripd.settimeout(10)
-        bridge = begun(gripd, servo)
-        try:
-            line, _ = gripd.accept()
-            with line:
-                line.sendall(command(1.5))
-                until(lambda: bridge.failures > 2)
-                servo.fails = False
-                until(lambda: len(servo.limits) > 2)
-                assert set(servo.limits) == {300}
-        finally:
-            bridge.close()
+    with attached(servo, [0.0]) as (bridge, gripd), gripd.accept()[0] as line:
+        line.sendall(command(1.5))
+        until(lambda: bridge.failures > 2)
+        servo.fails = False
+        until(lambda: len(servo.limits) > 2)
+        assert set(servo.limits) == {300}
 
 
 @pytest.mark.parametrize("error", [RuntimeError("Overload error!"), IndexError("short"), TypeError("closed")], ids=repr)

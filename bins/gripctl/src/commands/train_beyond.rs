@@ -53,7 +53,7 @@ pub(crate) fn ensemble(
     parts: &Parts,
     out: &OutputPath,
 ) -> anyhow::Result<Exit> {
-    let (data, test) = (&parts.train, parts.test.as_ref());
+    let data = &parts.train;
     if args.time_limit.is_some() {
         return Err(WrongArgument("--time-limit goes with --model mlp only".to_owned()).into());
     }
@@ -75,11 +75,8 @@ pub(crate) fn ensemble(
         epochs: notes.map(|note| note.epochs).sum(),
         members: Some(config.members),
         stop: format!("{} networks trained", config.members),
-        stated,
-        ..scored(&ensemble, data, test, config.fit.algorithm.name(), cpu)?
+        ..scored(&ensemble, parts, config.fit.algorithm.name(), cpu, stated)?
     };
-    let judges = [result.test_r2, result.stated.held_out_r2, result.train_r2];
-    let result = Result { worse_than_mean: worse_than_mean(judges), ..result };
     let weights = ensemble.members().first().map_or(0, weights);
     warn(args, warnings(data, weights).into_iter().chain(poor(&result)), Some(&text));
     report(args, &result, &data.targets)
@@ -97,7 +94,7 @@ fn poor(result: &Result<'_>) -> Option<String> {
 }
 
 pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
-    let (data, test) = (&parts.train, parts.test.as_ref());
+    let data = &parts.train;
     let before = clock::processor()?;
     Svr::check_rows(data).map_err(explain)?;
     let config = svr_config(args, data)?;
@@ -108,9 +105,8 @@ pub(crate) fn svr(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::
     out.write(svr.to_json()?)?;
     let stop = format!("c {}, gamma {}, epsilon {}", config.c, config.gamma, config.epsilon);
     let support_vectors = Some(svr.support_vectors());
-    let result = scored(&svr, data, test, "svr", cpu)?;
-    let result = Result { model: "svr", support_vectors, stop, ..result };
-    told(args, parts, Result { stated, ..result })
+    let result = scored(&svr, parts, "svr", cpu, stated)?;
+    finished(args, parts, &Result { model: "svr", support_vectors, stop, ..result })
 }
 
 pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::Result<Exit> {
@@ -121,8 +117,8 @@ pub(crate) fn gp(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow::R
     gp.columns.interval.clone_from(&stated.interval);
     out.write(gp.to_json()?)?;
     let stop = format!("{}, ln evidence {:.1}", gp.detail(), gp.ln_evidence());
-    let result = scored(&gp, &parts.train, parts.test.as_ref(), "gp", cpu)?;
-    told(args, parts, Result { model: "gp", stop, stated, ..result })
+    let result = scored(&gp, parts, "gp", cpu, stated)?;
+    finished(args, parts, &Result { model: "gp", stop, ..result })
 }
 
 /// A polynomial: `mean`, `linear`, or `poly`, a cubic.
@@ -139,8 +135,8 @@ pub(crate) fn poly(args: &TrainArgs, parts: &Parts, out: &OutputPath) -> anyhow:
     poly.columns.interval.clone_from(&stated.interval);
     out.write(poly.to_json()?)?;
     let (model, stop) = (poly.name(), format!("degree {degree}, {} coefficients", poly.size()));
-    let result = scored(&poly, &parts.train, parts.test.as_ref(), model, cpu)?;
-    told(args, parts, Result { model, stop, stated, ..result })
+    let result = scored(&poly, parts, model, cpu, stated)?;
+    finished(args, parts, &Result { model, stop, ..result })
 }
 
 /// The interval of what `fit` makes of all rows.
@@ -154,14 +150,12 @@ fn of_learner<L: Predict>(
     })
 }
 
-/// The result of a learner that is no network.
-fn told(args: &TrainArgs, parts: &Parts, result: Result<'_>) -> anyhow::Result<Exit> {
-    let judges = [result.test_r2, result.stated.held_out_r2, result.train_r2];
-    let result = Result { worse_than_mean: worse_than_mean(judges), ..result };
+/// Warns of what speaks against a learner that is no network, and prints its result.
+fn finished(args: &TrainArgs, parts: &Parts, result: &Result<'_>) -> anyhow::Result<Exit> {
     // That the mean is no better than the mean needs no warning.
-    let poor = poor(&result).filter(|_| result.model != "mean");
+    let poor = poor(result).filter(|_| result.model != "mean");
     warn(args, warnings(&parts.train, 1).into_iter().chain(poor), None);
-    report(args, &result, &parts.train.targets)
+    report(args, result, &parts.train.targets)
 }
 
 /// What is not given is chosen on a fifth of the rows, and then all rows are fitted.
@@ -195,11 +189,12 @@ pub(super) fn explain(error: OutlookError) -> anyhow::Error {
 
 fn scored<'a>(
     learner: &dyn Predict,
-    data: &DataSet,
-    test: Option<&DataSet>,
+    parts: &Parts,
     algorithm: &'a str,
     cpu: Duration,
+    stated: Stated,
 ) -> anyhow::Result<Result<'a>> {
+    let (data, test) = (&parts.train, parts.test.as_ref());
     let limits = data.target_scalings();
     let train = score(learner, data, &limits)?;
     let test: Option<Score> = test.map(|test| score(learner, test, &limits)).transpose()?;
@@ -217,8 +212,12 @@ fn scored<'a>(
         test_within_10pct: test.map(|test| test.within_10pct),
         train_r2: train.r2,
         test_r2: test.and_then(|test| test.r2),
-        worse_than_mean: worse_than_mean([test.and_then(|test| test.r2), train.r2, None]),
-        stated: Stated::default(),
+        worse_than_mean: worse_than_mean([
+            test.and_then(|test| test.r2),
+            stated.held_out_r2,
+            train.r2,
+        ]),
+        stated,
         support_vectors: None,
         members: None,
     })

@@ -21,15 +21,15 @@ from sensor_msgs.msg import JointState
 
 def goal(node, client, position, effort=()):
     """Accepted or not, feedback, result."""
-    heard = []
+    states = []
     command = JointState(name=["finger"], position=[position], effort=list(effort))
-    sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), lambda message: heard.append(message.feedback.state))
+    sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), lambda message: states.append(message.feedback.state))
     rclpy.spin_until_future_complete(node, sent, timeout_sec=10)
     if not sent.result().accepted:
-        return False, heard, None
+        return False, states, None
     ended = sent.result().get_result_async()
     rclpy.spin_until_future_complete(node, ended, timeout_sec=15)
-    return True, heard, ended.result().result
+    return True, states, ended.result().result
 
 
 def main():
@@ -51,13 +51,13 @@ def main():
         result = None
         # Until gripd listens, and knows the sensor's noise: refused, or aborted.
         while not (result and result.stalled) and time.monotonic() < begin + 30:
-            accepted, heard, result = goal(node, client, 0.0)
-        assert accepted and result.stalled and heard and result.state.effort[0] > 0, (accepted, result)
-        print(f"closed: holds with {result.state.effort[0]:.2f} N, {len(heard)} states meanwhile")
-        accepted, heard, result = goal(node, client, 0.0, [12.0])
+            accepted, states, result = goal(node, client, 0.0)
+        assert accepted and result.stalled and states and result.state.effort[0] > 0, (accepted, result)
+        print(f"closed: holds with {result.state.effort[0]:.2f} N, {len(states)} states meanwhile")
+        accepted, states, result = goal(node, client, 0.0, [12.0])
         assert accepted and result.stalled and result.state.effort[0] >= 12.0, (accepted, result)
         print(f"closed with at least 12 N: holds with {result.state.effort[0]:.2f} N")
-        accepted, heard, result = goal(node, client, 0.08)
+        accepted, states, result = goal(node, client, 0.08)
         assert accepted and result.reached_goal, (accepted, result)
         print("opened: released")
         for position, effort in ((float("nan"), []), (0.0, [float("inf")]), (0.0, [float("nan")]), (0.0, [-1.0])):
@@ -69,11 +69,11 @@ def main():
             stages = [message.grip for message in daemon.messages(0.5) if isinstance(message, State)]
         assert set(stages) == {GripStage.RELEASED}, stages
         print("no number, or too large: refused, still open")
-        heard = []
+        states = []
         command = JointState(name=["finger"], position=[0.0], effort=[15.0])
-        sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), heard.append)
+        sent = client.send_goal_async(ParallelGripperCommand.Goal(command=command), states.append)
         rclpy.spin_until_future_complete(node, sent, timeout_sec=10)
-        while not heard and time.monotonic() < begin + 60:
+        while not states and time.monotonic() < begin + 60:
             rclpy.spin_once(node, timeout_sec=0.1)
         running.kill()
         running.wait()
