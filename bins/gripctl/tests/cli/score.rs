@@ -149,7 +149,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
     let drawn = fs::read_to_string(folder.path().join("c.svg")).unwrap();
-    assert!(drawn.contains("(ROC)") && drawn.contains("fused, as configured"), "{drawn}");
+    assert!(drawn.contains("(ROC)") && drawn.contains("circles: as configured"), "{drawn}");
     let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
     let onsets_missed = ["stylus", "travel"]
