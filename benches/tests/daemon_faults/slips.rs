@@ -4,13 +4,12 @@
 //! never goes beyond [`MOST_RATIO`] times what is needed.
 
 use super::{
-    outcome::Outcome,
-    rig::{Rig, Setup},
+    rig::{Object, Rig},
+    times,
 };
-use crate::{daemon::process::Daemon, time};
-use anyhow::Result;
 use grip_sim::Truth;
-use rustix::process::Signal;
+use slip_benches::time;
+use stories::{Program, Signal};
 
 /// Largest force over the needed one.
 const MOST_RATIO: f64 = 2.5;
@@ -56,35 +55,24 @@ struct Fates {
     held: u64,
     /// Dropped where nothing could hold it any more.
     lost: u64,
+    /// The fault found no slip.
     missed: u64,
+    /// Largest force over the needed one.
     ratio: f64,
 }
 
-/// Each fault in `times` slips.
-pub(super) fn run(setup: &Setup<'_>, times: u64) -> Result<Outcome> {
-    let mut outcome = Outcome { times: times * FAULTS.len() as u64, ..Outcome::default() };
+#[test]
+fn what_could_still_be_held_after_a_fault_is_held() {
     for fault in FAULTS {
         let mut fates = Fates::default();
-        for index in 0..times {
-            slip(setup, fault, setup.seed + index, &mut fates, &mut outcome)?;
-        }
-        let Fates { held, lost, missed, ratio } = fates;
-        outcome.figure(format!(
-            "{fault:?}: {held} held, {lost} beyond help, {missed} where the fault found no slip, peak {ratio:.2} of the needed force"
-        ));
+        (2..2 + times(1)).for_each(|seed| slip(fault, seed, &mut fates));
+        println!("{fault:?}: {fates:?}");
     }
-    Ok(outcome)
 }
 
-fn slip(
-    setup: &Setup<'_>,
-    fault: Fault,
-    seed: u64,
-    fates: &mut Fates,
-    outcome: &mut Outcome,
-) -> Result<()> {
-    let rig = Rig::slipping(setup, seed)?;
-    let mut daemon = rig.daemon(&["--record", "slip.mcap"])?;
+fn slip(fault: Fault, seed: u64, fates: &mut Fates) {
+    let rig = Rig::seeded(Object::Slipping, seed);
+    let daemon = rig.daemon(&["--record", "slip.mcap"]);
     let truth = || rig.gripper.bench().mcu.truth();
     let mut begun = false;
     let mut lifted = None;
@@ -95,14 +83,14 @@ fn slip(
         begun = truth.slipping && truth.slip_mm() > BEGUN_MM;
         begun || since_s > LIFTED_S || truth.dropped()
     });
-    rig.missed(came, "nothing slips", &daemon)?;
+    rig.must(came, "nothing slips", &daemon);
     if !begun {
         fates.missed += 1;
-        return rig.finish(&mut daemon, outcome);
+        return rig.finish(daemon);
     }
     // By the fingers, not by the target: a gripper that holds takes its target back to what they have.
     let before_n = truth().applied_n;
-    let after = strike(&rig, &mut daemon, fault)?;
+    let (daemon, after) = strike(&rig, daemon, fault);
     let mut least_n = f64::INFINITY;
     let end = time::now();
     time::until(10, || {
@@ -112,27 +100,22 @@ fn slip(
     let reported = truth();
     let ratio = reported.force_peak_n / reported.force_needed_n;
     fates.ratio = fates.ratio.max(ratio);
-    outcome.require(ratio <= MOST_RATIO, || {
-        format!(
-            "{fault:?} in slip {seed}: {:.1} N of {:.1} N needed",
-            reported.force_peak_n, reported.force_needed_n
-        )
-    });
+    assert!(ratio <= MOST_RATIO, "{fault:?} in slip {seed}: {ratio} times the needed force");
     // Fingers whose object is gone may open.
-    outcome.require(reported.dropped() || least_n >= KEPT * before_n, || {
-        format!("{fault:?} in slip {seed}: lowered from {before_n:.2} to {least_n:.2} N")
-    });
+    assert!(
+        reported.dropped() || least_n >= KEPT * before_n,
+        "{fault:?} in slip {seed}: lowered from {before_n:.2} to {least_n:.2} N"
+    );
     let holdable = slid_mm(&after) < HOLDABLE_MM;
     fates.held += u64::from(!reported.dropped());
     fates.lost += u64::from(reported.dropped() && !holdable);
-    outcome.require(!reported.dropped() || !holdable, || {
-        format!(
-            "{fault:?} in slip {seed}: dropped, although it had slipped {:.1} mm at {:.0} mm/s",
-            after.slip_mm(),
-            1e3 * after.speed_m_s
-        )
-    });
-    rig.finish(&mut daemon, outcome)
+    assert!(
+        !reported.dropped() || !holdable,
+        "{fault:?} in slip {seed}: dropped, although it had slipped {:.1} mm at {:.0} mm/s",
+        after.slip_mm(),
+        1e3 * after.speed_m_s
+    );
+    rig.finish(daemon);
 }
 
 /// How far the object will have slipped (mm) before a daemon can answer: at the force of now, and braked at half its weight then.
@@ -143,26 +126,26 @@ fn slid_mm(now: &Truth) -> f64 {
     now.slip_mm() + 1e3 * slid_m
 }
 
-/// Lets `fault` happen: the truth when it is over.
-fn strike(rig: &Rig<'_>, daemon: &mut Daemon, fault: Fault) -> Result<Truth> {
+/// Lets `fault` happen: the daemon of then, and the truth when it is over.
+fn strike(rig: &Rig, mut daemon: Program, fault: Fault) -> (Program, Truth) {
+    let configs = rig.gripper.bench().judge.configs;
+    let configured = || time::until(20, || rig.gripper.bench().judge.configs > configs);
     match fault {
         Fault::Kill => {
-            daemon.kill()?;
-            let configs = rig.gripper.bench().judge.configs;
-            *daemon = rig.daemon(&["--record", "slip-again.mcap"])?;
-            time::until(20, || rig.gripper.bench().judge.configs > configs);
+            daemon.kill();
+            daemon = rig.daemon(&["--record", "slip-again.mcap"]);
+            configured();
         }
         Fault::Pause(ms) => {
-            daemon.signal(Signal::STOP)?;
+            daemon.signal(Signal::STOP);
             time::wait_ms(ms);
-            daemon.signal(Signal::CONT)?;
+            daemon.signal(Signal::CONT);
         }
         Fault::Unplug(ms) => {
             rig.gripper.bench().unplug();
             time::wait_ms(ms);
-            let configs = rig.gripper.bench().judge.configs;
-            rig.gripper.bench().plug()?;
-            time::until(20, || rig.gripper.bench().judge.configs > configs);
+            rig.gripper.bench().plug();
+            configured();
         }
         Fault::Stall(ms) => {
             rig.gripper.bench().hold_back(true);
@@ -170,5 +153,6 @@ fn strike(rig: &Rig<'_>, daemon: &mut Daemon, fault: Fault) -> Result<Truth> {
             rig.gripper.bench().hold_back(false);
         }
     }
-    Ok(rig.gripper.bench().mcu.truth())
+    let truth = rig.gripper.bench().mcu.truth();
+    (daemon, truth)
 }

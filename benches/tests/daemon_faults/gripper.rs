@@ -1,8 +1,6 @@
 //! A scene in; a gripper that lives in real time behind a name, and can be unplugged, exchanged, restarted and disturbed, out.
 
 use super::judge::{Judge, Limits, Present};
-use crate::time;
-use anyhow::{Context as _, Result};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
@@ -11,6 +9,7 @@ use grip_link::{
 use grip_sim::{Pty, Scene, VirtualMcu, pty::PtyError};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
+use slip_benches::time;
 use slip_core::units::Micros;
 use std::{
     path::{Path, PathBuf},
@@ -53,13 +52,13 @@ impl Sent {
 
 /// The gripper, its line and its judge, one turn at a time.
 #[derive(Debug)]
-pub struct Bench {
+pub(crate) struct Bench {
     /// The gripper at the port.
-    pub mcu: VirtualMcu,
+    pub(crate) mcu: VirtualMcu,
     /// The gripper that belongs there, while another one stands in its place.
     away: Option<(VirtualMcu, Judge)>,
     /// Listens to every command.
-    pub judge: Judge,
+    pub(crate) judge: Judge,
     link: PathBuf,
     limits: Limits,
     pty: Option<Pty>,
@@ -74,7 +73,6 @@ pub struct Bench {
     seen: Instant,
     /// Longest time between two turns (us): the machine had no time for this thread.
     stalled_us: u64,
-    failed: Option<String>,
 }
 
 impl Bench {
@@ -156,90 +154,76 @@ impl Bench {
     }
 
     /// Restarts the gripper in the middle of whatever it does; its rows count from 0 again.
-    pub fn reboot(&mut self) {
+    pub(crate) fn reboot(&mut self) {
         self.mcu.reset();
         self.judge.restarted();
         self.sent = Sent::new();
     }
 
     /// Closes the port: the name is gone, and whoever had it open is informed.
-    pub fn unplug(&mut self) {
+    pub(crate) fn unplug(&mut self) {
         self.pty = None;
         self.unsent.clear();
     }
 
     /// Opens another port under the old name.
-    ///
-    /// # Errors
-    /// Where the system has none.
-    pub fn plug(&mut self) -> Result<()> {
-        self.pty = Some(Pty::open(Some(&self.link))?);
-        Ok(())
+    pub(crate) fn plug(&mut self) {
+        self.pty = Some(Pty::open(Some(&self.link)).unwrap());
     }
 
     /// Puts another gripper at the port; the right one goes on living without a line.
-    ///
-    /// # Errors
-    /// Where the scene makes none.
-    pub fn exchange_for(&mut self, other: &Scene) -> Result<()> {
-        let stranger = VirtualMcu::new(other, 77)?;
+    pub(crate) fn exchange_for(&mut self, other: &Scene) {
+        let stranger = VirtualMcu::new(other, 77).unwrap();
         let right = core::mem::replace(&mut self.mcu, stranger);
         let judge = core::mem::replace(&mut self.judge, Judge::new(self.limits, true));
         self.sent = Sent::new();
         self.away = Some((right, judge));
-        self.plug()
+        self.plug();
     }
 
     /// Puts the right gripper back; gives the stranger and its judge.
-    ///
-    /// # Errors
-    /// Where the system has no port.
-    pub fn bring_back(&mut self) -> Result<Option<(VirtualMcu, Judge)>> {
+    pub(crate) fn bring_back(&mut self) -> (VirtualMcu, Judge) {
         self.unplug();
         self.sent = Sent::new();
-        let stranger = self.away.take().map(|(mcu, judge)| {
-            let stranger = core::mem::replace(&mut self.mcu, mcu);
-            (stranger, core::mem::replace(&mut self.judge, judge))
-        });
-        self.plug()?;
-        Ok(stranger)
+        let (mcu, judge) = self.away.take().unwrap();
+        let stranger = core::mem::replace(&mut self.mcu, mcu);
+        let judge = core::mem::replace(&mut self.judge, judge);
+        self.plug();
+        (stranger, judge)
     }
 
     /// From now on the line holds back what the gripper sends, or delivers all of it.
-    pub fn hold_back(&mut self, hold: bool) {
+    pub(crate) fn hold_back(&mut self, hold: bool) {
         self.held_back = hold;
     }
 
     /// From now on bytes are changed and added on both ways, or no more.
-    pub fn disturb(&mut self, seed: Option<u64>) {
+    pub(crate) fn disturb(&mut self, seed: Option<u64>) {
         self.noise = seed.map(ChaCha8Rng::seed_from_u64);
     }
 
     /// From now on the force must not fall below what it is, nor the object; or it may.
-    pub fn must_hold(&mut self, hold: bool) {
+    pub(crate) fn must_hold(&mut self, hold: bool) {
         self.least_n = hold.then(|| KEPT * self.mcu.commanded_n());
     }
 
     /// The gripper follows fresh commands.
-    #[must_use]
-    pub fn is_active(&self) -> bool {
+    pub(crate) fn is_active(&self) -> bool {
         self.mcu.link().state() == DeviceState::Active
     }
 
     /// Number of the row after the newest that was sent, and what it was when the newest settings came.
-    #[must_use]
-    pub fn rows_sent(&self) -> (u32, u32) {
+    pub(crate) fn rows_sent(&self) -> (u32, u32) {
         (self.sent.next, self.sent.at_config)
     }
 
     /// Longest time (us) for which the machine let the gripper's thread wait since this was asked last.
-    pub fn take_stall_us(&mut self) -> u64 {
+    pub(crate) fn take_stall_us(&mut self) -> u64 {
         core::mem::take(&mut self.stalled_us)
     }
 
     /// Time of the gripper (us).
-    #[must_use]
-    pub fn now_us(&self) -> u64 {
+    pub(crate) fn now_us(&self) -> u64 {
         self.now.0
     }
 }
@@ -271,7 +255,7 @@ fn milli(newtons: f64) -> i32 {
 
 /// A gripper in a thread; it ends with this.
 #[derive(Debug)]
-pub struct Gripper {
+pub(crate) struct Gripper {
     bench: Arc<Mutex<Bench>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -279,18 +263,15 @@ pub struct Gripper {
 
 impl Gripper {
     /// A gripper with an open hand at the port `link`.
-    ///
-    /// # Errors
-    /// Where the scene makes no gripper or the system has no port.
-    pub fn start(scene: &Scene, link: &Path, limits: Limits) -> Result<Self> {
-        let mcu = VirtualMcu::new(scene, 1)?;
+    pub(crate) fn start(scene: &Scene, link: &Path, limits: Limits) -> Self {
+        let mcu = VirtualMcu::new(scene, 1).unwrap();
         let bench = Arc::new(Mutex::new(Bench {
             mcu,
             away: None,
             judge: Judge::new(limits, false),
             link: link.to_owned(),
             limits,
-            pty: Some(Pty::open(Some(link))?),
+            pty: Some(Pty::open(Some(link)).unwrap()),
             unsent: Vec::new(),
             sent: Sent::new(),
             noise: None,
@@ -299,35 +280,27 @@ impl Gripper {
             now: Micros(0),
             seen: time::now(),
             stalled_us: 0,
-            failed: None,
         }));
         let stop = Arc::new(AtomicBool::new(false));
         let (inside, over) = (Arc::clone(&bench), Arc::clone(&stop));
         let thread = thread::Builder::new()
             .name("gripper".to_owned())
             .spawn(move || live(&inside, &over))
-            .context("start the gripper")?;
-        Ok(Self { bench, stop, thread: Some(thread) })
+            .unwrap();
+        Self { bench, stop, thread: Some(thread) }
     }
 
     /// The gripper between two turns; time stands still for it meanwhile.
-    pub fn bench(&self) -> MutexGuard<'_, Bench> {
+    pub(crate) fn bench(&self) -> MutexGuard<'_, Bench> {
         self.bench.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The gripper is pressed on the object and follows fresh commands.
-    #[must_use]
-    pub fn until_gripped(&self) -> bool {
+    pub(crate) fn until_gripped(&self) -> bool {
         time::until(120, || {
             let bench = self.bench();
             bench.is_active() && bench.mcu.commanded_n() > 1.5
         })
-    }
-
-    /// Why the line failed, if it did.
-    #[must_use]
-    pub fn failure(&self) -> Option<String> {
-        self.bench().failed.clone()
     }
 }
 
@@ -345,8 +318,9 @@ fn live(bench: &Mutex<Bench>, over: &AtomicBool) {
     while !over.load(Ordering::Relaxed) {
         {
             let mut bench = bench.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Err(error) = bench.turn() {
-                bench.failed = Some(error.to_string());
+            let failed = bench.turn().err().map(|error| format!("the line failed: {error}"));
+            if let Some(failed) = failed {
+                bench.judge.violation(failed);
                 return;
             }
         }
