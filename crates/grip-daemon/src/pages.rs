@@ -16,6 +16,7 @@ use crate::{
 /// # Errors
 /// [`Refusal`] where there is no such page, it cannot be made, or the health is not good.
 pub fn page(board: &Board, now_us: u64, exposition: &mut Exposition, path: &str) -> Page {
+    let plain = |text| Ok(Content::whole("text/plain; charset=utf-8", text));
     let script = |text| Ok(Content::whole("text/javascript; charset=utf-8", text));
     match path {
         "/metrics" => {
@@ -26,15 +27,13 @@ pub fn page(board: &Board, now_us: u64, exposition: &mut Exposition, path: &str)
             let json = Status::of(board, now_us).json().map_err(|_| Refusal::Internal)?;
             Ok(Content::whole("application/json", format!("{json}\n")))
         }
-        "/healthz" if board.is_healthy() => Ok(Content::whole("text/plain; charset=utf-8", "ok\n")),
+        "/healthz" if board.is_healthy() => plain("ok\n"),
         "/healthz" => Err(Refusal::Unavailable),
         "/" => Ok(Content::whole("text/html; charset=utf-8", include_str!("web/page.html"))),
         "/page.css" => Ok(Content::whole("text/css; charset=utf-8", include_str!("web/page.css"))),
         "/page.js" => script(include_str!("web/page.js")),
         "/uplot.js" => script(include_str!("web/uPlot.iife.min.js")),
-        "/uplot.license" => {
-            Ok(Content::whole("text/plain; charset=utf-8", include_str!("web/uPlot.LICENSE")))
-        }
+        "/uplot.license" => plain(include_str!("web/uPlot.LICENSE")),
         "/events" => {
             let all = Feed::default().next(board, now_us, 1).ok_or(Refusal::Internal)?;
             Ok(Content { media_type: "text/event-stream", text: all.into(), more: true })

@@ -242,28 +242,19 @@ mod tests {
     #[test]
     fn a_stream_keeps_only_so_much_and_so_long_for_its_client() {
         let limits = Limits { stream_bytes: 10, ..Limits::default() };
-        let begin = |now_us| {
-            let mut exchange = Exchange::new(now_us, limits, true);
+        let [mut full, mut slow] = [(); 2].map(|()| Exchange::new(0, limits, true));
+        for exchange in [&mut full, &mut slow] {
             let page = &mut |_: &str| Ok(Content { more: true, ..Content::whole("a/b", "first") });
-            exchange.receive(now_us, b"GET / HTTP/1.1\r\n\r\n", page);
-            assert!(!exchange.was_sent(exchange.to_send().len() - 5));
-            exchange
-        };
-        let mut full = begin(0);
-        full.append(0, "12345");
-        assert_eq!(full.to_send(), b"first12345");
-        full.append(0, "6");
-        assert!(full.is_over() && full.to_send().is_empty());
-        let mut slow = begin(0);
-        slow.was_sent(5);
-        slow.tick(u64::MAX);
-        assert!(slow.streams(), "who has taken everything stays");
-        slow.append(7, "12345");
-        slow.was_sent(4);
-        slow.tick(6 + limits.answer_us);
-        assert!(slow.streams());
+            exchange.receive(0, b"GET / HTTP/1.1\r\n\r\n", page);
+            exchange.was_sent(exchange.to_send().len());
+            exchange.tick(u64::MAX);
+            exchange.append(7, "12345");
+            exchange.tick(6 + limits.answer_us);
+            assert_eq!(exchange.to_send(), b"12345", "who takes everything stays");
+        }
         slow.tick(7 + limits.answer_us);
-        assert!(slow.is_over());
+        full.append(8, "678901");
+        assert!(slow.is_over() && full.is_over() && full.to_send().is_empty());
     }
 
     #[test]

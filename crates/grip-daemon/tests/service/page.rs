@@ -42,11 +42,10 @@ fn the_page_is_for_this_computer_and_runs_nothing_but_its_files() {
         assert!(rig.ask(&get(file)).starts_with("HTTP/1.1 200 "), "{file}");
     }
     assert!(!["<style", " style=", " on", "://"].iter().any(|text| body.contains(text)));
-    for (host, origin) in [("evil.example", ""), ("localhost", "Origin: http://evil.example\r\n")] {
-        for path in ["/", "/events"] {
-            let request = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{origin}\r\n");
-            assert!(rig.ask(&request).starts_with("HTTP/1.1 421 "), "{request}");
-        }
+    for foreign in ["/ HTTP/1.1\r\nHost", "/events HTTP/1.1\r\nHost", "/events HTTP/1.1\r\nOrigin"]
+    {
+        let answer = rig.ask(&format!("GET {foreign}: http://evil.example\r\n\r\n"));
+        assert!(answer.starts_with("HTTP/1.1 421 "), "{foreign}");
     }
 }
 
@@ -91,12 +90,12 @@ fn a_viewer_gets_events_and_one_that_does_not_read_is_dropped() {
     }
     assert!(rig.ask(&get("/events")).starts_with("HTTP/1.1 503 "), "four at a time");
     assert!(rig.ask(&get("/metrics")).starts_with("HTTP/1.1 200 "), "others are served");
-    let (mut read, mut sent, mut feed) = (String::new(), 1, Feed::default());
+    let (mut read, mut sent, mut feed, mut board) =
+        (String::new(), 2, Feed::default(), made::board());
     // Beyond the limits of a request and of an answer: who reads stays.
     while rig.server.counts().0 > 1 || rig.now_us < 20_000_000 {
         rig.now_us += EVERY_US;
-        let mut board = made::board();
-        take(&mut board, 2_000_000, &[made::STATE; 300]);
+        take(&mut board, sent * 6_000_000, &[made::STATE; 300]);
         rig.server.publish(rig.now_us, &feed.next(&board, rig.now_us, 1).unwrap());
         rig.turn();
         sent += 1;
@@ -109,7 +108,7 @@ fn a_viewer_gets_events_and_one_that_does_not_read_is_dropped() {
     assert_eq!(rig.server.streams(), 1);
     let (head, events) = read.split_once("\r\n\r\n").unwrap();
     assert!(head.contains("\r\nContent-Type: text/event-stream\r\n"), "{head}");
-    assert!(events.matches("\n\n").count() > sent / 2, "{sent}");
+    assert!(events.matches("\n\n").count() > 100);
     for event in events.split_inclusive("\n\n").filter(|event| event.ends_with("\n\n")) {
         let data = event.strip_prefix("retry: 2000\ndata: ").unwrap();
         assert!(serde_json::from_str::<Value>(data).unwrap()["points"].is_array());
