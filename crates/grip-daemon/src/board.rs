@@ -167,7 +167,7 @@ impl Board {
         match *item {
             Item::Began { .. } => self.pipelines += 1,
             Item::State(state) => {
-                self.course.take(state);
+                self.course.take(state, self.fault().is_some());
                 self.state = Some(*state);
             }
             Item::Event { host_us, event } => self.event(host_us, *event),
@@ -251,6 +251,11 @@ impl Board {
     #[must_use]
     pub fn link(&self) -> &LinkBoard {
         &self.link
+    }
+
+    /// The latched fault of the gripper, where it has one.
+    pub(crate) fn fault(&self) -> Option<FaultCode> {
+        self.link.device.map(|device| device.fault).filter(|fault| fault.is_fault())
     }
 
     /// The last counters.

@@ -4,6 +4,7 @@ use crate::{
     board::Board,
     status::{Link, Pipeline},
 };
+use grip_link::message::FaultCode;
 use grip_session::json_object;
 use serde::Serialize;
 use slip_core::{PipelineState, sample::Scene, units::Micros};
@@ -41,8 +42,8 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    /// Takes a state; device time that goes back begins a new course.
-    pub(crate) fn take(&mut self, state: &PipelineState) {
+    /// Takes a state; device time that goes back begins a new course. A `faulty` gripper holds nothing.
+    pub(crate) fn take(&mut self, state: &PipelineState, faulty: bool) {
         if state.t < self.newest {
             self.points.clear();
         }
@@ -59,7 +60,7 @@ impl Course {
         let PipelineState { command_n, applied_n, need_low_n, need_n, need_high_n, .. } = *state;
         self.points.push_back(Point {
             t_s: state.t.as_seconds(),
-            scene: state.scene.name(),
+            scene: if faulty { "fault" } else { state.scene.name() },
             slip: core::mem::take(&mut self.slipped),
             statistic: self.statistic.take(),
             forces_n: [command_n, applied_n, need_low_n, need_n, need_high_n],
@@ -82,6 +83,8 @@ json_object! {
         dry_run: bool = board.about.dry_run;
         healthy: bool = board.is_healthy();
         link: Link<'a> = Link::of(board);
+        /// What the fault of the gripper means, where it is a listed one.
+        fault: Option<&'static str> = FaultCode::TABLE.iter().find(|(code, ..)| Some(*code) == board.fault()).map(|(.., words)| *words);
         pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(board, now_us, state));
         slips: u64 = board.counters().slips;
         /// In words, the newest first.

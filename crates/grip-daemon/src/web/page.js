@@ -6,11 +6,12 @@ const GAP_S = 0.3;       // longer without a point: the lines are open
 const QUIET_MS = 2000;   // longer without a message: gripd is gone
 const EVIDENCE = [1e-6, 1e-4, 0.01, 1, 100];
 const WORDS = {idle: "IDLE", moving: "MOVING", holding: "HELD", slipping: "SLIPPING"};
+const OBJECT_LOST = 0x0201;
 const BLANK = {forces_n: []};
 
 const at = id => document.getElementById(id);
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-const number = (value, unit = " N") => value == null ? "–" : value.toFixed(2) + unit;
+const number = (value, unit = " N") => value == null ? "–" : value.toFixed(2).replace("-0.00", "0.00") + unit;
 
 let points = [];
 let live = null;         // the last message
@@ -42,9 +43,10 @@ function state() {
     if (!healthy && !["stream", "degraded"].includes(link.state)) return ["NO GRIPPER", link.closed ?? "waiting for it"];
     if (!healthy || !pipeline) return ["NO SAMPLES", `nothing usable for ${number(pipeline?.age_s, " s")}`];
     const ill = Object.entries(pipeline.health).filter(([, health]) => !["good", "absent"].includes(health));
-    const wrong = [...ill.map(pair => pair.join(" ")), live.dry_run ? "dry run: no force is commanded" : ""];
-    if (link.gripper_fault) wrong.unshift("the gripper reports fault " + link.gripper_fault.toString(16).padStart(4, "0"));
-    return [link.gripper_fault ? "FAULT" : WORDS[pipeline.scene], wrong.filter(Boolean).join(", ")];
+    const wrong = [...ill.map(pair => pair.join(" ") + "."), live.dry_run ? "Dry run: no force is commanded." : ""];
+    if (link.gripper_fault) wrong.unshift(`fault ${link.gripper_fault.toString(16).padStart(4, "0")}: ${live.fault ?? "not a listed one"}`);
+    const word = link.gripper_fault === OBJECT_LOST ? "DROPPED" : link.gripper_fault ? "FAULT" : WORDS[pipeline.scene];
+    return [word, wrong.filter(Boolean).join(" ")];
 }
 
 function words() {
@@ -62,7 +64,7 @@ function words() {
         version: live ? "gripd " + live.version : "",
     };
     for (const [id, text] of Object.entries(texts)) if (at(id).textContent !== String(text)) at(id).textContent = text;
-    at("word").className = Object.keys(WORDS).find(scene => WORDS[scene] === word) ?? "slipping";
+    at("word").className = Object.keys(WORDS).find(scene => WORDS[scene] === word) ?? "fault";
     at("link").className = wrong ? "bad" : "";
     document.title = `${word} ${texts.command} - gripd`;
     const lines = live?.events ?? [];

@@ -5,10 +5,11 @@ use crate::{
     server::{Rig, get},
 };
 use grip_daemon::{
-    Board, Item,
+    Board, Item, LinkNote,
     board::About,
     live::{EVERY_US, Feed},
 };
+use grip_link::message::{FaultCode, Status};
 use serde_json::{Value, json};
 use slip_core::{Phase, PipelineState, alarm::Method, sample::Scene, units::Micros};
 use std::io::{Read as _, Write as _};
@@ -73,9 +74,15 @@ fn a_message_has_the_points_since_the_last_one_and_numbers_or_null() {
     assert_eq!(next(&mut feed, &board, 2 * EVERY_US)["points"], json!([]));
     take(&mut board, 2_000_000, &[made::STATE; 5000]);
     assert_eq!(next(&mut feed, &board, 3 * EVERY_US)["points"].as_array().unwrap().len(), 600);
+    let dropped = Status { fault: FaultCode::OBJECT_LOST, ..made::STATUS };
+    board.take(&Item::Link { host_us: 9, note: &LinkNote::Status(dropped) });
     take(&mut board, 1, &[made::STATE]);
     let restarted = next(&mut Feed::default(), &board, 0);
-    assert_eq!(restarted["points"], json!([point(1e-6, false, 0.75)]));
+    assert_eq!(restarted["points"].as_array().unwrap().len(), 1);
+    assert_eq!(
+        (&restarted["points"][0]["scene"], &restarted["fault"]),
+        (&json!("fault"), &json!("the object is gone."))
+    );
 }
 
 #[test]
