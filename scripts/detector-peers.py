@@ -22,7 +22,9 @@ import csv, pathlib, subprocess, sys, tempfile
 import numpy as np
 import torch
 
-from benchmark import head, rows, score
+sys.dont_write_bytecode = True
+
+from benchmark import head, rows, score  # noqa: E402
 
 GUARD_S, RELEASE_S, CLIP, FOLDS = 0.06, 0.05, 64, 3
 
