@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Detectors in the manner of published ones beside ours: the same recordings, channels, false alarms and rules of `gripctl score`.
 
-usage: detector-peers.py GRIPCTL DATA [MOTION MOTION...]      (Python 3.9, numpy, torch; one thread, a quarter of an hour)
+usage: detector-peers.py GRIPCTL DATA [MOTION MOTION...]      (Python 3.9, numpy, torch; one thread)
   GRIPCTL   a release build of gripctl
   DATA      the folder of recordings (CONTRIBUTING.md, Data)
   MOTION    folders of a generator of slips under motion (work.csv and set/), each a robot of its own
