@@ -70,7 +70,6 @@ impl Travel {
     /// Distance moved at `time` (mm), linear between the two neighbours; `None` outside the times known.
     /// Of several points at the same time the last one holds.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "steps between poses are far below 2^53 us")]
     pub fn travel_at(&self, time: Micros) -> Option<f64> {
         let after = self.points.partition_point(|point| point.0 <= time);
         let &(t0, mm0) = self.points.get(after.checked_sub(1)?)?;

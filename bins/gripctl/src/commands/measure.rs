@@ -168,7 +168,6 @@ impl Meter {
     fn finish(self) -> anyhow::Result<Measured> {
         let link = self.session.link();
         let config = link.in_force().ok_or_else(|| anyhow!("the gripper has lost its settings"))?;
-        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate_hz = config.sample_rate_hz as f32;
         let present =
             |channel: &Channel| self.samples.iter().any(|sample| channel.reading(sample).is_some());

@@ -346,7 +346,6 @@ impl RowBoard {
                     }
                 }
                 (Ok(()), _) => {
-                    #[expect(clippy::cast_precision_loss, reason = "below 2^53 rows")]
                     let t_us = timed.map_or(number as f64 * period_us, |s| 1e6 * s);
                     if self.follows(now_us, t_us, timed.is_some())? {
                         self.wait(now_us)?;
@@ -396,7 +395,6 @@ impl RowBoard {
         }
         self.times.refused = 0;
         if let Some(board) = self.board.as_mut().filter(|_| timed) {
-            #[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]
             let ahead_us = t_us + self.times.shift_us - board.clock.tick(now_us) as f64;
             if ahead_us > LEAP_US {
                 self.times.shift_us -= (gap - 1.0) * period_us;
@@ -509,7 +507,6 @@ impl RowBoard {
         }
         if let Placed::After(late_us) = placed {
             board.jumped_us += late_us;
-            #[expect(clippy::cast_precision_loss, reason = "a time")]
             let late_us = late_us as f64;
             self.times.shift_us += late_us;
             self.times.last_us += late_us;

@@ -33,7 +33,6 @@ pub(crate) struct Fft {
 impl Fft {
     pub(crate) fn new(trial_n: f64, rate_hz: f64) -> Self {
         let bins = (1..BLOCK / 2).map(|bin| {
-            #[expect(clippy::cast_precision_loss, reason = "below 64")]
             let bin = bin as f64;
             bin
         });
