@@ -492,7 +492,11 @@ impl Rollout {
         }
     }
 
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a small count; the cast saturates")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a share of a small count; the cast saturates"
+    )]
     fn share(&self, all: usize) -> usize {
         (self.config.some.clamp(0.0, 1.0) * all as f64).ceil() as usize
     }
