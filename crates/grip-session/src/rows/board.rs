@@ -33,7 +33,7 @@ const REFUSED_US: f64 = 1e6;
 const WRITTEN_OUT: u64 = 3;
 
 /// What is known before the first byte.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoardOptions {
     /// The gripper, where commands go back to the program.
     pub actuator: Option<Actuator>,
@@ -85,7 +85,7 @@ pub struct RowCounters {
 }
 
 /// The board.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct RowBoard {
     options: BoardOptions,
     header: Vec<u8>,
@@ -108,20 +108,7 @@ impl RowBoard {
     /// A board that waits for its header.
     #[must_use]
     pub fn new(options: BoardOptions) -> Self {
-        Self {
-            options,
-            header: Vec::new(),
-            cutter: None,
-            board: None,
-            ended: false,
-            cut: false,
-            times: Times::default(),
-            joined: None,
-            counters: RowCounters::default(),
-            reports: Vec::new(),
-            gripper: Gripper::default(),
-            row: Vec::new(),
-        }
+        Self { options, ..Self::default() }
     }
 
     /// The gripper, where there is one.
