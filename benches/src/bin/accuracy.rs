@@ -60,6 +60,7 @@ fn show(panel: &Panel, wanted: &Wanted) -> Result<(), Box<dyn Error>> {
 }
 
 /// Processor time of this process.
+#[expect(clippy::cast_precision_loss, reason = "differences of seconds are exact to nanoseconds")]
 fn processor_ns() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 * 1e9 + time.tv_nsec as f64

@@ -175,6 +175,7 @@ fn nanos(seconds: f64) -> u64 {
     (seconds * 1e9) as u64
 }
 
+#[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
 fn us(ns: u64) -> f64 {
     ns as f64 / 1000.0
 }

@@ -302,6 +302,7 @@ fn report(
     let percent = |ns: u64| 100.0 * seconds(ns) / watched.seconds;
     let threads = watched.usage.since(&watched.first);
     let cpu_percent = percent(threads.values().sum());
+    #[expect(clippy::cast_precision_loss, reason = "a count of wake-ups")]
     let wakes = watched.usage.waits.saturating_sub(watched.first.waits) as f64;
     let recording = fs::metadata(soak.folder.join("run.mcap")).context("the recording")?;
     Ok(Report {

@@ -18,6 +18,7 @@ impl Tail {
     /// Of the `most` largest `peaks`, which are positive and in rising order and were seen in `seconds`; `None` where there are no more
     /// peaks than that, or `most` is 0.
     #[must_use]
+    #[expect(clippy::cast_precision_loss, reason = "counts of seconds")]
     pub(super) fn of(peaks: &[f32], most: usize, seconds: usize) -> Option<Self> {
         let from = peaks.len().checked_sub(most + 1)?;
         let (&start, tail) = peaks.get(from..)?.split_first()?;

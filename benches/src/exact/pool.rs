@@ -19,6 +19,7 @@ impl Draw {
     }
 
     /// Evenly from 0 to 1.
+    #[expect(clippy::cast_precision_loss, reason = "53 digits")]
     pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
