@@ -1,7 +1,6 @@
 //! Time of one sample through the pipeline, scene by scene, with and without skipping.
 #![expect(
     clippy::expect_used,
-    clippy::cast_precision_loss,
     reason = "a bench that cannot be set up has to stop; signals of some thousand samples"
 )]
 

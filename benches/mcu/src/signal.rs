@@ -57,7 +57,6 @@ impl Signal {
         self.random ^= self.random << 13;
         self.random ^= self.random >> 17;
         self.random ^= self.random << 5;
-        #[expect(clippy::cast_precision_loss, reason = "24 bits")]
         let unit = (self.random >> 8) as f32 / 8_388_608.0;
         unit - 1.0
     }

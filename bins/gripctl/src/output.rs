@@ -3,13 +3,13 @@
 pub(crate) use crate::print::{is_closed_pipe, json, line, number};
 
 use crate::cli::ForceArgs;
-use core::fmt::Display;
+use core::{fmt::Display, sync::atomic::AtomicBool};
 use grip_plot::Chart;
 use grip_record::outputs::{OutputError, OutputKind, OutputPath};
 use grip_session::exit::{escape, lines};
 use indicatif::{ProgressBar, ProgressStyle};
 use mlp::train::{Classified, Evaluation};
-use std::{io, path::Path};
+use std::{io, path::Path, sync::Arc};
 
 /// A recording, or rows of data, as columns.
 pub(crate) const COLUMNS: OutputKind = OutputKind::data(&["csv", "npz"]);
@@ -72,6 +72,25 @@ pub(crate) fn note(text: &str) {
 /// One line for standard error on a file or a name.
 pub(crate) fn remark(of: impl Display, text: impl Display) {
     note(&escape(&format!("{of}: {text}")));
+}
+
+/// Whether the user has stopped the program (Ctrl-C, SIGTERM), from now on.
+pub(crate) fn stopped() -> io::Result<Arc<AtomicBool>> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
+    }
+    Ok(stopped)
+}
+
+/// What an optional output is called, looked at as by [`path`].
+pub(crate) fn optional(
+    file: Option<&Path>,
+    kind: OutputKind,
+    force: &ForceArgs,
+    inputs: &[Option<&Path>],
+) -> Result<Option<OutputPath>, OutputError> {
+    file.map(|file| path(file, kind, force, inputs)).transpose()
 }
 
 /// A bar for so many of `what`, with the time that is left: on a terminal, on standard error; nothing elsewhere.

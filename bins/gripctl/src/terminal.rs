@@ -97,7 +97,6 @@ fn dot(share: f64, count: usize) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "a share of some hundred dots"
     )]
     let dot = (share.clamp(0.0, 1.0) * count as f64) as usize;

@@ -85,7 +85,6 @@ struct Stages {
 
 impl Summary {
     pub(crate) fn new(ended: &Ended, truth: Option<Truth>) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
         let us = |ns: u64| ns as f64 / 1000.0;
         let Ended { counters, command_n, lost, service, recorded, rows } = *ended;
         let unrecorded =

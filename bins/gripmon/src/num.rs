@@ -9,21 +9,18 @@ pub const fn narrow(x: f64) -> f32 {
 
 /// A count as a number.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53")]
 pub const fn count(n: usize) -> f64 {
     n as f64
 }
 
 /// A counter as a number.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53")]
 pub const fn counter(n: u64) -> f64 {
     n as f64
 }
 
 /// A number of microseconds, before or after, as a number.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53")]
 pub const fn signed(n: i64) -> f64 {
     n as f64
 }

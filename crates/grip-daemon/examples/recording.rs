@@ -38,7 +38,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         let file = if turn == 0 { file } else { &again };
         let start = busy_ns();
         samples = record(Path::new(file), &items)?;
-        #[expect(clippy::cast_precision_loss, reason = "only shown")]
         let ns = (busy_ns() - start) as f64 / samples as f64;
         best_ns = best_ns.min(ns);
         if turn > 0 {
@@ -46,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let bytes = fs::metadata(file)?.len();
-    #[expect(clippy::print_stdout, clippy::cast_precision_loss, reason = "the result")]
+    #[expect(clippy::print_stdout, reason = "the result")]
     {
         println!(
             "{samples} samples, {best_ns:.0} ns each with everything beside them, {:.1} bytes each; {:.2} % of a core at 10 kHz",

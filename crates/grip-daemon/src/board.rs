@@ -304,7 +304,6 @@ impl Board {
     pub fn rate_hz(&self) -> Option<f64> {
         let ((first_us, first), (last_us, last)) = self.counts.front().zip(self.counts.back())?;
         let us = last_us.checked_sub(*first_us).filter(|us| *us > 0)?;
-        #[expect(clippy::cast_precision_loss, reason = "counts of a second")]
         let rate = (last - first) as f64 * 1e6 / us as f64;
         Some(rate)
     }

@@ -108,7 +108,6 @@ impl Metric<'_> {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "times of a program")]
 fn seconds(ns: u64) -> f64 {
     ns as f64 * 1e-9
 }

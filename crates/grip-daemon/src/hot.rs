@@ -449,7 +449,6 @@ impl<C: Fn() -> u64> Hot<C> {
             applied_n: self.session.applied_n(),
             lost: self.session.lost(),
             rate_hz: self.session.link().in_force().map_or(0, |config| config.sample_rate_hz),
-            #[expect(clippy::cast_precision_loss, reason = "an age of seven digits")]
             late_ms: self.late_us.map(|us| us as f32 * 1e-3),
             ..state
         })

@@ -61,7 +61,6 @@ impl Latency {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            clippy::cast_precision_loss,
             reason = "a share of a count"
         )]
         let wanted = ((q.clamp(0.0, 1.0) * count as f64).ceil() as u64).max(1);
@@ -142,7 +141,6 @@ mod tests {
         let mut latency = Latency::default();
         (1..=10_000).for_each(|us| latency.record(1000 * us));
         for (q, exact) in [(0.5, 5e6), (0.99, 9.9e6), (0.999, 9.99e6), (0.01, 1e5)] {
-            #[expect(clippy::cast_precision_loss, reason = "a test")]
             let ratio = latency.quantile_ns(q).unwrap() as f64 / exact;
             assert!((1.0..=1.125).contains(&ratio), "{q}: {ratio}");
         }

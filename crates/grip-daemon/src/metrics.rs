@@ -11,7 +11,6 @@ pub fn write(board: &Board, now_us: u64, page: &mut Exposition) {
     page.clear();
     let version = board.about.version.as_str();
     page.info("gripd_build_info", "Version of gripd.", &[("version", version)]);
-    #[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]
     let uptime_s = now_us as f64 * 1e-6;
     page.gauge("gripd_uptime_seconds", "Time since gripd started.").one(uptime_s);
     link(board, page);

@@ -513,7 +513,6 @@ impl<C: Fn() -> u64> Thread<C> {
 fn order(drive: Drive) -> Order {
     match drive {
         Drive::Force(force_mn) if force_mn > 0 => {
-            #[expect(clippy::cast_precision_loss, reason = "a force has fewer digits")]
             let force_n = 1e-3 * force_mn as f32;
             Order::Force(force_n)
         }

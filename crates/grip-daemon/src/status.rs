@@ -246,12 +246,10 @@ fn dropped(hot: &HotCounters) -> [(&'static str, u64); 2] {
     [("service", hot.service_dropped), ("recorder", hot.recorder_dropped)]
 }
 
-#[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]
 fn seconds(us: u64) -> f64 {
     us as f64 * 1e-6
 }
 
-#[expect(clippy::cast_precision_loss, reason = "below 2^53 ns")]
 fn seconds_of_ns(ns: u64) -> f64 {
     ns as f64 * 1e-9
 }

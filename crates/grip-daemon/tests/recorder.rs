@@ -14,7 +14,6 @@ use grip_session::{
     session::Beginning,
     tape::{Played, Tape, TapeError, TapeOptions},
 };
-use slip_core::ClientCommand;
 use slip_core::{Sample, units::Micros};
 use std::{
     fs,
@@ -162,28 +161,6 @@ fn each_pipeline_begins_where_it_began() {
     assert_eq!(tape.summary().pipelines, 2);
 }
 
-/// A client's command acts in the replay where it acted live.
-#[test]
-fn clients_are_on_the_tape() {
-    let folder = tempfile::tempdir().unwrap();
-    let commands = |file: &Path, commanded: bool| {
-        let items = grasp("default", 0);
-        let mut recorder = Recorder::create(file, RecordingOptions::default(), about()).unwrap();
-        let (before, after) = items.split_at(items.len() / 3);
-        let host_us = feed(&mut recorder, before, 0);
-        if commanded {
-            let command = ClientCommand::AtLeast(30.0);
-            recorder.take(&Item::Client { host_us, command }, host_us);
-        }
-        feed(&mut recorder, after, 0);
-        recorder.finish().unwrap();
-        replay(&[file.to_owned()]).1.replayed
-    };
-    let plain = commands(&folder.path().join("a.mcap"), false);
-    let pressed = commands(&folder.path().join("b.mcap"), true);
-    assert_ne!(plain, pressed, "the force of the client shows in the lines");
-}
-
 #[test]
 fn rotated_files_stand_for_themselves_and_follow_each_other() {
     let folder = tempfile::tempdir().unwrap();
@@ -246,18 +223,6 @@ fn the_oldest_files_of_the_run_make_room_and_no_others() {
         .map(|file| fs::metadata(file).unwrap().len())
         .sum();
     assert!(bytes < 150_000 + 2 * 100_000, "{bytes}");
-}
-
-#[test]
-fn a_recording_is_never_overwritten() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("run.mcap");
-    for _ in 0..3 {
-        let recorder = Recorder::create(&file, RecordingOptions::default(), about()).unwrap();
-        // Another daemon that is given the same name takes another one, also while this one is written.
-        recorder.finish().unwrap();
-    }
-    assert_eq!(files(folder.path()).len(), 3);
 }
 
 #[cfg(target_os = "linux")]

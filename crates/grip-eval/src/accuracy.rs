@@ -112,9 +112,7 @@ pub fn accuracy(
 }
 
 fn share(part: usize, of: usize) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "numbers of rows")]
-    let share = part as f64 / of.max(1) as f64;
-    share
+    part as f64 / of.max(1) as f64
 }
 
 /// An object and what the estimator shows of it.

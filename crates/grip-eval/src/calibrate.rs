@@ -262,7 +262,6 @@ fn scenes(recording: &Recording, config: PipelineConfig) -> Result<Scenes, Calib
     Ok(found)
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
 fn seconds_of(samples: u64, config: &PipelineConfig) -> f64 {
     samples as f64 / f64::from(config.sample_rate.0)
 }

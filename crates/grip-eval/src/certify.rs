@@ -121,7 +121,6 @@ pub fn certify(
     Ok((certificate, certified))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts")]
 fn seconds(stretches: &[Stretch], base_s: f64) -> f64 {
     stretches.iter().map(|s| s.scores.len()).sum::<usize>() as f64 * base_s
 }
@@ -160,11 +159,7 @@ fn count(certificate: &Certificate, stretches: &[Stretch], base_s: f64) -> u64 {
 }
 
 /// The law of the stretches of rest, or of motion; `None` where they are too short to certify `interval_s`.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    reason = "counts of blocks, limits in f32"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "counts of blocks, limits in f32")]
 fn law(
     stretches: &[Stretch],
     moving: bool,
@@ -211,7 +206,6 @@ fn law(
 
 /// Fills in limits and chances, rising and falling; the largest factor that a block is worth.
 #[expect(
-    clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "ranks below the number of blocks"
@@ -244,7 +238,6 @@ struct Blocks(Vec<Vec<f32>>);
 impl Blocks {
     fn new(stretches: &[&Stretch], band: usize, length: usize) -> Self {
         let mean = |block: &[[f32; BANDS]]| {
-            #[expect(clippy::cast_precision_loss, reason = "at most 32")]
             let count = block.len() as f32;
             block.iter().map(|scores| scores[band]).sum::<f32>() / count
         };
@@ -268,7 +261,6 @@ fn choose(stretches: &[&Stretch], band: usize, base_s: f64) -> Option<(usize, Bl
             break;
         }
         #[expect(
-            clippy::cast_precision_loss,
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "at most 200 blocks"
@@ -293,7 +285,6 @@ struct Pairs {
 
 impl Pairs {
     /// Counts the pairs of up to `apart` blocks apart.
-    #[expect(clippy::cast_precision_loss, reason = "counts")]
     fn of(blocks: &Blocks, apart: usize) -> Self {
         let sorted = blocks.descending();
         let mut pairs = Self { neighbours_follow: false, clusters: 1.0 };
@@ -345,7 +336,6 @@ impl Ratio {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a count")]
 fn passing(blocks: &Blocks, level: f32) -> f64 {
     blocks.0.iter().flatten().filter(|score| **score >= level).count() as f64
 }

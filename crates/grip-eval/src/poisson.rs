@@ -8,7 +8,6 @@ use statrs::distribution::{Beta, ContinuousCDF, Gamma};
 pub fn interval(count: u64, confidence: f64) -> (f64, f64) {
     let tail = 0.5 * (1.0 - confidence);
     // P(X >= count | low) = tail and P(X <= count | high) = tail, and P(X >= k | mean) is the gamma distribution of shape k at the mean.
-    #[expect(clippy::cast_precision_loss, reason = "counts are below 2^52")]
     let quantile = |shape: u64, at: f64| {
         Gamma::new(shape as f64, 1.0).map_or(f64::INFINITY, |gamma| gamma.inverse_cdf(at))
     };
@@ -20,7 +19,6 @@ pub fn interval(count: u64, confidence: f64) -> (f64, f64) {
 /// with probability `confidence` (Clopper-Pearson, Biometrika 26 (1934)): that chance has the beta distribution of
 /// `rank` and `count` - `rank` + 1. 1 where there is no such rank.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "counts are below 2^52")]
 pub fn chance_to_pass(rank: u64, count: u64, confidence: f64) -> f64 {
     if rank == 0 || rank > count {
         return 1.0;

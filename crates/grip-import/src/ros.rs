@@ -244,7 +244,6 @@ impl Decoder {
 }
 
 #[expect(
-    clippy::cast_precision_loss,
     clippy::cast_possible_wrap,
     reason = "a reading has 24 bits; the sign of an integer is in its bits"
 )]

@@ -10,37 +10,25 @@ use grip_link::{
     frame::MAX_WIRE,
     host::{GripCommand, HostConfig, HostEvent, HostLink, LinkState},
     message::{
-        Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Ident, Limits, LossAction,
-        MAX_CHANNELS, Reaction, ResetReason, SampleFormat, Versions,
+        Channel, ChannelKind, Config, DeviceState, Ident, Limits, LossAction, Reaction,
+        SampleFormat,
     },
 };
 
 fn ident() -> Ident {
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
-    channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
-    Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"an-example-of-it",
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: 10_000,
-            force_max_mn: 20_000,
-            slew_max_mn_s: 400_000,
-            hold_cap_mn: 15_000,
-            travel_min_um: 0,
-            travel_max_um: 50_000,
-        },
-        firmware: Firmware { major: 1, minor: 0, patch: 0 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Idle,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 2,
-    }
+    let limits = Limits {
+        rate_max_hz: 10_000,
+        force_max_mn: 20_000,
+        slew_max_mn_s: 400_000,
+        hold_cap_mn: 15_000,
+        travel_min_um: 0,
+        travel_max_um: 50_000,
+    };
+    let channels = [
+        Channel::single(ChannelKind::Stylus, 1e-8),
+        Channel::single(ChannelKind::NormalForce, 1e-3),
+    ];
+    Ident { state: DeviceState::Idle, ..Ident::new(*b"an-example-of-it", 1, limits, &channels) }
 }
 
 pub(crate) fn main() {

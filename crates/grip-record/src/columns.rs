@@ -42,38 +42,41 @@ impl Recording {
         let time = columns.times.as_ref().map(|_| "t_s".to_owned());
         let header: Vec<String> = time.into_iter().chain(columns.names.iter().cloned()).collect();
         let mut gathering = Gathering::new(file, &header, options)?;
-        let first = usize::from(columns.times.is_some());
         let stylus = gathering.layout.stylus;
-        for row in 0..columns.rows() {
-            gathering.push(&ColumnRow { file, columns, first, stylus, row })?;
+        let at = |values: &Vec<f32>, row: usize| values.get(row).copied().unwrap_or(f32::NAN);
+        for line in 0..columns.rows() {
+            let time = columns.times.as_ref().and_then(|times| times.get(line)).copied();
+            let row: Vec<f32> = columns.values.iter().map(|values| at(values, line)).collect();
+            let first = usize::from(columns.times.is_some());
+            gathering.push(&NumberRow { file, line, time, first, stylus, row: &row })?;
         }
         gathering.finish()
     }
 }
 
-struct ColumnRow<'a> {
+/// A row of numbers, and its time where it has one.
+struct NumberRow<'a> {
     file: &'a Path,
-    columns: &'a Columns,
+    line: usize,
+    time: Option<Micros>,
     /// Place of the first column of readings.
     first: usize,
     stylus: Option<usize>,
-    row: usize,
+    row: &'a [f32],
 }
 
-impl Cells for ColumnRow<'_> {
+impl Cells for NumberRow<'_> {
     fn stamp(&self, _column: usize, _unit: TimeUnit) -> Result<i64, CsvError> {
-        let times = self.columns.times.as_ref();
-        let time = times.and_then(|times| times.get(self.row)).copied().unwrap_or_default();
+        let time = self.time.unwrap_or_default();
         Ok(i64::try_from(time.0).unwrap_or(i64::MAX).saturating_mul(1000))
     }
 
     fn place(&self, _column: usize) -> (&Path, u64, String) {
-        (self.file, self.row as u64 + 1, "t_s".to_owned())
+        (self.file, self.line as u64 + 1, "t_s".to_owned())
     }
 
     fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
-        let values = column.checked_sub(self.first).and_then(|at| self.columns.values.get(at));
-        let value = values.and_then(|values| values.get(self.row)).copied();
+        let value = column.checked_sub(self.first).and_then(|at| self.row.get(at)).copied();
         Ok(reading(value.unwrap_or(f32::NAN), scale, Some(column) == self.stylus))
     }
 
@@ -166,9 +169,11 @@ impl Rows {
     /// # Errors
     /// Where there are more samples than are held.
     pub fn keep(&mut self, t: Option<Micros>, row: &[f32]) -> Result<(), CsvError> {
+        let Self { file, gathering, .. } = self;
+        let (line, stylus) = (0, gathering.layout.stylus);
         let sample =
-            self.gathering.sample(&NumberRow { stylus: self.gathering.layout.stylus, row })?;
-        self.gathering.keep(Sample { t: t.unwrap_or(sample.t), ..sample })
+            gathering.sample(&NumberRow { file, line, time: None, first: 0, stylus, row })?;
+        gathering.keep(Sample { t: t.unwrap_or(sample.t), ..sample })
     }
 
     /// The recording of the rows that were kept.
@@ -177,31 +182,6 @@ impl Rows {
     /// Where there were none.
     pub fn finish(self) -> Result<Recording, CsvError> {
         self.gathering.finish()
-    }
-}
-
-/// A row without a time.
-struct NumberRow<'a> {
-    stylus: Option<usize>,
-    row: &'a [f32],
-}
-
-impl Cells for NumberRow<'_> {
-    fn stamp(&self, _column: usize, _unit: TimeUnit) -> Result<i64, CsvError> {
-        Ok(0)
-    }
-
-    fn place(&self, _column: usize) -> (&Path, u64, String) {
-        (Path::new(""), 0, String::new())
-    }
-
-    fn reading(&self, column: usize, scale: Scale) -> Result<Option<f32>, CsvError> {
-        let value = self.row.get(column).copied().unwrap_or(f32::NAN);
-        Ok(reading(value, scale, Some(column) == self.stylus))
-    }
-
-    fn micros(&self, _column: usize) -> Result<Option<Micros>, CsvError> {
-        Ok(None)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use grip_table::{Loss, Row, Table};
@@ -216,6 +216,16 @@ impl<R: Read> CsvSamples<R> {
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, CsvError> {
     files::read(file, files::MOST_TABLE)
         .map_err(|source| CsvError::Unreadable { file: file.to_owned(), source })
+}
+
+/// The bytes of a file that may be absent.
+pub(crate) fn read_optional(file: &Path) -> Result<Option<Vec<u8>>, CsvError> {
+    match read_bytes(file) {
+        Err(CsvError::Unreadable { source, .. }) if source.kind() == ErrorKind::NotFound => {
+            Ok(None)
+        }
+        bytes => bytes.map(Some),
+    }
 }
 
 /// The cell at `column` as a time (s), from 0 on, that is not before `previous`.

@@ -112,10 +112,6 @@ impl Steps {
         })
     }
 
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a rate needs 24 bits, the sums stay far below 2^53 us"
-    )]
     #[expect(clippy::cast_possible_truncation, reason = "a rate in Hz is given as f32")]
     fn rate_near(&self, median: u64) -> f32 {
         let near = self.counts.range(median.div_ceil(2)..=median.saturating_add(median / 2));

@@ -165,7 +165,7 @@ pub struct NumberColumn {
 }
 
 /// Columns of numbers in a file, none of them read yet.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct NumberTable {
     /// The file.
     pub file: PathBuf,
@@ -191,17 +191,7 @@ impl NumberTable {
     /// Nothing yet, of `file`.
     #[must_use]
     pub fn new(file: &Path) -> Self {
-        Self {
-            file: file.to_owned(),
-            strands: Vec::new(),
-            columns: Vec::new(),
-            rows: 0,
-            named: true,
-            rate_hz: None,
-            clock: String::new(),
-            notes: Vec::new(),
-            cut: None,
-        }
+        Self { file: file.to_owned(), named: true, ..Self::default() }
     }
 
     /// Takes over the columns of `other`, of the same file and with as many rows.

@@ -121,7 +121,6 @@ impl PaceFinder {
 }
 
 impl Look {
-    #[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
     fn at(stamps: &[i64]) -> Option<Self> {
         let steps = sorted(stamps.windows(2).map(|pair| pair[1] - pair[0]));
         let usual = *steps.get(steps.len() / 2)?;
@@ -190,14 +189,13 @@ fn regular(steps: &[i64], usual: i64) -> (f64, f64) {
 }
 
 /// Number and duration of the sorted steps up to this one.
-#[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
 fn up_to(steps: &[i64], longest: i64) -> (f64, f64) {
     let near = &steps[..steps.partition_point(|step| *step <= longest)];
     (near.len() as f64, near.iter().map(|step| *step as f64).sum())
 }
 
 /// The shortest gap, where longer steps are those of jitter: rows after them are no later than those before.
-#[expect(clippy::cast_precision_loss, clippy::cast_possible_truncation, reason = "steps, in ns")]
+#[expect(clippy::cast_possible_truncation, reason = "steps, in ns")]
 fn jitter(stamps: &[i64], mean: f64) -> Option<i64> {
     let first = *stamps.first()?;
     let late: Vec<f64> =
@@ -218,7 +216,6 @@ fn jitter(stamps: &[i64], mean: f64) -> Option<i64> {
 }
 
 /// Rows and duration of the longest run without a gap, where its steps of one and two are those of rounding.
-#[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
 fn rounded(stamps: &[i64], step: i64) -> Option<(f64, f64)> {
     let runs = stamps.chunk_by(|one, next| (next - one) * 10 <= step * 22);
     let run = runs.max_by_key(|run| run.len())?;
@@ -231,7 +228,6 @@ fn rounded(stamps: &[i64], step: i64) -> Option<(f64, f64)> {
 
 /// How far stamps are from equal periods, from the most late to the most early, and how far behind the first one on average (ns);
 /// gaps are left out.
-#[expect(clippy::cast_precision_loss, reason = "steps of a block, in ns")]
 fn swing(stamps: &[i64], period_ns: f64, gap_ns: i64) -> [f64; 2] {
     let steps = stamps.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step <= gap_ns);
     let (mut late, mut least, mut most, mut sum) = (0.0, 0.0_f64, 0.0_f64, 0.0);
@@ -310,7 +306,6 @@ impl Pace {
 
 impl fmt::Display for Pace {
     /// What to know of it; nothing where the stamps stay as they are.
-    #[expect(clippy::cast_precision_loss, reason = "a rate for people")]
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.coarse {
             return Ok(());
@@ -341,11 +336,7 @@ pub struct Placer {
 
 impl Placer {
     /// The time of the row with this stamp (ns): later than that of the row before.
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        reason = "differences in ns"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "differences in ns")]
     pub fn place(&mut self, stamp_ns: i64) -> i64 {
         let Pace { period_ns, gap_ns, lead_ns, drawn, .. } = self.pace;
         let Some((place, fraction, stamp)) = self.last else {

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use slip_core::units::Micros;
 
-use crate::csv_read::read_bytes;
-use crate::csv_read::time;
+use crate::csv_read::{read_optional, time};
 use crate::error::CsvError;
 use grip_table::{Table, TableError};
 
@@ -58,7 +57,7 @@ impl From<TableError> for PhaseError {
 /// # Errors
 /// Where the file cannot be read or a row is not usable; see [`PhaseError`].
 pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
-    let Some(bytes) = bytes_of(file)? else { return Ok(Vec::new()) };
+    let Some(bytes) = read_optional(file)? else { return Ok(Vec::new()) };
     let mut table = Table::by_hand(file, bytes.as_slice())?;
     let recording = table.required("recording")?;
     let (begin, end) = (table.required("begin_s")?, table.required("end_s")?);
@@ -88,7 +87,7 @@ pub fn read_phases(file: &Path) -> Result<Vec<Phase>, PhaseError> {
 /// # Errors
 /// Where the file cannot be read or a row is not usable; see [`PhaseError`].
 pub fn read_alarms(file: &Path) -> Result<Option<Vec<Phase>>, PhaseError> {
-    let Some(bytes) = bytes_of(file)? else { return Ok(None) };
+    let Some(bytes) = read_optional(file)? else { return Ok(None) };
     let mut table = Table::by_hand(file, bytes.as_slice())?;
     let (recording, begin) = (table.required("recording")?, table.required("begin_s")?);
     let end = table.position("end_s");
@@ -105,17 +104,6 @@ pub fn read_alarms(file: &Path) -> Result<Option<Vec<Phase>>, PhaseError> {
     }
     alarms.sort_by_key(|alarm| alarm.begin);
     Ok(Some(alarms))
-}
-
-fn bytes_of(file: &Path) -> Result<Option<Vec<u8>>, CsvError> {
-    match read_bytes(file) {
-        Err(CsvError::Unreadable { source, .. })
-            if source.kind() == std::io::ErrorKind::NotFound =>
-        {
-            Ok(None)
-        }
-        bytes => bytes.map(Some),
-    }
 }
 
 #[cfg(test)]

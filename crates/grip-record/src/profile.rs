@@ -230,7 +230,6 @@ fn median(mut values: Vec<f64>) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-#[expect(clippy::cast_precision_loss, reason = "rows of a file are far below 2^53")]
 fn count(n: usize) -> f64 {
     n as f64
 }

@@ -260,7 +260,6 @@ fn checked_rate(rate_hz: f32) -> Result<f32, CsvError> {
 }
 
 /// Time of row `index` at `rate` samples per second; [`Layout`] has made sure that there is one.
-#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 rows")]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

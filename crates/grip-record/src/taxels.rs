@@ -7,8 +7,7 @@ use slip_core::pressure::MAX_TAXELS;
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
 
-use crate::csv_read::read_bytes;
-use crate::csv_read::time;
+use crate::csv_read::{read_optional, time};
 use crate::error::CsvError;
 use grip_table::Table;
 
@@ -87,11 +86,8 @@ impl Taxels {
     /// Where the companion exists and its columns are not `t_s` and 1 to [`MAX_TAXELS`] taxels, or a cell is no number.
     pub fn read_beside(recording: &Path, samples: &[Sample]) -> Result<Option<Self>, CsvError> {
         for file in Self::companions(recording) {
-            match read_bytes(&file) {
-                Ok(bytes) => return Self::parse(&file, &bytes, samples).map(Some),
-                Err(CsvError::Unreadable { source, .. })
-                    if source.kind() == std::io::ErrorKind::NotFound => {}
-                Err(error) => return Err(error),
+            if let Some(bytes) = read_optional(&file)? {
+                return Self::parse(&file, &bytes, samples).map(Some);
             }
         }
         Ok(None)

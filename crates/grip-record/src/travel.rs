@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use slip_core::units::Micros;
 
-use crate::csv_read::read_bytes;
-use crate::csv_read::time;
+use crate::csv_read::{read_bytes, read_optional, time};
 use crate::error::CsvError;
 use grip_table::Table;
 
@@ -29,15 +28,8 @@ impl Travel {
     /// # Errors
     /// As [`Travel::read`], where the companion exists.
     pub fn read_beside(recording: &Path) -> Result<Option<Self>, CsvError> {
-        match Self::read(&Self::companion(recording)) {
-            Ok(travel) => Ok(Some(travel)),
-            Err(CsvError::Unreadable { source, .. })
-                if source.kind() == std::io::ErrorKind::NotFound =>
-            {
-                Ok(None)
-            }
-            Err(error) => Err(error),
-        }
+        let file = Self::companion(recording);
+        read_optional(&file)?.map(|bytes| Self::parse(&file, &bytes)).transpose()
     }
 
     /// Reads the motion in `file`.
@@ -46,8 +38,11 @@ impl Travel {
     /// Where the file cannot be read, a column is absent, a number is missing or not finite, or time goes
     /// backwards; see [`CsvError`].
     pub fn read(file: &Path) -> Result<Self, CsvError> {
-        let bytes = read_bytes(file)?;
-        let mut table = Table::open(file, bytes.as_slice())?;
+        Self::parse(file, &read_bytes(file)?)
+    }
+
+    fn parse(file: &Path, bytes: &[u8]) -> Result<Self, CsvError> {
+        let mut table = Table::open(file, bytes)?;
         let time_column = table.required("t_s")?;
         let (travel_column, travel_m) = table.quantity(&["travel"], "mm")?;
         let mut points: Vec<(Micros, f64)> = Vec::new();
@@ -70,7 +65,6 @@ impl Travel {
     /// Distance moved at `time` (mm), linear between the two neighbours; `None` outside the times known.
     /// Of several points at the same time the last one holds.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "steps between poses are far below 2^53 us")]
     pub fn travel_at(&self, time: Micros) -> Option<f64> {
         let after = self.points.partition_point(|point| point.0 <= time);
         let &(t0, mm0) = self.points.get(after.checked_sub(1)?)?;

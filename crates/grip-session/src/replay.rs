@@ -70,7 +70,6 @@ pub const fn limits(kind: StylusKind, taxels: usize) -> Option<&'static str> {
 /// Times are recorded in whole microseconds, so the rate that they show may be off by some parts in a hundred, and with it
 /// the bands. A gripper works at the configured rate: where the recording agrees with that, this is the rate it had.
 fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
-    #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
     let configured = config.link.sample_rate_hz as f32;
     let agrees = (recording.rate_hz / configured - 1.0).abs() < RATE_TOLERANCE;
     let given = recording.notes.given_rate_hz.is_some();

@@ -100,7 +100,6 @@ mod tests {
             (SteadyAlarm::default(), 7_u32, Vec::new(), 0.0);
         for i in 0..10_000_u16 {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            #[expect(clippy::cast_precision_loss, reason = "a random number")]
             let noise = (state >> 8) as f32 / (1 << 24) as f32 - 0.5;
             let t_s = f32::from(i) / 2000.0;
             let loud = if t_s < 1.0 { 1.0 } else { level(t_s) };

@@ -147,7 +147,7 @@ pub struct TapeSummary {
 }
 
 /// A recording of one or more files on its way through the pipeline.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Tape {
     options: TapeOptions,
     model: Option<HostEstimator>,
@@ -185,15 +185,7 @@ impl Tape {
     /// A replay that has seen nothing yet.
     #[must_use]
     pub fn new(options: TapeOptions) -> Self {
-        Self {
-            options,
-            model: None,
-            pipeline: None,
-            log: EventLog::default(),
-            steady: SteadyAlarm::default(),
-            summary: TapeSummary::default(),
-            before: None,
-        }
+        Self { options, ..Self::default() }
     }
 
     /// Plays `file`, which goes on where the one before it ended, and reports what happens.

@@ -359,7 +359,6 @@ impl TravelQuality {
 
 /// The deviation of the mean over readings with this time between them, over that of [`OFTEN`].
 fn scarcity(read: Micros) -> f32 {
-    #[expect(clippy::cast_precision_loss, reason = "a ratio of times")]
     let ratio = read.0 as f32 / OFTEN.0 as f32;
     libm::sqrtf(ratio.max(1.0))
 }
@@ -376,7 +375,6 @@ mod tests {
         let mut now = Micros(0);
         for i in 0..ms * rate_hz / 1000 {
             now = Micros(7_000_000 + i * 1_000_000 / rate_hz);
-            #[expect(clippy::cast_precision_loss, reason = "test signal")]
             course.push(now, x(i as f32 / rate_hz as f32));
         }
         (course, now)

@@ -342,7 +342,6 @@ impl CrossCheck {
         // On pads that swing the stylus turns where the travel does.
         let once = slip.turns.count().saturating_sub(slip.reversals.count);
         if turned && once >= CLOSE && seen.holds_alone {
-            #[expect(clippy::cast_precision_loss, reason = "turns of one slip")]
             let least_m = CLOSE_M * once as f32;
             slip.close |= slip.moved_m < least_m;
         }

@@ -334,7 +334,6 @@ impl MovedDistance {
             self.advanced_at = t;
             return;
         };
-        #[expect(clippy::cast_precision_loss, reason = "a step of time")]
         let dt_s = 1e-6 * t.since(last_t).0 as f32;
         let mut dx_m = position_m - last_m;
         let stepped = self.smallest_m < f32::INFINITY;
@@ -342,7 +341,6 @@ impl MovedDistance {
         self.interval.push(t, dx_m, self.equal, step_m);
         self.watch_frozen(t, dx_m, others_gross);
         let read = self.interval.known();
-        #[expect(clippy::cast_precision_loss, reason = "a step of time")]
         let read_s = read.map_or(dt_s, |read| dt_s.max(1e-6 * read.0 as f32));
         if dx_m.abs() > self.config.max_speed_m_s * read_s + 4.0 * self.config.resolution_m {
             self.leaps += 1;
@@ -510,7 +508,6 @@ mod interval_tests {
         let (mut interval, mut equal) = (Interval::default(), 0);
         let (mut last, mut smallest) = (shown(0.0), f64::INFINITY);
         for i in 1..10_000_u64 {
-            #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let now = shown(1e-4 * (i - i % every) as f64);
             let dx = now - last;
             last = now;

@@ -236,7 +236,6 @@ impl Sink {
         }
         self.read_n = force_n;
         self.count = self.count.saturating_add(1);
-        #[expect(clippy::cast_precision_loss, reason = "readings of one closing")]
         let share = 1.0 / self.count as f32;
         let (by_n, by) = (force_n - self.force_n, reading - self.reading);
         self.force_n += share * by_n;
@@ -253,7 +252,6 @@ impl Sink {
             return;
         }
         let [forces, readings] = self.squares;
-        #[expect(clippy::cast_precision_loss, reason = "readings of one closing")]
         let count = self.count as f32;
         self.sigma_n = libm::sqrtf(0.5 * self.differences / count);
         let per_n = self.product / forces;
@@ -367,7 +365,6 @@ mod tests {
     ) -> [bool; 64] {
         let mut stated = [false; 64];
         for i in u32::from(from) * 2000..u32::from(to) * 2000 {
-            #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let t_s = i as f32 / 2000.0;
             let (stylus, force_n) = signal(t_s);
             let drifts = watch.step(Micros(u64::from(i) * 500), stylus, force_n, hold);

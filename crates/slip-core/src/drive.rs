@@ -145,7 +145,6 @@ impl Drive {
             let share = 1.0 + slots * SLOT_S / self.slot_s;
             return self.predicted_n + share * (past_n(0) - self.predicted_n);
         }
-        #[expect(clippy::cast_precision_loss, reason = "some slots")]
         let share = (slots - whole as f32).min(1.0);
         past_n(whole) + share * (past_n(whole + 1) - past_n(whole))
     }

@@ -308,7 +308,6 @@ impl Feature {
             Self::SlipAcceleration => Some(features.slip_acceleration_m_s2),
             Self::MicroDisplacement => Some(features.micro_displacement_m),
             Self::TrialForce => Some(features.trial_force_n),
-            #[expect(clippy::cast_precision_loss, reason = "a network input needs no more digits")]
             Self::Irregularities => Some(features.irregularities as f32),
             Self::MeanSlope => features.mean_slope,
             #[expect(clippy::cast_possible_truncation, reason = "a network input is f32")]
@@ -447,7 +446,6 @@ impl FrictionMeter {
     }
 
     fn close_block(&mut self) {
-        #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
         let share = 1.0 / self.count as f32;
         let block = Block {
             normal_n: share * self.sum.normal_n,

@@ -162,7 +162,6 @@ impl<const N: usize> Floor<N> {
     }
 
     fn end_part(&mut self) -> bool {
-        #[expect(clippy::cast_precision_loss, reason = "at most 1e6")]
         let per_block = 1.0 / self.in_part as f32;
         if let Some(part) = self.parts.get_mut(self.done) {
             *part = self.sum.map(|sum| sum * per_block);

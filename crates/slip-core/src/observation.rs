@@ -367,7 +367,6 @@ impl SlipObservation {
     pub fn features(&self) -> Option<Features> {
         let motion = self.motion()?;
         let n = self.esc.n();
-        #[expect(clippy::cast_precision_loss, reason = "a mean needs no more digits")]
         let mean_slope = (n > 0).then(|| self.slope_sum / n as f32);
         let trial = Trial {
             damping_n_s_m: f64::from(self.config.stylus_damping_n_s_m),

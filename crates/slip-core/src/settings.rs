@@ -71,7 +71,6 @@ impl Ranged for u16 {
 }
 
 impl Ranged for u32 {
-    #[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
     fn within(self, name: &'static str, range: &RangeInclusive<f32>) -> Checked {
         (self as f32).within(name, range)
     }

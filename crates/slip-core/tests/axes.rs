@@ -1,5 +1,5 @@
 //! Vibration sensors and motion references with three axes: the same events however they are mounted.
-#![expect(clippy::unwrap_used, clippy::cast_precision_loss, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use slip_core::{
     Phase, Pipeline, PipelineConfig, Sample, Signal, SlipReport,

@@ -1,7 +1,6 @@
 //! Isolated wrong readings in noise and at the begin of slips, through the whole pipeline; beside it the detector alone, which has no guard.
 #![expect(
     clippy::unwrap_used,
-    clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "test code"

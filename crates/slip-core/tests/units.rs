@@ -1,5 +1,5 @@
 //! The same vibrations, taxels and motion in other units: the same events.
-#![expect(clippy::unwrap_used, clippy::cast_precision_loss, reason = "test code")]
+#![expect(clippy::unwrap_used, reason = "test code")]
 
 use slip_core::{
     Phase, Pipeline, PipelineConfig, Sample, Signal, SlipReport,

@@ -22,7 +22,6 @@ impl Clock {
     pub(crate) fn next(&mut self, t: Option<u64>) -> Option<Micros> {
         let now = if let (None, Some(_)) = (t, self.last) {
             self.since += 1;
-            #[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 rows")]
             let seconds = self.since as f64 / f64::from(self.rate_hz);
             self.origin.plus(Micros::from_seconds(seconds))
         } else {

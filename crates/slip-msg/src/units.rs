@@ -13,7 +13,6 @@ impl Micros {
     /// Seconds, the `f64` nearest to them up to 2^53 microseconds (285 years).
     #[inline]
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "exact up to 285 years")]
     pub fn as_seconds(self) -> f64 {
         self.0 as f64 / 1e6
     }

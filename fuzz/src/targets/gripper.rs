@@ -4,9 +4,8 @@ use grip_link::cobs;
 use grip_link::device::{DeviceConfig, DeviceLink};
 use grip_link::frame::{Direction, Frame, Header, MAX_PAYLOAD, MAX_WIRE, encode};
 use grip_link::message::{
-    Channel, ChannelKind, Config, DeviceState, FaultCode, Firmware, Grip, GripMode, Hello, Ident,
-    Kind, Limits, LossAction, MAX_CHANNELS, PayloadError, Reaction, ResetReason, SampleFormat,
-    Versions,
+    Channel, ChannelKind, Config, DeviceState, Firmware, Grip, GripMode, Hello, Ident, Kind,
+    Limits, LossAction, PayloadError, Reaction, SampleFormat, Versions,
 };
 
 /// Session of the targets.
@@ -16,32 +15,22 @@ pub const FORCE_MAX_MN: i32 = 20_000;
 
 /// Its description.
 pub fn ident(boot_id: u32) -> Ident {
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] = Channel::single(ChannelKind::Stylus, 1e-8);
-    channels[1] = Channel::single(ChannelKind::NormalForce, 1e-3);
-    channels[2] = Channel { count: 4, ..Channel::single(ChannelKind::PressureArray, 10.0) };
-    Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"grip-link-test-1",
-        boot_id,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: 20_000,
-            force_max_mn: FORCE_MAX_MN,
-            slew_max_mn_s: 400_000,
-            hold_cap_mn: 15_000,
-            travel_min_um: 0,
-            travel_max_um: 50_000,
-        },
-        firmware: Firmware { major: 1, minor: 2, patch: 3 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Idle,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 3,
-    }
+    let limits = Limits {
+        rate_max_hz: 20_000,
+        force_max_mn: FORCE_MAX_MN,
+        slew_max_mn_s: 400_000,
+        hold_cap_mn: 15_000,
+        travel_min_um: 0,
+        travel_max_um: 50_000,
+    };
+    let channels = [
+        Channel::single(ChannelKind::Stylus, 1e-8),
+        Channel::single(ChannelKind::NormalForce, 1e-3),
+        Channel { count: 4, ..Channel::single(ChannelKind::PressureArray, 10.0) },
+    ];
+    let firmware = Firmware { major: 1, minor: 2, patch: 3 };
+    let ident = Ident::new(*b"grip-link-test-1", boot_id, limits, &channels);
+    Ident { firmware, state: DeviceState::Idle, ..ident }
 }
 
 /// In state BOOT.

@@ -6,7 +6,6 @@ use core::ops::Range;
 use grip_eval::trial::{self, Outcome};
 use grip_record::{ChannelSet, CsvWriter, StylusKind, outputs::OutputPath};
 use grip_session::{exit::Exit, report::Event, session::Update};
-use grip_sim::scene;
 use slip_core::{Phase, Sample, SlipReport, Step, units::Micros};
 use std::path::Path;
 
@@ -53,14 +52,8 @@ impl Seen {
 
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Exit> {
     let inputs = [Some(Path::new(&args.scene))];
-    let out = args.output.as_deref();
-    let out =
-        out.map(|file| output::path(file, output::TABLE, &args.force, &inputs)).transpose()?;
-    let scene = scene::open(&args.scene)?;
-    let scene = match args.seed {
-        Some(seed) => scene.reseeded(seed)?,
-        None => scene,
-    };
+    let out = output::optional(args.output.as_deref(), output::TABLE, &args.force, &inputs)?;
+    let scene = super::scene(&args.scene, args.seed)?;
     let config = host_config(None)?;
     let estimator = estimator(None, &config)?;
     let mut seen = Seen::default();

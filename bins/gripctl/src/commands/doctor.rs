@@ -101,15 +101,8 @@ impl Report {
 
     /// The configuration as gripd would find it; the defaults where it cannot be used.
     fn configuration(&mut self, args: &DoctorArgs) -> anyhow::Result<HostConfig> {
-        let user = std::env::var_os("XDG_CONFIG_HOME")
-            .map(PathBuf::from)
-            .or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".config")));
-        let layers = match &args.config {
-            Some(file) => Layers::file(file),
-            None => Layers::search(user.as_deref()),
-        };
-        let read = layers.and_then(|layers| Ok((layers.resolve()?, layers)));
-        match read {
+        let layers = Layers::of_user(args.config.as_deref());
+        match layers.and_then(|layers| Ok((layers.resolve()?, layers))) {
             Ok((config, layers)) => {
                 let files: Vec<String> =
                     layers.files().map(|file| file.display().to_string()).collect();

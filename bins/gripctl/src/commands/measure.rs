@@ -1,20 +1,11 @@
 //! A port in; a recording of its gripper at rest, and in motion where that is wanted, out. Nothing is commanded.
 
-use super::{checked, clock::Clock};
+use super::{attach::Attached, checked};
 use crate::{cli::CalibrateArgs, output};
 use anyhow::anyhow;
 use core::sync::atomic::{AtomicBool, Ordering};
-use grip_daemon::port_manager::usb_filter;
-use grip_link::{
-    frame::MAX_WIRE,
-    host::{CloseReason, HostEvent},
-};
-use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
 use grip_record::{Channel, ChannelSet, Notes, Recording, StylusKind};
-use grip_session::{
-    HostConfig, Session, SessionOptions, Update, exit::WrongArgument, model, session::explain,
-};
-use grip_sim::port::Simulator;
+use grip_session::{HostConfig, exit::WrongArgument};
 use slip_core::Sample;
 use std::{
     io::{self, IsTerminal as _},
@@ -42,19 +33,8 @@ pub(crate) fn measure(
 ) -> anyhow::Result<Measured> {
     let rest_s = seconds("--rest-s", args.rest_s)?;
     let motion_s = args.motion_s.map(|s| seconds("--motion-s", s)).transpose()?;
-    let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
-    let session = Session::new(config.clone(), model::default_estimator()?, options)?;
-    let clock = Clock::start();
-    let baud = args.baud.or(config.baud).unwrap_or(DEFAULT_BAUD);
-    let simulator = Simulator::at(port, args.seed, move || clock.now_us())?;
-    let port = simulator.as_ref().map_or(port, Simulator::port);
-    let mut source = Source::open(port, baud, usb_filter(&config.usb))?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))?;
-    }
-    let mut meter = Meter { session, line: source.line()?, clock, stop, samples: Vec::new() };
-    meter.session.open(clock.now_us(), nonce())?;
+    let gripper = Attached::open(port, args.seed, args.baud, config)?;
+    let mut meter = Meter { gripper, stop: output::stopped()?, samples: Vec::new() };
     eprintln!(
         "gripctl: measuring {rest_s:.0} s of rest: keep robot and gripper still; what is held must not slip"
     );
@@ -63,9 +43,7 @@ pub(crate) fn measure(
         meter.wait_for_motion(motion_s)?;
         meter.run(motion_s, Some(1.0))?;
     }
-    let measured = meter.finish()?;
-    simulator.map(Simulator::stop).transpose()?;
-    Ok(measured)
+    meter.finish()
 }
 
 fn seconds(flag: &str, value: f64) -> Result<f64, WrongArgument> {
@@ -77,9 +55,7 @@ fn seconds(flag: &str, value: f64) -> Result<f64, WrongArgument> {
 
 /// The gripper that is being listened to.
 struct Meter {
-    session: Session,
-    line: Line,
-    clock: Clock,
+    gripper: Attached,
     stop: Arc<AtomicBool>,
     samples: Vec<Sample>,
 }
@@ -95,11 +71,10 @@ impl Meter {
         let whole = |s: f64| s.ceil() as u64;
         let bar = output::progress(usize::try_from(whole(wanted_s))?, "s");
         let mut first = None;
-        let mut received_us = self.clock.now_us();
+        let mut received_us = self.gripper.clock.now_us();
         loop {
             let from = self.samples.len();
-            self.turn(motion)?;
-            let now_us = self.clock.now_us();
+            let now_us = self.turn(motion)?;
             if self.samples.len() > from {
                 received_us = now_us;
             } else if now_us.saturating_sub(received_us) > PATIENCE_US {
@@ -139,36 +114,21 @@ impl Meter {
         Ok(())
     }
 
-    /// One look at the line.
-    fn turn(&mut self, motion: Option<f32>) -> anyhow::Result<()> {
+    /// One look at the line; the time (us).
+    fn turn(&mut self, motion: Option<f32>) -> anyhow::Result<u64> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(anyhow!("interrupted; nothing was written"));
         }
-        let Self { session, line, clock, samples, .. } = self;
-        let mut out = [0; MAX_WIRE];
-        while let Some(len) = session.poll_transmit(clock.now_us(), &mut out) {
-            line.write_frame(out.get(..len).unwrap_or(&out))?;
-        }
-        let mut input = [0; 4096];
-        let count = line.read(&mut input, READ_TIMEOUT)?;
-        let mut closed: Option<CloseReason> = None;
-        let (now_us, mut bytes) = (clock.now_us(), input.get(..count).unwrap_or(&[]));
-        while let Some(updates) = session.receive(now_us, &mut bytes)? {
-            match updates {
-                Update::Step { sample, .. } => {
-                    samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
-                }
-                Update::Link(HostEvent::Closed(reason)) => closed = Some(reason),
-                _ => {}
-            }
-        }
-        closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
+        let samples = &mut self.samples;
+        self.gripper.turn(&mut |sample| {
+            samples.push(Sample { motion: motion.or(sample.motion), ..*sample });
+        })
     }
 
     fn finish(self) -> anyhow::Result<Measured> {
-        let link = self.session.link();
+        let session = self.gripper.close()?;
+        let link = session.link();
         let config = link.in_force().ok_or_else(|| anyhow!("the gripper has lost its settings"))?;
-        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate_hz = config.sample_rate_hz as f32;
         let present =
             |channel: &Channel| self.samples.iter().any(|sample| channel.reading(sample).is_some());

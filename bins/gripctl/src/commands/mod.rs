@@ -1,5 +1,6 @@
 //! One file per command; each takes its arguments and gives the exit code of the contract.
 
+mod attach;
 pub(crate) mod calibrate;
 mod card;
 mod clock;
@@ -46,6 +47,7 @@ use grip_record::{CsvOptions, Recording, TimeUnit, files, read_recording};
 use grip_session::{
     HostConfig, HostConfigError, HostEstimator, ModelError, exit::WrongArgument, model,
 };
+use grip_sim::{Scene, scene};
 use mlp::train::ModelFile;
 use std::path::Path;
 
@@ -85,6 +87,15 @@ fn estimator(model_file: Option<&Path>, config: &HostConfig) -> Result<HostEstim
         output::remark(format!("gripctl: model {}", file.display()), text);
     }
     Ok(estimator)
+}
+
+/// A scene, with another seed than its own where one is given.
+fn scene(name: &str, seed: Option<u64>) -> anyhow::Result<Scene> {
+    let scene = scene::open(name)?;
+    Ok(match seed {
+        Some(seed) => scene.reseeded(seed)?,
+        None => scene,
+    })
 }
 
 /// A number of the command line that must be positive and finite, or also zero if `zero`.

@@ -94,7 +94,6 @@ fn write_parts(
     for (i, (height, ((form, waviness), roughness))) in
         profile.heights_m.iter().zip(parts).enumerate()
     {
-        #[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
         let x_mm = 1e3 * profile.step_m * i as f64;
         let [height, form, waviness, roughness] =
             [height, form, waviness, roughness].map(|z| 1e6 * z);

@@ -62,7 +62,6 @@ fn raise(upper: &[f64], lower: &[f64]) -> f64 {
 }
 
 /// The profile in mm and um, thinned to the lowest and highest point of equal stretches.
-#[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
 fn outline(heights_m: &[f64], step_m: f64) -> Vec<(f64, f64)> {
     let stretch = heights_m.len().div_ceil(POINTS / 2).max(1);
     let place = |(i, z): (usize, &f64)| (1e3 * step_m * i as f64, 1e6 * z);

@@ -96,7 +96,6 @@ fn report(
     lost_bytes: u64,
     place: Option<&Path>,
 ) -> anyhow::Result<()> {
-    #[expect(clippy::cast_precision_loss, reason = "only shown")]
     let duration_s =
         saved.span_ns.map_or(0.0, |(first, last)| last.saturating_sub(first) as f64 / 1e9);
     let (messages, attachments) = (saved.messages, saved.attachments);

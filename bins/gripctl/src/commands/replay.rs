@@ -40,9 +40,7 @@ struct Summary {
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let more = [&args.calibration, &args.config, &args.model].map(Option::as_deref);
     let inputs: Vec<_> = args.files.iter().map(|file| Some(file.as_path())).chain(more).collect();
-    let plot = args.plot.as_deref();
-    let plot =
-        plot.map(|file| output::path(file, output::PICTURE, &args.force, &inputs)).transpose()?;
+    let plot = output::optional(args.plot.as_deref(), output::PICTURE, &args.force, &inputs)?;
     let tapes = args.files.iter().filter(|file| is_mcap(file)).count();
     match args.files.as_slice() {
         files if tapes == files.len() => replay_tape::run(args, plot.as_ref()),

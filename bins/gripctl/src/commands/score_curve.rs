@@ -63,7 +63,6 @@ fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
     let place = |alarms: f64, rest_s: f64, found: usize, onsets: usize| {
         let per_min = 60.0 / rest_s;
         let shown = onsets > 0 && per_min.is_finite();
-        #[expect(clippy::cast_precision_loss, reason = "counts of onsets")]
         let percent = 100.0 * found as f64 / onsets as f64;
         shown.then(|| ((alarms * per_min).max(0.5 * per_min), percent))
     };

@@ -1,15 +1,14 @@
 //! `gripctl sim`: a virtual gripper on a pseudo-terminal.
 
-use crate::cli::SimArgs;
+use crate::{cli::SimArgs, output};
 use anyhow::Context as _;
 use core::{
     hash::{BuildHasher as _, Hasher as _},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::atomic::Ordering,
 };
 use grip_session::exit::{Exit, WrongArgument};
-use grip_sim::scene;
 use grip_sim::{Pty, VirtualMcu, port};
-use std::{hash::RandomState, sync::Arc, time::Instant};
+use std::{hash::RandomState, time::Instant};
 
 /// Another number at every start, as the link asks for.
 fn boot_id() -> u32 {
@@ -22,18 +21,10 @@ pub(crate) fn run(args: &SimArgs) -> anyhow::Result<Exit> {
         let message = format!("--duration {duration}: expected seconds, more than 0");
         return Err(WrongArgument(message).into());
     }
-    let scene = scene::open(&args.scene)?;
-    let scene = match args.seed {
-        Some(seed) => scene.reseeded(seed)?,
-        None => scene,
-    };
+    let scene = super::scene(&args.scene, args.seed)?;
     let mut mcu = VirtualMcu::new(&scene, boot_id()).context("the scene makes no gripper")?;
     let pty = Pty::open(Some(&args.pty)).context("cannot open a pseudo-terminal")?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))
-            .context("cannot take over Ctrl-C")?;
-    }
+    let stop = output::stopped().context("cannot take over Ctrl-C")?;
     eprintln!(
         "gripctl: scene {} is a gripper at {}; attach with: gripd --port {}",
         scene.config().name,

@@ -1,6 +1,6 @@
 //! `gripctl status`: the address of a gripd in; how it does, once, every second, or event by event out.
 
-use super::clock;
+use super::{clock, command::PATIENCE};
 use crate::{cli::StatusArgs, output};
 use anyhow::bail;
 use core::{
@@ -14,11 +14,7 @@ use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient, Topics};
 use grip_port::nonce;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_session::status::EventReport;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use std::sync::Arc;
 
-/// A daemon that is there answers within this time.
-const PATIENCE: Duration = Duration::from_secs(3);
 /// Time between two questions of `--watch`.
 const INTERVAL: Duration = Duration::from_secs(1);
 /// Longest wait between two looks at the signals.
@@ -28,10 +24,7 @@ pub(crate) fn run(args: &StatusArgs) -> anyhow::Result<Exit> {
     if args.address == Listen::Off {
         bail!(WrongArgument("off: give the address where gripd listens".to_owned()));
     }
-    let stopped = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
-    }
+    let stopped = output::stopped()?;
     let topics = if args.events { Topics::SLIP.and(Topics::NEWS) } else { Topics::default() };
     let wanted = Subscribe { versions: Versions::OURS, topics, every_nth: 0, state_ms: 0 };
     let mut client = Client::connect(&args.address, nonce(), wanted, PATIENCE)?;

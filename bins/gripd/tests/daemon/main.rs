@@ -14,5 +14,4 @@ mod running;
 mod service_manager;
 mod shadow;
 mod signed;
-mod taxels;
 mod watching;

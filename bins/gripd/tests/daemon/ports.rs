@@ -5,10 +5,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::{Direction, Header, MAX_WIRE, encode},
-    message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Kind, Limits, ResetReason,
-        Unit, Versions,
-    },
+    message::{Channel, ChannelKind, Ident, Kind, Limits, ResetReason, Unit, Versions},
 };
 use grip_sim::Pty;
 use std::{
@@ -95,30 +92,15 @@ const STYLUS: Channel =
 
 /// A gripper in order, but for what a test changes.
 fn ident() -> Ident {
-    let mut channels = [Ident::NO_CHANNEL; grip_link::message::MAX_CHANNELS];
-    channels[0] = STYLUS;
-    Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: [7; 16],
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: 10_000,
-            force_max_mn: 20_000,
-            slew_max_mn_s: 1_000_000,
-            hold_cap_mn: 20_000,
-            travel_min_um: 0,
-            travel_max_um: 10_000,
-        },
-        firmware: Firmware { major: 0, minor: 1, patch: 0 },
-        reset: ResetReason::from_code(0),
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 1,
-    }
+    let limits = Limits {
+        rate_max_hz: 10_000,
+        force_max_mn: 20_000,
+        slew_max_mn_s: 1_000_000,
+        hold_cap_mn: 20_000,
+        travel_min_um: 0,
+        travel_max_um: 10_000,
+    };
+    Ident { reset: ResetReason::from_code(0), ..Ident::new([7; 16], 1, limits, &[STYLUS]) }
 }
 
 /// gripd facing a device of protocol `version` that answers every HELLO with `ident` and knows no other request.

@@ -218,7 +218,6 @@ fn with_unit(value: Option<f32>, scale: f32, digits: usize, unit: &str) -> Strin
     format!("{:.digits$} {unit}", scale * value).trim_end().to_owned()
 }
 
-#[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
 fn seconds(us: i64) -> f64 {
     us as f64 / 1e6
 }

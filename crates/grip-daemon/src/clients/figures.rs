@@ -64,7 +64,6 @@ const fn single(value: f64) -> f32 {
     value as f32
 }
 
-#[expect(clippy::cast_precision_loss, reason = "seven digits are enough")]
 fn micros(ns: u64) -> f32 {
     ns as f32 / 1e3
 }

@@ -125,7 +125,6 @@ impl GripperBoard {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a force has fewer digits")]
 fn millis(value: i32) -> f32 {
     value as f32
 }

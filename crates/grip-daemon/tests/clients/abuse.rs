@@ -1,4 +1,4 @@
-//! Clients that stall, flood, send rubbish, send nothing, come in crowds, or dribble.
+//! Clients that stall, flood, send rubbish, send nothing, or come in crowds.
 
 use crate::rig::{PATIENCE, Rig, tcp, wanted};
 use grip_daemon::client::ClientLink;
@@ -142,30 +142,6 @@ fn a_thousand_connects_leave_nothing_behind() {
     assert_eq!((rig.clients.count(), counters.accept_errors), (1, 0));
     assert_eq!(counters.accepted + counters.refused, 1_001);
     rig.until(&mut healthy, |seen| seen.rows.len() == 1_000);
-}
-
-#[test]
-fn a_client_that_sends_one_byte_at_a_time_is_served() {
-    let mut rig = Rig::new(tcp());
-    let mut stream = raw(&rig);
-    let mut link = ClientLink::new(4);
-    let bytes = [link.subscribe(&wanted(Topics::default(), 0)), link.query()].concat();
-    let mut answers = 0;
-    for byte in bytes {
-        stream.write_all(&[byte]).unwrap();
-        rig.turn();
-    }
-    let mut input = [0; 4096];
-    for _ in 0..PATIENCE {
-        rig.turn();
-        if let Ok(count) = stream.read(&mut input) {
-            link.receive(&input[..count], &mut |_| answers += 1);
-        }
-        if answers == 3 {
-            break;
-        }
-    }
-    assert_eq!(answers, 3, "WELCOME, GRIPPER, ACK");
 }
 
 #[test]

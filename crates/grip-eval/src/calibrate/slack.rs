@@ -143,7 +143,6 @@ impl DecidedBlocks {
     }
 
     /// Time in a half that the blocks which count fill (s).
-    #[expect(clippy::cast_precision_loss, reason = "a count of blocks")]
     fn seconds(&self, half: usize, counts: impl Fn(&&Block) -> bool) -> f32 {
         self.block_s * self.halves[half].iter().flatten().filter(counts).count() as f32
     }

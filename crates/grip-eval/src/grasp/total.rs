@@ -117,7 +117,6 @@ pub fn total(scene: &str, grasps: &[&GraspResult]) -> Total {
     };
     let within = |grasp: &GraspResult, high: f64| (1.0..=high).contains(&grasp.force_ratio);
     let way = grasps.first();
-    #[expect(clippy::cast_precision_loss, reason = "a count of slips")]
     let slips = Quantiles::of(grasps.iter().map(|grasp| grasp.slips as f64).collect());
     Total {
         scene: scene.to_owned(),

@@ -19,7 +19,6 @@ pub fn turns(heights_m: &[f32], step_m: f64, hysteresis_m: f32) -> impl Iterator
     placed(heights_m, step_m).filter_map(move |(x, h)| finder.push(x, h))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
 fn placed(heights_m: &[f32], step_m: f64) -> impl Iterator<Item = (f64, f32)> {
     heights_m.iter().enumerate().map(move |(i, h)| (i as f64 * step_m, *h))
 }

@@ -7,7 +7,6 @@
 /// p(k+1) = t p(k) - b p(k-1) with b = |p(k)|^2 / |p(k-1)|^2 (G. E. Forsythe, *J. SIAM* 5, 1957), so that no system of
 /// equations is solved and high degrees lose no digits.
 #[must_use]
-#[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
 pub fn least_squares(heights: &[f64], degree: u8) -> Vec<f64> {
     let n = heights.len();
     let scale = 2.0 / (n.max(2) - 1) as f64;

@@ -222,7 +222,6 @@ fn without_ends(n: usize, cutoff: f64) -> Range<usize> {
     if count(left) + 1.0 < cutoff { 0..n } else { end..n - end }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
 fn count(n: usize) -> f64 {
     n as f64
 }
@@ -268,7 +267,6 @@ fn narrow(value: f64) -> f32 {
 /// `heights` as the streaming low-pass gives them, so that a profile and its play-back are treated alike.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
     reason = "heights of peaks need no more than f32; indices are far below 2^53"
 )]
 fn smoothed(heights: &[f64], step_m: f64, mut filter: SpatialLowPass) -> Vec<f32> {

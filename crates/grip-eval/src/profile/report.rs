@@ -28,7 +28,6 @@ pub struct Spread {
 impl Spread {
     /// The spread of `values`; `None` where there are none.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "numbers of irregularities")]
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = values.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -57,7 +56,6 @@ pub struct Agreement {
 impl Agreement {
     /// Compares two profiles (m) of the same length; `None` where the lengths differ.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
     pub fn of(ours: &[f64], theirs: &[f64]) -> Option<Self> {
         if ours.len() != theirs.len() || ours.is_empty() {
             return None;
@@ -176,7 +174,6 @@ impl IrregularityLine {
 impl ProfileLine {
     /// The line of `evaluation` at a slip of `trial`.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "lengths of profiles are far below 2^53")]
     pub fn new(evaluation: &Evaluation, options: &ProfileOptions, trial: &Trial) -> Self {
         let parameters = &evaluation.parameters;
         let length_m = evaluation.roughness_m.len() as f64 * evaluation.step_m;

@@ -52,7 +52,6 @@ impl Elements {
         (self.count > 0).then(|| (self.total / f64::from(self.count), self.count))
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
     fn push(&mut self, index: usize, height: f64) {
         if (self.last > 0.0) != (height > 0.0) && index > 0 && self.last != height {
             let at = index as f64 - height / (height - self.last);

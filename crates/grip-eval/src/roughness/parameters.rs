@@ -37,7 +37,6 @@ impl Roughness {
         if heights.is_empty() || !(section_m > 0.0 && step_m > 0.0 && steps >= 1.0) {
             return None;
         }
-        #[expect(clippy::cast_precision_loss, reason = "profiles are far shorter than 2^53")]
         let n = heights.len() as f64;
         let ra_m = heights.iter().map(|z| z.abs()).sum::<f64>() / n;
         let rq_m = libm::sqrt(heights.iter().map(|z| z * z).sum::<f64>() / n);
@@ -91,7 +90,6 @@ impl Waviness {
         cutoff_m: f64,
         long_cutoff_m: Option<f64>,
     ) -> Option<Self> {
-        #[expect(clippy::cast_precision_loss, reason = "profiles are far shorter than 2^53")]
         let n = heights.len() as f64;
         let positive = step_m > 0.0 && cutoff_m > 0.0 && long_cutoff_m.is_none_or(|l| l > 0.0);
         // Also where a length is NaN.
@@ -109,7 +107,6 @@ impl Waviness {
 /// Mean over the whole sections, `steps` long, of highest minus lowest, and their number. A section may lack one
 /// step at the end: a trace of four sections is often one height short.
 #[expect(
-    clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "lengths of profiles, not negative"

@@ -13,7 +13,6 @@ const OVERSAMPLING: f64 = 8.0;
 /// make a wave, or the bounds are not in order.
 #[must_use]
 #[expect(
-    clippy::cast_precision_loss,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "counts of steps and frequencies, not negative, far below 2^53"
@@ -47,7 +46,6 @@ pub fn dominant_wavelength(
 }
 
 /// Power of the windowed heights at `frequency` (per step), by Goertzel's recurrence.
-#[expect(clippy::cast_precision_loss, reason = "indices of a profile are far below 2^53")]
 fn power(heights: &[f64], frequency: f64) -> f64 {
     let turn = 2.0 * libm::cos(TAU * frequency);
     let window = Hann::new(heights.len() as f64);

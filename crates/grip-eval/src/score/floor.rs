@@ -87,7 +87,6 @@ fn pooled_floor<'a>(
             meter.push_vector(guard.step(reading).unwrap_or(reading));
         }
     }
-    #[expect(clippy::cast_precision_loss, reason = "a count of samples")]
     let seconds = meter.samples() as f64 / f64::from(config.sample_rate.0);
     let floor = meter.floor(config.floor);
     Ok(AtRest { floor, floor_s: floor.map_or(0.0, |_| seconds), ..AtRest::default() })

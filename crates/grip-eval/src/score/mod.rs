@@ -311,7 +311,6 @@ const METHODS: [(Method, &str); 3] = [
 ];
 
 /// Time for a sample (ns); `None` of none.
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
 fn per_sample_ns(took: Duration, samples: usize) -> Option<f64> {
     (samples > 0).then(|| 1e9 * took.as_secs_f64() / samples as f64)
 }

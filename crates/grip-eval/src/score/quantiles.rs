@@ -21,12 +21,7 @@ impl Quantiles {
 }
 
 /// A quantile of ordered values; `None` of nothing.
-#[expect(
-    clippy::cast_precision_loss,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a place in a list"
-)]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in a list")]
 pub(super) fn quantile(ordered: &[f64], q: f64) -> Option<f64> {
     let place = q * (ordered.len().checked_sub(1)? as f64);
     let (low, high) = (*ordered.get(place.floor() as usize)?, *ordered.get(place.ceil() as usize)?);

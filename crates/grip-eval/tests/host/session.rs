@@ -64,7 +64,6 @@ fn a_recording_replays_identically_at_every_rate() {
 
 /// The virtual gripper reports truthfully when its fingers travel, and the answer to a slip is no motion.
 #[test]
-#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
 fn motion_comes_from_the_gripper_and_is_recorded() {
     let (lines, recording) = grasp(&scene(60.0), &HostConfig::default());
     let recording = parse_csv(Path::new("x.csv"), &recording, &CsvOptions::default()).unwrap();

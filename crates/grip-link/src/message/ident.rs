@@ -184,6 +184,33 @@ impl Ident {
     pub const NO_CHANNEL: Channel =
         Channel { kind: ChannelKind::Other(0), unit: Unit::None, formats: 0, count: 0, scale: 1.0 };
 
+    /// That of a gripper with these limits and channels, of which it describes at most [`MAX_CHANNELS`]. It has just started and
+    /// reports no fault; its clock ticks in microseconds, and its firmware is 0.1.0.
+    #[must_use]
+    pub fn new(uid: [u8; 16], boot_id: u32, limits: Limits, channels: &[Channel]) -> Self {
+        let mut table = [Self::NO_CHANNEL; MAX_CHANNELS];
+        let mut channel_count = 0;
+        for (slot, channel) in table.iter_mut().zip(channels) {
+            *slot = *channel;
+            channel_count += 1;
+        }
+        Self {
+            versions: Versions::OURS,
+            max_rx: 480,
+            caps: 0,
+            uid,
+            boot_id,
+            tick_hz: 1_000_000,
+            limits,
+            firmware: Firmware { major: 0, minor: 1, patch: 0 },
+            reset: ResetReason::PowerOn,
+            state: DeviceState::Boot,
+            fault: FaultCode::NONE,
+            channels: table,
+            channel_count,
+        }
+    }
+
     /// The channels described.
     #[must_use]
     pub fn channels(&self) -> &[Channel] {

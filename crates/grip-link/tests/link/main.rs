@@ -10,7 +10,6 @@ mod messages;
 mod noise;
 mod session;
 mod silence;
-mod sizes;
 mod stream;
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
 #[path = "../../../../fuzz/src/targets/mod.rs"]

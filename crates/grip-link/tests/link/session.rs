@@ -8,16 +8,6 @@ use grip_link::host::{GripCommand, HostConfig, HostEvent, LinkState};
 use grip_link::message::{DeviceState, FaultCode, Heartbeat, LogLevel, NackReason};
 
 #[test]
-fn status_comes_at_least_every_ten_milliseconds() {
-    let mut line = Line::streaming();
-    line.reported.clear();
-    line.run(1_000_000);
-    let count =
-        line.reported.iter().filter(|reported| matches!(reported, Reported::Status(_))).count();
-    assert!(count >= 100, "{count}");
-}
-
-#[test]
 fn every_grip_is_answered_by_status() {
     let mut line = Line::streaming();
     line.grip_n = Some(2.0);

@@ -8,7 +8,7 @@ use grip_link::decoder::DUPLICATE_WINDOW;
 use grip_link::device::{DeviceLink, KEPT_BATCHES};
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::host::{HostConfig, HostLink, LinkState};
-use grip_link::message::{Config, ConfigAck, Grip, Kind, MAX_CHANNELS, SamplesHeader};
+use grip_link::message::{Config, ConfigAck, Grip, Kind, MAX_CHANNELS};
 
 /// Ticks a millisecond of the device, and microseconds of the host.
 const MS: u64 = 1000;
@@ -192,19 +192,4 @@ fn preamble() -> u64 {
     let len = host.poll_transmit(0, &mut out).unwrap();
     assert!(out[..len].iter().all(|byte| *byte == 0));
     len as u64
-}
-
-#[test]
-fn oldest_of_five_batches_goes_and_is_counted() {
-    let (mut device, _) = configured(&Config { batch: 1, ..CONFIG });
-    report(&mut device, 3, Kind::START, 2, &[]);
-    let started = sent(&mut device, 3);
-    assert!(started.iter().any(|(kind, _)| *kind == Kind::ACK));
-    for row in 0..u64::try_from(KEPT_BATCHES).unwrap() + 1 {
-        device.push_i16(10 + row, &[1, 2]).unwrap();
-    }
-    let frames = sent(&mut device, 20);
-    let first = frames.iter().find(|(kind, _)| *kind == Kind::SAMPLES).unwrap();
-    let header = SamplesHeader::parse(&first.1).unwrap();
-    assert_eq!((header.first_index, header.dropped_total), (1, 1));
 }

@@ -31,12 +31,7 @@ const GRIPPER: Device<'_> =
 impl Tree {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let at = |path: &str| folder.path().join(path);
-        let places = Places {
-            dev: at("dev"),
-            class_tty: at("sys/class/tty"),
-            by_id: at("dev/serial/by-id"),
-        };
+        let places = Places::under(folder.path());
         for path in [&places.dev, &places.class_tty, &places.by_id] {
             create_dir_all(path).unwrap();
         }

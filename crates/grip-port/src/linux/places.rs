@@ -20,15 +20,18 @@ pub struct Places {
 
 impl Default for Places {
     fn default() -> Self {
-        Self {
-            dev: "/dev".into(),
-            class_tty: "/sys/class/tty".into(),
-            by_id: "/dev/serial/by-id".into(),
-        }
+        Self::under(Path::new("/"))
     }
 }
 
 impl Places {
+    /// Those of a system whose root is elsewhere.
+    #[must_use]
+    pub fn under(root: &Path) -> Self {
+        let at = |path: &str| root.join(path);
+        Self { dev: at("dev"), class_tty: at("sys/class/tty"), by_id: at("dev/serial/by-id") }
+    }
+
     /// All ports with a device behind them, in the order of their names.
     ///
     /// # Errors
@@ -193,11 +196,7 @@ mod tests {
     /// A tree with a port on USB, a UART that was found and one that was not.
     fn tree(root: &Path) -> Places {
         let at = |path: &str| root.join(path);
-        let places = Places {
-            dev: at("dev"),
-            class_tty: at("sys/class/tty"),
-            by_id: at("dev/serial/by-id"),
-        };
+        let places = Places::under(root);
         let interface = at("sys/devices/1-2.3/1-2.3:1.1");
         let class = places.class_tty.join("ttyACM0");
         for folder in [&places.by_id, &interface, &class] {

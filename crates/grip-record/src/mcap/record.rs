@@ -321,7 +321,6 @@ impl EventRecord<'static> {
     #[must_use]
     pub fn of_slip(slip: &SlipReport) -> Self {
         let ended = slip.phase == Phase::Ended;
-        #[expect(clippy::cast_precision_loss, reason = "a count for plots")]
         let irregularities = slip.irregularities.map(|count| count as f32);
         let long = |value: Option<f64>| value.unwrap_or(f64::NAN);
         Self {
@@ -411,7 +410,6 @@ impl<'a> EventRecord<'a> {
 
 impl CommandRecord {
     fn encode(&self, w: &mut CdrWriter<'_>) {
-        #[expect(clippy::cast_precision_loss, reason = "for plots; force_mn is exact")]
         let force_n = self.force_mn as f32 / 1000.0;
         w.u32(self.cmd_id).u8(self.mode).bool(self.flags & 1 == 1).u8(self.flags);
         w.u16(self.ttl_ms).i32(self.force_mn).f32(force_n);

@@ -36,7 +36,6 @@ impl fmt::Debug for Spectra {
 impl Spectra {
     pub(super) fn new(rate_hz: f32) -> Self {
         let len = length(rate_hz);
-        #[expect(clippy::cast_precision_loss, reason = "at most 512")]
         let window = |k: usize| 0.5 - 0.5 * (TAU * k as f32 / len as f32).cos();
         let fft = RealFftPlanner::new().plan_fft_forward(len);
         Self {
@@ -78,7 +77,6 @@ impl Spectra {
 
     /// Power of each bin below half the sample rate: a sine of amplitude A shows A^2 / 2.
     fn bins(&mut self) -> Box<[u8]> {
-        #[expect(clippy::cast_precision_loss, reason = "at most 512")]
         let len = self.samples.len() as f32;
         let mean = self.samples.iter().sum::<f32>() / len;
         for (weighed, (x, w)) in self.weighed.iter_mut().zip(self.samples.iter().zip(&self.window))

@@ -109,7 +109,6 @@ proptest! {
         rows in proptest::collection::vec((reading(), reading(), reading(), 0_u64..400), 1..3000),
         rate_hz in 100_u32..20_000,
     ) {
-        #[expect(clippy::cast_precision_loss, reason = "below 2^24")]
         let rate = rate_hz as f32;
         let config = HostConfig::default().pipeline(Signal::Displacement, Hertz(rate));
         let mut observer = Observer::new(config, default_estimator().unwrap())

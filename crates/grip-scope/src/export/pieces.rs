@@ -70,7 +70,6 @@ mod tests {
 
     fn model(times_us: Vec<u64>) -> Model {
         let mut model = Model::new(64 << 20);
-        #[expect(clippy::cast_precision_loss, reason = "a test")]
         let values = (0..times_us.len()).map(|row| row as f32).collect();
         let columns = vec![(Channel::Stylus, values)];
         model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));

@@ -108,7 +108,6 @@ impl Sum {
         (self.squares / self.divisor()).sqrt()
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "counts of samples are below 2^53")]
     fn divisor(&self) -> f64 {
         self.count.max(1) as f64
     }

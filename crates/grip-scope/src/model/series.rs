@@ -293,7 +293,6 @@ fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
     Bucket { from_s, to_s, min, max, mean, count, broken }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "columns of a screen")]
 fn count(columns: usize) -> f64 {
     columns as f64
 }

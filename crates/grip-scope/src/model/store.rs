@@ -296,7 +296,6 @@ impl Store {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "at most 1024")]
 fn exact(index: usize) -> f64 {
     index as f64
 }
@@ -307,11 +306,7 @@ fn floor_index(place: f64) -> usize {
 }
 
 /// The nearest whole microsecond (s); times on the axis are not negative.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_precision_loss,
-    reason = "exact for 285 years"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "exact for 285 years")]
 fn whole_micros(t_s: f64) -> f64 {
     (1e6 * t_s + 0.5) as i64 as f64 / 1e6
 }

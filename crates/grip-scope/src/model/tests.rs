@@ -32,7 +32,6 @@ fn samples() -> impl Strategy<Value = Vec<(u64, f32, bool)>> {
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "exact below 2^53")]
 fn seconds(us: u64) -> f64 {
     us as f64 / 1e6
 }

@@ -295,7 +295,6 @@ impl Reception {
 }
 
 /// The shipped settings for samples at this rate.
-#[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
 pub(super) fn shipped(rate_hz: u32) -> PipelineConfig {
     HostConfig::default().pipeline(Signal::Displacement, Hertz(rate_hz as f32))
 }

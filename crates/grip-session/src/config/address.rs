@@ -79,19 +79,26 @@ impl fmt::Display for Listen {
     }
 }
 
-impl TryFrom<String> for Listen {
-    type Error = AddressError;
+/// What stands as a text in files and messages.
+macro_rules! as_text {
+    ($($type:ident)+) => {$(
+        impl TryFrom<String> for $type {
+            type Error = AddressError;
 
-    fn try_from(text: String) -> Result<Self, AddressError> {
-        text.parse()
-    }
+            fn try_from(text: String) -> Result<Self, AddressError> {
+                text.parse()
+            }
+        }
+
+        impl From<$type> for String {
+            fn from(value: $type) -> Self {
+                value.to_string()
+            }
+        }
+    )+};
 }
 
-impl From<Listen> for String {
-    fn from(listen: Listen) -> Self {
-        listen.to_string()
-    }
-}
+as_text!(Listen Uid Site);
 
 /// An `IP:PORT` that may be absent.
 pub(super) fn socket<'de, D: Deserializer<'de>>(from: D) -> Result<Option<SocketAddr>, D::Error> {
@@ -119,20 +126,6 @@ impl FromStr for Uid {
 impl fmt::Display for Uid {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl TryFrom<String> for Uid {
-    type Error = AddressError;
-
-    fn try_from(text: String) -> Result<Self, AddressError> {
-        text.parse()
-    }
-}
-
-impl From<Uid> for String {
-    fn from(uid: Uid) -> Self {
-        uid.to_string()
     }
 }
 
@@ -164,20 +157,6 @@ impl FromStr for Site {
 impl fmt::Display for Site {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
-    }
-}
-
-impl TryFrom<String> for Site {
-    type Error = AddressError;
-
-    fn try_from(text: String) -> Result<Self, AddressError> {
-        text.parse()
-    }
-}
-
-impl From<Site> for String {
-    fn from(site: Site) -> Self {
-        site.0
     }
 }
 

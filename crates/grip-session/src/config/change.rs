@@ -7,27 +7,23 @@ use std::{
     path::PathBuf,
 };
 
-/// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
-/// were asked for once, and what the gripper was asked for when it was attached.
-pub const NEEDS_RESTART: [&str; 17] = [
-    "port",
-    "baud",
-    "uid",
-    "usb",
-    "listen",
-    "allow_commands",
-    "allow_models",
-    "allow_remote",
-    "max_clients",
-    "metrics",
-    "record",
-    "recording",
-    "realtime",
-    "dump_dir",
-    "memory",
-    "link",
-    "fleet",
-];
+macro_rules! needs_restart {
+    ($($key:ident)+) => {
+        /// Keys and tables that a running gripd does not change: they name ports, sockets and files that are open, privileges that
+        /// were asked for once, and what the gripper was asked for when it was attached.
+        pub const NEEDS_RESTART: [&str; [$(stringify!($key)),+].len()] = [$(stringify!($key)),+];
+
+        /// `new`, but for what needs a restart.
+        fn with_kept(old: HostConfig, new: &HostConfig) -> HostConfig {
+            HostConfig { $($key: old.$key,)+ ..new.clone() }
+        }
+    };
+}
+
+needs_restart! {
+    port baud uid usb listen allow_commands allow_models allow_remote max_clients metrics record recording realtime dump_dir memory
+    link fleet
+}
 
 /// A key whose value differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -87,27 +83,7 @@ impl HostConfig {
     /// # Errors
     /// Where the new values do not fit those that stay.
     pub fn taking(&self, new: &Self) -> Result<Self, HostConfigError> {
-        let old = self.clone();
-        let taken = Self {
-            port: old.port,
-            baud: old.baud,
-            uid: old.uid,
-            usb: old.usb,
-            listen: old.listen,
-            allow_commands: old.allow_commands,
-            allow_models: old.allow_models,
-            allow_remote: old.allow_remote,
-            max_clients: old.max_clients,
-            metrics: old.metrics,
-            record: old.record,
-            recording: old.recording,
-            realtime: old.realtime,
-            dump_dir: old.dump_dir,
-            memory: old.memory,
-            link: old.link,
-            fleet: old.fleet,
-            ..new.clone()
-        };
+        let taken = with_kept(self.clone(), new);
         taken.check().map_err(|(_, source): (&str, ValueError)| {
             let source_name = "the new configuration beside what needs a restart".to_owned();
             let place = Place { source: source_name, at: None };

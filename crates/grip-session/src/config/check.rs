@@ -65,7 +65,6 @@ impl HostConfig {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "only shown and compared")]
 fn shown(number: u32) -> f32 {
     number as f32
 }

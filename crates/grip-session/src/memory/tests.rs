@@ -9,7 +9,6 @@ fn found(held_n: f32) -> Event {
 
 /// A slip that has passed `count` irregularities of `spacing_um` and `height_um`.
 fn slip(count: u32, spacing_um: f32, height_um: f32) -> Event {
-    #[expect(clippy::cast_precision_loss, reason = "a small count")]
     let moved_m = 1e-6 * spacing_um * count as f32;
     Event::Slip(SlipReport {
         phase: Phase::Ended,

@@ -33,7 +33,7 @@ const REFUSED_US: f64 = 1e6;
 const WRITTEN_OUT: u64 = 3;
 
 /// What is known before the first byte.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoardOptions {
     /// The gripper, where commands go back to the program.
     pub actuator: Option<Actuator>,
@@ -85,7 +85,7 @@ pub struct RowCounters {
 }
 
 /// The board.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct RowBoard {
     options: BoardOptions,
     header: Vec<u8>,
@@ -108,20 +108,7 @@ impl RowBoard {
     /// A board that waits for its header.
     #[must_use]
     pub fn new(options: BoardOptions) -> Self {
-        Self {
-            options,
-            header: Vec::new(),
-            cutter: None,
-            board: None,
-            ended: false,
-            cut: false,
-            times: Times::default(),
-            joined: None,
-            counters: RowCounters::default(),
-            reports: Vec::new(),
-            gripper: Gripper::default(),
-            row: Vec::new(),
-        }
+        Self { options, ..Self::default() }
     }
 
     /// The gripper, where there is one.
@@ -346,7 +333,6 @@ impl RowBoard {
                     }
                 }
                 (Ok(()), _) => {
-                    #[expect(clippy::cast_precision_loss, reason = "below 2^53 rows")]
                     let t_us = timed.map_or(number as f64 * period_us, |s| 1e6 * s);
                     if self.follows(now_us, t_us, timed.is_some())? {
                         self.wait(now_us)?;
@@ -396,7 +382,6 @@ impl RowBoard {
         }
         self.times.refused = 0;
         if let Some(board) = self.board.as_mut().filter(|_| timed) {
-            #[expect(clippy::cast_precision_loss, reason = "below 2^53 us")]
             let ahead_us = t_us + self.times.shift_us - board.clock.tick(now_us) as f64;
             if ahead_us > LEAP_US {
                 self.times.shift_us -= (gap - 1.0) * period_us;
@@ -509,7 +494,6 @@ impl RowBoard {
         }
         if let Placed::After(late_us) = placed {
             board.jumped_us += late_us;
-            #[expect(clippy::cast_precision_loss, reason = "a time")]
             let late_us = late_us as f64;
             self.times.shift_us += late_us;
             self.times.last_us += late_us;

@@ -116,7 +116,6 @@ impl RowClock {
         let behind_us = core::mem::replace(&mut self.behind_us, u64::MAX);
         self.window_us = now_us + WINDOW_US;
         let [began_us, began_tick] = core::mem::replace(&mut self.began, [now_us, tick]);
-        #[expect(clippy::cast_precision_loss, reason = "a second or so")]
         let pace =
             tick.saturating_sub(began_tick) as f64 / now_us.saturating_sub(began_us).max(1) as f64;
         self.paces = [self.paces[1], pace];

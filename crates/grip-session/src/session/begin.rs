@@ -154,7 +154,6 @@ impl Session {
     /// Begins a pipeline with the settings and limits in force.
     pub(super) fn begin(&mut self, carried: Carried) -> Result<(), SessionError> {
         let sample_rate_hz = self.link.in_force().map_or(0, |config| config.sample_rate_hz);
-        #[expect(clippy::cast_precision_loss, reason = "rates are below 2^24")]
         let rate = Hertz(sample_rate_hz as f32);
         let stylus = self.stylus();
         self.config.check_signal(rate, stylus == StylusKind::Vibration)?;

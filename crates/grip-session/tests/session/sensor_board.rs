@@ -3,10 +3,7 @@
 use grip_link::{
     device::{DeviceConfig, DeviceEvent, DeviceLink},
     frame::MAX_WIRE,
-    message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, Reaction,
-        ResetReason, Unit, Versions,
-    },
+    message::{Channel, ChannelKind, Ident, Limits, Reaction, Unit},
 };
 use grip_session::{HostConfig, Session, SessionOptions, Update, model, report::Event};
 use slip_core::{ClientCommand, Signal};
@@ -15,29 +12,15 @@ const RATE_HZ: u32 = 1600;
 
 fn board(unit: Unit, force_max_mn: i32) -> DeviceLink {
     let channel = Channel { unit, ..Channel::single(ChannelKind::Stylus, 1e-3) };
-    let mut ident = Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"a sensor board 1",
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz: RATE_HZ,
-            force_max_mn,
-            slew_max_mn_s: 1_000_000,
-            hold_cap_mn: force_max_mn,
-            travel_min_um: 0,
-            travel_max_um: 0,
-        },
-        firmware: Firmware { major: 1, minor: 0, patch: 0 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels: [Ident::NO_CHANNEL; 16],
-        channel_count: 1,
+    let limits = Limits {
+        rate_max_hz: RATE_HZ,
+        force_max_mn,
+        slew_max_mn_s: 1_000_000,
+        hold_cap_mn: force_max_mn,
+        travel_min_um: 0,
+        travel_max_um: 0,
     };
-    ident.channels[0] = channel;
+    let ident = Ident::new(*b"a sensor board 1", 1, limits, &[channel]);
     let mut link = DeviceLink::new(DeviceConfig { ident, estop: Reaction::Hold }).unwrap();
     link.ready(0);
     link

@@ -2,10 +2,7 @@
 
 use crate::scene::{ACCELERATION_SPAN_M_S2, STYLUS_SPAN_M, Scene, SceneConfig};
 use grip_link::device::DeviceConfig;
-use grip_link::message::{
-    Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS, Reaction,
-    ResetReason, Unit, Versions,
-};
+use grip_link::message::{Channel, ChannelKind, Ident, Limits, Reaction, ResetReason, Unit};
 
 /// Ticks are microseconds, as the time stamps of samples are.
 pub(super) const TICK_HZ: u32 = 1_000_000;
@@ -50,34 +47,19 @@ pub(super) fn scale(reading: Reading, config: &SceneConfig) -> f32 {
 
 pub(super) fn device_config(scene: &Scene, boot_id: u32, reset: ResetReason) -> DeviceConfig {
     let config = scene.config();
-    let listed = readings(config);
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    for (slot, &reading) in channels.iter_mut().zip(&listed) {
-        *slot = channel(reading, config);
-    }
+    let channel = |&reading: &Reading| channel(reading, config);
+    let channels: Vec<Channel> = readings(config).iter().map(channel).collect();
     let force_max_mn = milli_i32(config.drive.force_max_n);
-    let ident = Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: uid(config.seed),
-        boot_id,
-        tick_hz: TICK_HZ,
-        limits: Limits {
-            rate_max_hz: RATE_MAX_HZ,
-            force_max_mn,
-            slew_max_mn_s: milli_i32(config.drive.slew_max_n_s).unsigned_abs(),
-            hold_cap_mn: force_max_mn,
-            travel_min_um: 0,
-            travel_max_um: 100_000,
-        },
-        firmware: Firmware { major: 0, minor: 1, patch: 0 },
-        reset,
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: u8::try_from(listed.len()).unwrap_or(u8::MAX),
+    let limits = Limits {
+        rate_max_hz: RATE_MAX_HZ,
+        force_max_mn,
+        slew_max_mn_s: milli_i32(config.drive.slew_max_n_s).unsigned_abs(),
+        hold_cap_mn: force_max_mn,
+        travel_min_um: 0,
+        travel_max_um: 100_000,
     };
+    let ident = Ident::new(uid(config.seed), boot_id, limits, &channels);
+    let ident = Ident { tick_hz: TICK_HZ, reset, ..ident };
     DeviceConfig { ident, estop: Reaction::Hold }
 }
 

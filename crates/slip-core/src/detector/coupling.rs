@@ -254,7 +254,6 @@ impl Correlation {
     /// Nothing is known yet; energies come every `part_s` (s).
     pub(super) fn new(part_s: f32) -> Self {
         let block_len = samples(BLOCK_MS, 1.0 / part_s).max(1);
-        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
         let block_s = part_s * block_len as f32;
         Self {
             block_len,
@@ -313,13 +312,11 @@ impl Correlation {
 
     #[inline(never)]
     fn end_block(&mut self) {
-        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
         let per_block = 1.0 / self.filled as f32;
         let logs = self.sums.map(|sum| libm::logf(1.0 + (sum * per_block).clamp(0.0, 1e30)));
         (self.filled, self.sums) = (0, [0.0; 2]);
         self.seen = self.seen.saturating_add(1).min(self.least);
         self.in_stretch = self.in_stretch.saturating_add(1);
-        #[expect(clippy::cast_precision_loss, reason = "at most some thousand")]
         let share = self.share.max(1.0 / self.seen as f32);
         let kept = self.means.iter_mut().zip(&mut self.variances).zip(&mut self.past);
         for (log, ((mean, variance), past)) in logs.into_iter().zip(kept) {
@@ -387,7 +384,6 @@ impl Correlation {
         let Some([before, top, after]) = three else { return f32::INFINITY };
         let bend = 2.0 * top - before - after;
         let off = if bend > 0.0 { 0.5 * (after - before) / bend } else { 0.0 };
-        #[expect(clippy::cast_precision_loss, reason = "at most 44")]
         let blocks = MOST_SHIFT as f32 - at as f32 - off;
         blocks * self.block_s
     }

@@ -75,7 +75,6 @@ impl Certificate {
         ConfigError::within("certificate.interval_s", self.interval_s, 1.0, 1e9)?;
         for law in [self.rest, self.motion].into_iter().flatten() {
             for b in (0..BANDS).filter(|b| law.blocks[*b] > 0) {
-                #[expect(clippy::cast_precision_loss, reason = "a count")]
                 ConfigError::within("certificate.blocks", law.blocks[b] as f32, 1.0, 1e4)?;
                 for (limit, chance) in law.limits[b].into_iter().zip(law.chances[b]) {
                     ConfigError::within("certificate.limits", limit, 0.0, f32::MAX)?;
@@ -98,7 +97,6 @@ struct Bets {
 
 impl Bets {
     fn new(law: &ScoreLaw) -> Self {
-        #[expect(clippy::cast_precision_loss, reason = "8")]
         let share = BET / LIMITS as f32;
         let factors = law.chances.map(|chances| {
             let mut factors = [1.0 - BET; LIMITS + 1];
@@ -161,7 +159,6 @@ impl Evidence {
         let bands = |bets: &Option<Bets>| {
             bets.as_ref().map_or(0, |bets| bets.blocks.iter().filter(|n| **n > 0).count())
         };
-        #[expect(clippy::cast_precision_loss, reason = "counts up to 100")]
         let (count, base) = (bands(&rest).max(bands(&motion)).max(1) as f32, base_len as f32);
         Self {
             interval_s: certificate.interval_s,
@@ -233,7 +230,6 @@ impl Evidence {
 
     #[inline(never)]
     fn end_base_block(&mut self, moving: bool) -> bool {
-        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
         let filled = self.filled as f32;
         // In units of the floors of the certificate: the quiet part of the floor is 1 there.
         let scores = core::array::from_fn(|b| {
@@ -257,7 +253,6 @@ impl Evidence {
             *sum += score;
             *count = count.saturating_add(1);
             if *count == bets.blocks[b] {
-                #[expect(clippy::cast_precision_loss, reason = "a count")]
                 let count = *count as f32;
                 let score = *sum / count;
                 let passed = bets.limits[b].iter().filter(|limit| score > **limit).count();

@@ -44,7 +44,6 @@ impl Lanes {
     pub(super) fn new(config: &DetectorConfig, rate_hz: f32) -> Result<Self, ConfigError> {
         let limit_hz = MAX_CORNER * rate_hz;
         let block_len = (samples(1e3 * BLOCK_S * 0.999, rate_hz) as usize).min(MOST);
-        #[expect(clippy::cast_precision_loss, reason = "at most 25 samples")]
         let block_s = block_len as f32 / rate_hz;
         let mut lanes = Self {
             corners: [Band { low_hz: LOWERED * limit_hz, high_hz: limit_hz }; BANDS],
@@ -276,7 +275,6 @@ impl PrimedBank {
         self.sum += x - self.first;
         self.left -= 1;
         if self.left == 0 {
-            #[expect(clippy::cast_precision_loss, reason = "at most 100 samples")]
             let mean = self.sum / self.len as f32;
             self.offset = self.first + mean;
             self.bank.prime(0.0);

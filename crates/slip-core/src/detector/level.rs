@@ -106,7 +106,6 @@ impl Level {
         self.seen = self.seen.saturating_add(1).min(self.learn_len);
         let log =
             if self.highest > f32::NEG_INFINITY { log.min(self.highest + LEVEL_MOST) } else { log };
-        #[expect(clippy::cast_precision_loss, reason = "at most some thousand blocks")]
         let share = self.share.max(1.0 / self.seen as f32);
         self.mean += share * (log - self.mean);
         let mean = self.mean;

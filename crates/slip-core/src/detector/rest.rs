@@ -106,11 +106,7 @@ impl RestMeter {
 
     /// Mean energy of the bands (signal unit squared); `None` before the first sample.
     #[must_use]
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        reason = "a mean in f32"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a mean in f32")]
     pub fn energy(&self) -> Option<[f32; BANDS]> {
         (self.samples > 0).then(|| self.sum.map(|sum| (sum / self.samples as f64) as f32))
     }
@@ -178,7 +174,6 @@ impl Doubt {
 
     #[cold]
     pub(super) fn judge(&mut self, stretch: &Stretch<BANDS>) {
-        #[expect(clippy::cast_precision_loss, reason = "blocks of at most a second")]
         let expected = libm::sqrtf(2.0 / (self.readings * stretch.part_blocks as f32));
         let (spread, over_floor) = (stretch.spread[BAND], stretch.over_floor[BAND]);
         if over_floor < QUIETER {

@@ -121,7 +121,6 @@ impl SlipDetector {
             || Floor::learn(floor, blocks_hz).with_parts_of(lanes.part_blocks()),
             |e| Floor::known(floor, e),
         );
-        #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let per_sample = 1.0 / lanes.block_len as f32;
         let mut gate = Gate::new(config.gate, lanes.block_s);
         if let Some(energy) = floor.energy() {
@@ -173,7 +172,6 @@ impl SlipDetector {
     #[must_use]
     pub fn with_certificate(self, certificate: Option<&Certificate>) -> Self {
         let Some((certificate, floor)) = certificate.zip(self.floor.energy()) else { return self };
-        #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let block_s = self.block_len as f32 / self.rate_hz;
         let evidence = Some(Evidence::new(certificate, block_s));
         Self { evidence, certified_floor: floor, ..self }
@@ -244,7 +242,6 @@ impl SlipDetector {
     /// How long decisions wait for a motion reference that is late (s); 0 for one in time. It is late by 2.5 ms less.
     #[must_use]
     pub fn waits_s(&self) -> f32 {
-        #[expect(clippy::cast_precision_loss, reason = "at most 25")]
         let block_s = self.block_len as f32 / self.rate_hz;
         f32::from(self.delay.blocks().max(0)) * block_s
     }

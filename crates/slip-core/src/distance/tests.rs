@@ -14,11 +14,7 @@ impl Encoder {
         self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let jitter = 2e-6 * (f64::from(self.seed) / f64::from(u32::MAX) - 0.5);
         let t_us = 100 * self.i;
-        #[expect(
-            clippy::cast_precision_loss,
-            clippy::cast_possible_truncation,
-            reason = "test signal"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "test signal")]
         let shown = {
             let drift = 20e-6 * (t_us as f64 * 1e-6);
             (((true_m + jitter + drift) / 1e-6).round() * 1e-6) as f32

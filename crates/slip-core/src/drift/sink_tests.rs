@@ -11,7 +11,6 @@ struct Noise(u32);
 impl Noise {
     fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        #[expect(clippy::cast_precision_loss, reason = "noise")]
         let value = (self.0 >> 8) as f32;
         value / 8_388_608.0 - 1.0
     }

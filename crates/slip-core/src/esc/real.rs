@@ -236,7 +236,6 @@ impl Real for f32 {
     fn of(value: f32) -> Self {
         value
     }
-    #[expect(clippy::cast_precision_loss, reason = "the doc says rounded")]
     fn from_count(value: u32) -> Self {
         value as Self
     }

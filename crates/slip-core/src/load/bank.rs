@@ -811,12 +811,10 @@ fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> f32 {
 
 /// Puts a weight into the two bins around `over` (logarithm).
 fn put(bins: &mut [f32; BINS], over: f32, w: f32) {
-    #[expect(clippy::cast_precision_loss, reason = "a small number")]
     const LAST: f32 = (BINS - 2) as f32;
     let place = at_most(at_least(over * (1.0 / BIN), 0.0), LAST);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to BINS - 2")]
     let at = place as usize;
-    #[expect(clippy::cast_precision_loss, reason = "a small number")]
     let share = place - at as f32;
     if let [here, next, ..] = &mut bins[at..] {
         *here += w * (1.0 - share);

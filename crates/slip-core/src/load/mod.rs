@@ -523,7 +523,6 @@ impl<const H: usize> Load<H> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some blocks")]
         let back = (NOTICED_S / self.block_s + 0.5) as usize;
         let back = back.min(KEPT - 1);
-        #[expect(clippy::cast_precision_loss, reason = "at most 64")]
         let lasted_s = self.since_s - back as f32 * self.block_s;
         let held_n = if !forecast.informed {
             // No sensor has shown the course: what has stopped it is what it needs.

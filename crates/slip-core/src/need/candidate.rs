@@ -308,7 +308,6 @@ impl Need {
     fn conclude(&mut self, best: f32) {
         const BINS: usize = 64;
         /// Width of a bin in the logarithm of the needed force over that at the alarm.
-        #[expect(clippy::cast_precision_loss, reason = "small numbers")]
         const BIN: f32 = STEP * (FORCES as f32 + 1.0) / BINS as f32;
         let mut bins = [0.0_f32; BINS];
         let mut all = 0.0;
@@ -370,7 +369,7 @@ pub(super) fn ln(x: f32) -> f32 {
     const MANTISSA: u32 = 0x007f_ffff;
     let low = FRAC_1_SQRT_2.to_bits();
     let over = x.to_bits().wrapping_sub(low);
-    #[expect(clippy::cast_precision_loss, clippy::cast_possible_wrap, reason = "-127 to 128")]
+    #[expect(clippy::cast_possible_wrap, reason = "-127 to 128")]
     let exponent = ((over as i32) >> 23) as f32;
     let m = f32::from_bits((over & MANTISSA).wrapping_add(low));
     let s = (m - 1.0) / (m + 1.0);

@@ -503,7 +503,6 @@ impl Need {
         let back = (blocks - UNSETTLED_BLOCKS).min(self.kept.saturating_sub(1));
         let impulse =
             self.impulses.get((self.at + KEPT - back) % KEPT).copied().unwrap_or(self.impulse);
-        #[expect(clippy::cast_precision_loss, reason = "at most 40")]
         let lasted_s = (self.felt.since_s - back as f32 * self.block_s).max(1e-3);
         let from_n = self.felt.from_n;
         let (mut ln, mut all) = (0.0, 0.0);

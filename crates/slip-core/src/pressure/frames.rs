@@ -102,7 +102,6 @@ fn centred<const N: usize>(frame: &[f32; N], n: usize) -> ([f32; N], f32) {
     (p, norm)
 }
 
-#[expect(clippy::cast_precision_loss, reason = "at most some hundred taxels")]
 pub(super) fn count(n: usize) -> f32 {
     n.max(1) as f32
 }
@@ -306,11 +305,7 @@ impl<const N: usize> PatternRest<N> {
     /// Noise of a taxel (rms) with which nothing of that rest is a slip at `threshold`: a hand that creeps shows more than noise.
     /// `None` before the second frame.
     #[must_use]
-    #[expect(
-        clippy::cast_precision_loss,
-        clippy::cast_possible_truncation,
-        reason = "a mean in f32"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a mean in f32")]
     pub fn rms(&self, threshold: f32) -> Option<f32> {
         let variance = (self.sum / self.frames as f64) as f32;
         (self.frames > 0).then(|| libm::sqrtf(variance.max(self.largest / threshold)))

@@ -201,7 +201,6 @@ impl<const N: usize> PressurePattern<N> {
     /// Log-likelihood ratio of a rise to six times the noise that a change at the threshold has.
     #[must_use]
     pub fn log_at_limit(&self) -> f32 {
-        #[expect(clippy::cast_precision_loss, reason = "at most 256")]
         let taxels = self.len as f32;
         0.5 * taxels * self.config.threshold * (1.0 - 1.0 / 6.0)
     }

@@ -20,7 +20,6 @@ impl Pad {
         let mut sum = 0.0;
         for _ in 0..4 {
             self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let unit = (self.seed >> 8) as f32 / 16_777_216.0 - 0.5;
             sum += unit * 1.732;
         }
@@ -32,7 +31,6 @@ impl Pad {
         self.t += 10_000;
         let mut out = vec![0.0; 16];
         for (i, out) in out.iter_mut().enumerate() {
-            #[expect(clippy::cast_precision_loss, reason = "test signal")]
             let (x, y) = ((i % 4) as f32 - 1.6 - moved, (i / 4) as f32 - 1.3);
             *out = offset + factor * 60.0 * libm::expf(-(x * x + y * y) / 2.0) + self.noise();
         }

@@ -271,7 +271,6 @@ impl SpeedWindow {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            clippy::cast_precision_loss,
             reason = "clamped; the cast saturates"
         )]
         let len = (config.window_ms * 1e-3 * rate_hz).clamp(LEAST_STEPS as f32, 63.0) as usize;
@@ -288,7 +287,6 @@ impl SpeedWindow {
 
     /// Length of the window (s) for samples at `rate_hz`.
     #[must_use]
-    #[expect(clippy::cast_precision_loss, reason = "at most 63")]
     pub fn span_s(&self, rate_hz: f32) -> f32 {
         self.len as f32 / rate_hz
     }
@@ -376,7 +374,7 @@ impl SpeedWindow {
 mod tests;
 
 #[cfg(test)]
-#[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "test signal")]
+#[expect(clippy::cast_possible_truncation, reason = "test signal")]
 mod speed_tests {
     use super::{SpeedConfig, SpeedWindow};
     use crate::units::Micros;

@@ -141,7 +141,6 @@ fn the_delay_agrees_with_a_plain_correlation() {
         |lag: usize| -> f32 { (64..4000).map(|i| (second[i] - m2) * (first[i - lag] - m1)).sum() };
     let best = (0..64).max_by(|a, b| plain(*a).total_cmp(&plain(*b))).unwrap();
     let found = f64::from(styli.delay().unwrap().seconds) * 1e4;
-    #[expect(clippy::cast_precision_loss, reason = "below 64")]
     let best = best as f64;
     assert!(
         (found - best).abs() < 1.0 && (found - SPACING_M / 0.2 * 1e4).abs() < 0.5,

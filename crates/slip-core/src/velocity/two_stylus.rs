@@ -118,7 +118,6 @@ impl Level {
         if height <= before || height <= after || bend <= 0.0 || scale <= 0.0 {
             return None;
         }
-        #[expect(clippy::cast_precision_loss, reason = "below 128")]
         let steps = lag as f32;
         let samples = self.filled.min(MEMORY);
         let waves = libm::sqrtf(bend / height) * (self.filled - steps).min(MEMORY);

@@ -43,7 +43,6 @@ pub(super) fn health(health: &Health) -> HealthRecord<'static> {
     let (bad, dropped, latency) = (health.bad, health.dropped, health.latency);
     let clock = health.appended.and_then(|appended| appended.clock);
     let p999_us = health.appended.and_then(|appended| appended.p999_us);
-    #[expect(clippy::cast_precision_loss, reason = "exact for 285 years of microseconds")]
     let clock_offset_us = clock.map_or(f64::NAN, |clock| clock.offset_us as f64);
     HealthRecord {
         rate_hz: short(health.rate_hz),

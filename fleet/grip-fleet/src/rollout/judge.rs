@@ -215,7 +215,6 @@ fn mean(purses: &[[f64; BETS.len()]]) -> f64 {
     sum / f64::from(u32::try_from(all().count()).unwrap_or(1))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a small count")]
 fn float(count: u32) -> f32 {
     count as f32
 }
@@ -232,7 +231,6 @@ impl Draws {
     }
 
     /// 0 to 1.
-    #[expect(clippy::cast_precision_loss, reason = "53 bits")]
     fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }

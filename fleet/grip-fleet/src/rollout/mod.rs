@@ -495,7 +495,6 @@ impl Rollout {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "a share of a small count; the cast saturates"
     )]
     fn share(&self, all: usize) -> usize {

@@ -119,7 +119,6 @@ impl ShadowConfig {
     }
 
     /// Whether so many wrong ones of `all` are evidence enough.
-    #[expect(clippy::cast_precision_loss, reason = "small counts")]
     fn is_enough(&self, wrong: usize, all: usize) -> bool {
         let (wrong, right) = (wrong as f64, all.saturating_sub(wrong) as f64);
         let bet = wrong * (NOTICED / BORNE).ln() + right * ((1.0 - NOTICED) / (1.0 - BORNE)).ln();
@@ -209,7 +208,6 @@ mod tests {
         *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (*state ^ (*state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        #[expect(clippy::cast_precision_loss, reason = "53 bits")]
         let share = ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
         share < chance
     }

@@ -27,7 +27,6 @@ fn members(count: u8) -> Vec<Member> {
 
 /// The n-th grasp of a gripper; of the model of before one of 50 is lost.
 fn grasp(n: usize, is_lost: bool) -> Grasp {
-    #[expect(clippy::cast_precision_loss, reason = "small")]
     let slip_mm = 0.5 + 0.1 * (n * 7 % 10) as f32;
     Grasp {
         lost: is_lost || n % 50 == 7,

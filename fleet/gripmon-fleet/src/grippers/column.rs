@@ -178,7 +178,6 @@ fn sensors(row: &Row) -> String {
         .map_or_else(|| "good".to_owned(), |(name, health)| format!("{name} {}", health.name()))
 }
 
-#[expect(clippy::cast_precision_loss, reason = "exact up to 2^53")]
 const fn count(n: u64) -> f64 {
     n as f64
 }

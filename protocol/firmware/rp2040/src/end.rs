@@ -6,8 +6,8 @@ use grip_link::{
     device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink},
     frame::MAX_WIRE,
     message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS,
-        Reaction, ResetReason, SampleFormat, Versions,
+        Channel, ChannelKind, Ident, Limits, 
+        Reaction, ResetReason, SampleFormat,
     },
 };
 
@@ -142,17 +142,7 @@ impl End {
 
 /// A vibration on one channel.
 fn ident(boot_id: u32, sensor: &Sensor) -> Ident {
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    channels[0] =
-        Channel { unit: sensor.unit, ..Channel::single(ChannelKind::Stylus, sensor.scale) };
-    Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: sensor.uid,
-        boot_id,
-        tick_hz: 1_000_000,
-        limits: Limits {
+    let limits = Limits {
             rate_max_hz: sensor.rate_hz,
             // No actuator.
             force_max_mn: 0,
@@ -160,12 +150,8 @@ fn ident(boot_id: u32, sensor: &Sensor) -> Ident {
             hold_cap_mn: 0,
             travel_min_um: 0,
             travel_max_um: 0,
-        },
-        firmware: Firmware { major: 0, minor: 1, patch: 0 },
-        reset: ResetReason::Unknown,
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: 1,
-    }
+        };
+    let channel =
+        Channel { unit: sensor.unit, ..Channel::single(ChannelKind::Stylus, sensor.scale) };
+    Ident { reset: ResetReason::Unknown, ..Ident::new(sensor.uid, boot_id, limits, &[channel]) }
 }

@@ -174,13 +174,7 @@ mod tests {
     use std::{fs, os::unix::fs::symlink, path::Path};
 
     fn system(root: &Path) -> System {
-        let at = |path: &str| root.join(path);
-        let places = Places {
-            dev: at("dev"),
-            class_tty: at("sys/class/tty"),
-            by_id: at("dev/serial/by-id"),
-        };
-        System { root: root.to_owned(), places }
+        System { root: root.to_owned(), places: Places::under(root) }
     }
 
     #[test]

@@ -1,22 +1,14 @@
 //! A port in; what its gripper reports of itself, and how well samples and clocks come through in some seconds, out. Nothing is commanded.
 
 use super::{
-    super::clock::Clock,
+    super::attach::Attached,
     finding::{Finding, Verdict},
     rate::Arrivals,
 };
 use crate::cli::DoctorArgs;
 use anyhow::anyhow;
-use grip_daemon::port_manager::usb_filter;
-use grip_link::{
-    frame::MAX_WIRE,
-    host::{HostEvent, HostLink},
-};
-use grip_port::{DEFAULT_BAUD, Line, READ_TIMEOUT, Source, nonce};
-use grip_session::{
-    HostConfig, Session, SessionOptions, Update, exit::message, model, session::explain,
-};
-use grip_sim::port::Simulator;
+use grip_link::host::HostLink;
+use grip_session::{HostConfig, Session, exit::message};
 
 /// Longest wait for the first sample (us): a board that restarts when its port is opened needs some of it.
 const PATIENCE_US: u64 = 6_000_000;
@@ -36,7 +28,6 @@ struct Received {
     session: Session,
     arrivals: Arrivals,
     latency_timer_ms: Option<u16>,
-    seconds: f64,
 }
 
 /// Attaches as gripd does, but never sends a force.
@@ -57,52 +48,18 @@ pub(crate) fn findings(inquiry: &Inquiry<'_>) -> Vec<Finding> {
 }
 
 fn listen(inquiry: &Inquiry<'_>) -> anyhow::Result<Received> {
-    let options = SessionOptions { dry_run: true, ..SessionOptions::default() };
-    let session = Session::new(inquiry.config.clone(), model::default_estimator()?, options)?;
-    let clock = Clock::start();
-    let baud = inquiry.args.baud.or(inquiry.config.baud).unwrap_or(DEFAULT_BAUD);
-    let simulator = Simulator::at(inquiry.name, None, move || clock.now_us())?;
-    let port = simulator.as_ref().map_or(inquiry.name, Simulator::port);
-    let line = Source::open(port, baud, usb_filter(&inquiry.config.usb))?.line()?;
-    let latency_timer_ms = line.latency_timer_ms();
-    let arrivals = Arrivals::default();
-    let mut received = Received { session, arrivals, latency_timer_ms, seconds: inquiry.seconds };
-    let ended = received.run(line, clock);
-    simulator.map(Simulator::stop).transpose()?;
-    ended.map(|()| received)
-}
-
-impl Received {
-    fn run(&mut self, mut line: Line, clock: Clock) -> anyhow::Result<()> {
-        self.session.open(clock.now_us(), nonce())?;
-        let mut input = [0; 4096];
-        let mut out = [0; MAX_WIRE];
-        while self.arrivals.span_s() < self.seconds {
-            while let Some(len) = self.session.poll_transmit(clock.now_us(), &mut out) {
-                line.write_frame(out.get(..len).unwrap_or(&out))?;
-            }
-            let count = line.read(&mut input, READ_TIMEOUT)?;
-            let now_us = clock.now_us();
-            self.take(now_us, input.get(..count).unwrap_or(&[]))?;
-            if self.arrivals.rate_hz().is_none() && now_us > PATIENCE_US {
-                return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
-            }
+    let mut gripper = Attached::open(inquiry.name, None, inquiry.args.baud, inquiry.config)?;
+    let latency_timer_ms = gripper.line.latency_timer_ms();
+    let mut arrivals = Arrivals::default();
+    while arrivals.span_s() < inquiry.seconds {
+        let mut samples = 0;
+        let now_us = gripper.turn(&mut |_| samples += 1)?;
+        arrivals.push(now_us, samples);
+        if arrivals.rate_hz().is_none() && now_us > PATIENCE_US {
+            return Err(anyhow!("no samples came for {} s", PATIENCE_US / 1_000_000));
         }
-        Ok(())
     }
-
-    fn take(&mut self, now_us: u64, mut bytes: &[u8]) -> anyhow::Result<()> {
-        let (mut closed, mut samples) = (None, 0);
-        while let Some(updates) = self.session.receive(now_us, &mut bytes)? {
-            match updates {
-                Update::Step { .. } => samples += 1,
-                Update::Link(HostEvent::Closed(reason)) => closed = Some(reason),
-                _ => {}
-            }
-        }
-        self.arrivals.push(now_us, samples);
-        closed.map_or(Ok(()), |reason| Err(anyhow!(explain(&reason))))
-    }
+    Ok(Received { session: gripper.close()?, arrivals, latency_timer_ms })
 }
 
 fn judge(config: &HostConfig, received: &Received) -> Vec<Finding> {

@@ -28,21 +28,18 @@ impl Arrivals {
     /// Time between the first and the last arrival (s).
     pub(crate) fn span_s(&self) -> f64 {
         let span_us = self.first_us.map_or(0, |first_us| self.last_us.saturating_sub(first_us));
-        #[expect(clippy::cast_precision_loss, reason = "minutes")]
         let span_us = span_us as f64;
         span_us / 1e6
     }
 
     /// Samples a second, once two batches have come.
     pub(crate) fn rate_hz(&self) -> Option<f64> {
-        #[expect(clippy::cast_precision_loss, reason = "minutes at 20 kHz")]
         let periods = self.periods as f64;
         (self.span_s() > 0.0).then(|| periods / self.span_s())
     }
 
     /// The longest pause between two arrivals (ms).
     pub(crate) fn longest_ms(&self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "minutes")]
         let longest_us = self.longest_us as f64;
         longest_us / 1000.0
     }

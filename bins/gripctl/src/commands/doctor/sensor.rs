@@ -67,7 +67,6 @@ struct Readings {
 }
 
 impl Readings {
-    #[expect(clippy::cast_precision_loss, reason = "shares")]
     fn of(samples: &[Sample]) -> Self {
         let all = samples.len().max(1) as f32;
         let missing = samples.iter().filter(|sample| !sample.stylus.is_finite()).count() as f32;
@@ -143,7 +142,6 @@ fn rate(recording: &Recording, pipeline: &PipelineConfig, bands: &Bands) -> Find
 fn complete(recording: &Recording, readings: &Readings) -> Finding {
     let notes = &recording.notes;
     let missing = readings.missing / readings.all;
-    #[expect(clippy::cast_precision_loss, reason = "a time to look at")]
     let longest_ms = notes.longest_step.0 as f32 / 1000.0;
     let text = format!(
         "{:.0} readings, {:.2} % of them no number; {} gaps, the longest step {longest_ms:.1} ms",
@@ -163,7 +161,6 @@ fn outliers(rest: &Rest, readings: &Readings, rate_hz: f32) -> Finding {
             format!("isolated readings are not looked for below {:.0} Hz", isolated::SINGLE_HZ);
         return Finding::ok("sensor outliers", text);
     }
-    #[expect(clippy::cast_precision_loss, reason = "a share")]
     let share = rest.isolated as f32 / readings.all;
     let text = format!(
         "{} isolated readings ({:.4} %): each leaps out of the noise and the next is back, which no surface does; they are replaced before anything is decided",
@@ -190,7 +187,6 @@ fn steps(readings: &Readings, rest: &Rest) -> Finding {
 
 /// Whether it was at rest.
 fn steady(rest: &Rest, recording: &Recording) -> Finding {
-    #[expect(clippy::cast_precision_loss, reason = "seconds")]
     let seconds = recording.samples.len() as f32 / recording.rate_hz;
     let text = format!(
         "{seconds:.1} s; the loudest stretch has {:.1} times the energy of the quietest",

@@ -46,7 +46,6 @@ pub(crate) fn findings(folder: &Path) -> Vec<Finding> {
 }
 
 fn space(folder: &Path, free_mb: u64) -> Finding {
-    #[expect(clippy::cast_precision_loss, reason = "only shown")]
     let text = format!("{} has {:.1} GB free", folder.display(), free_mb as f64 / 1000.0);
     let remedy = "delete old recordings, or name another folder";
     if free_mb < FULL_MB {
@@ -65,7 +64,6 @@ fn write_speed(folder: &Path) -> io::Result<f64> {
     }
     file.sync_data()?;
     let taken = clock::monotonic().saturating_sub(start).max(Duration::from_micros(1));
-    #[expect(clippy::cast_precision_loss, reason = "a few megabytes")]
     let megabytes = TEST_BYTES as f64 / 1e6;
     Ok(megabytes / taken.as_secs_f64())
 }

@@ -45,9 +45,7 @@ pub(crate) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
         return rows::run(args, file);
     }
     let plot = args.plot.as_deref();
-    let plot = plot
-        .map(|file| output::path(file, output::PICTURE, &args.force, &inputs(args)))
-        .transpose()?;
+    let plot = output::optional(plot, output::PICTURE, &args.force, &inputs(args))?;
     let bench = bench(args)?;
     let ways = ways(args);
     let scenes = scenes(args)?;

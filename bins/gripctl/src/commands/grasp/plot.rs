@@ -66,7 +66,6 @@ fn lost(totals: &[Total], ways: &[Way]) -> Chart {
 
 fn dropped_and_crushed(totals: &[Total], ways: &[Way]) -> Chart {
     let (x, y) = (Axis::linear("dropped (%)"), Axis::linear("crushed (%)"));
-    #[expect(clippy::cast_precision_loss, reason = "counts of grasps")]
     let share = |at: usize, of: fn(&Total) -> usize| {
         let own = || totals.iter().skip(at).step_by(ways.len());
         let (lost, all) = (own().map(of).sum::<usize>(), own().map(|total| total.trials).sum());
@@ -80,7 +79,6 @@ fn dropped_and_crushed(totals: &[Total], ways: &[Way]) -> Chart {
 }
 
 /// Objects lost (%).
-#[expect(clippy::cast_precision_loss, reason = "counts of grasps")]
 fn share(total: &Total) -> f64 {
     100.0 * total.lost as f64 / total.trials.max(1) as f64
 }

@@ -77,7 +77,6 @@ pub(super) fn table(totals: &[Total]) -> Vec<String> {
 }
 
 fn row(total: &Total) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "a count of grasps")]
     let within = 100.0 * total.within_1_4 as f64 / total.trials.max(1) as f64;
     format!(
         "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>6.0} % {:>7} {:>13}  {}",

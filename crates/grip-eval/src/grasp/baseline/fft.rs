@@ -32,11 +32,7 @@ pub(crate) struct Fft {
 
 impl Fft {
     pub(crate) fn new(trial_n: f64, rate_hz: f64) -> Self {
-        let bins = (1..BLOCK / 2).map(|bin| {
-            #[expect(clippy::cast_precision_loss, reason = "below 64")]
-            let bin = bin as f64;
-            bin
-        });
+        let bins = (1..BLOCK / 2).map(|bin| bin as f64);
         let width_hz = rate_hz / 128.0;
         let [low, high] = BAND_HZ;
         // At a high rate one bin is wider than the band: the one that holds its middle.

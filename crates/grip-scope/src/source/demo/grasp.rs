@@ -97,7 +97,6 @@ impl Grasp {
     pub(super) fn about(&self) -> Gripper {
         let link = self.session.link();
         let in_force = link.in_force();
-        #[expect(clippy::cast_precision_loss, reason = "below 2^24 mN in any gripper")]
         let force_max_n = in_force.map(|config| config.force_max_mn as f32 / 1e3);
         Gripper {
             uid: link.ident().map_or([0; 16], |ident| ident.uid),

@@ -64,7 +64,6 @@ impl Tally {
         self.reported_us = now_us;
         let link = session.link();
         let frames = link.counters();
-        #[expect(clippy::cast_precision_loss, reason = "samples of a second")]
         let rate_hz = Some(1e6 * fresh as f32 / since_us as f32);
         #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough")]
         let offset = |(offset_us, half_us)| ClockOffset { offset_us, half_us: half_us as f32 };

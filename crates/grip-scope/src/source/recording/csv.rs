@@ -193,7 +193,6 @@ impl Tape {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a share of a file")]
 fn share(read: u64, len: u64) -> f64 {
     (read as f64 / len.max(1) as f64).min(1.0)
 }

@@ -67,7 +67,6 @@ fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
     }
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a share of a file")]
 fn share(position: u64, len: u64) -> f64 {
     (position as f64 / len.max(1) as f64).min(1.0)
 }

@@ -4,10 +4,7 @@ use super::{BoardOptions, gripper::shows_force};
 use crate::rows::header::Header;
 use grip_link::{
     device::DeviceConfig,
-    message::{
-        Channel, ChannelKind, DeviceState, FaultCode, Firmware, Ident, Limits, MAX_CHANNELS,
-        Reaction, ResetReason, SampleFormat, Versions,
-    },
+    message::{Channel, ChannelKind, Ident, Limits, Reaction, SampleFormat},
 };
 
 /// `value` in thousandths.
@@ -28,33 +25,15 @@ pub(super) fn device_config(header: &Header, options: &BoardOptions) -> DeviceCo
         formats: 1 << SampleFormat::F32.code(),
         ..Channel::single(ChannelKind::NormalForce, 1e-3)
     });
-    let mut channels = [Ident::NO_CHANNEL; MAX_CHANNELS];
-    let given = header.channels.iter().copied().chain(own).take(MAX_CHANNELS);
-    let channel_count = given.clone().count();
-    for (slot, channel) in channels.iter_mut().zip(given) {
-        *slot = channel;
-    }
-    let ident = Ident {
-        versions: Versions::OURS,
-        max_rx: 480,
-        caps: 0,
-        uid: *b"rows of samples ",
-        boot_id: 1,
-        tick_hz: 1_000_000,
-        limits: Limits {
-            rate_max_hz,
-            force_max_mn,
-            slew_max_mn_s,
-            hold_cap_mn: force_max_mn,
-            travel_min_um: 0,
-            travel_max_um: 0,
-        },
-        firmware: Firmware { major: 0, minor: 1, patch: 0 },
-        reset: ResetReason::PowerOn,
-        state: DeviceState::Boot,
-        fault: FaultCode::NONE,
-        channels,
-        channel_count: u8::try_from(channel_count).unwrap_or(0),
+    let channels: Vec<Channel> = header.channels.iter().copied().chain(own).collect();
+    let limits = Limits {
+        rate_max_hz,
+        force_max_mn,
+        slew_max_mn_s,
+        hold_cap_mn: force_max_mn,
+        travel_min_um: 0,
+        travel_max_um: 0,
     };
+    let ident = Ident::new(*b"rows of samples ", 1, limits, &channels);
     DeviceConfig { ident, estop: Reaction::Hold }
 }

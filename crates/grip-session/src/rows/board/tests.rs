@@ -255,7 +255,6 @@ fn live(bench: &mut Bench, text: &str, speed: f64) {
     bench.board.push(format!("{}\n", lines.next().unwrap()).as_bytes()).unwrap();
     let (mut sent, start_us) = (0_u32, bench.now_us);
     while lines.clone().next().is_some() {
-        #[expect(clippy::cast_precision_loss, reason = "some seconds")]
         let passed_s = 1e-6 * (bench.now_us - start_us) as f64;
         while f64::from(sent) < 1600.0 * speed * passed_s
             && let Some(line) = lines.next()

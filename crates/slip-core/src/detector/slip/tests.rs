@@ -95,7 +95,6 @@ fn readings_that_step_by_more_than_their_noise_are_no_slip_and_a_texture_of_some
         }
         assert!(!detector.is_learning());
         for i in 0..10 * u32::from(rate) {
-            #[expect(clippy::cast_precision_loss, reason = "a time")]
             let creep_m = 1e-7 * i as f32 / f32::from(rate);
             let verdict = detector.step(&sample(coarse(1e-3 + creep_m + noise())));
             assert!(verdict.is_none_or(|(_, state)| state == SlipState::Quiet), "{i} at {rate} Hz");

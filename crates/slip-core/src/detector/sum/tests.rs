@@ -14,9 +14,7 @@ fn sum(interval_s: f32) -> AlarmSum {
 /// Uniform numbers above 0 and up to 1, seeded.
 fn uniform(state: &mut u64) -> f64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    #[expect(clippy::cast_precision_loss, reason = "53 bits")]
-    let unit = ((*state >> 11) + 1) as f64 / (1_u64 << 53) as f64;
-    unit
+    ((*state >> 11) + 1) as f64 / (1_u64 << 53) as f64
 }
 
 fn gaussian(state: &mut u64) -> f64 {
