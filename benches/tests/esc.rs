@@ -25,8 +25,8 @@ fn to_f64(value: &Exact) -> f64 {
     value.to_f64().value()
 }
 
-fn ratio((delta, spacing): Lengths) -> Exact {
-    exact(delta) / exact(spacing)
+fn ratio(lengths: Lengths) -> Exact {
+    exact(lengths.0) / exact(lengths.1)
 }
 
 struct Draw(ChaCha8Rng);

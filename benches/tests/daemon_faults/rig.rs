@@ -5,11 +5,12 @@ use super::{
     judge::Limits,
     recordings::{self, Found},
 };
+use core::net::SocketAddr;
 use grip_sim::Scene;
 use slip_benches::time;
 use std::{
     fs,
-    net::{SocketAddr, TcpListener},
+    net::TcpListener,
     path::PathBuf,
     sync::{Mutex, MutexGuard, PoisonError},
 };
