@@ -1,14 +1,13 @@
-//! What is to be kept in; files, written on threads of their own, and sentences about them out.
+//! Files of what is to be kept, written on threads of their own.
 
 use crate::apply::Effect;
 use crate::files;
 use crate::scope::{Scope, Shared};
 use crate::state::Message;
-use eframe::egui::ColorImage;
+use eframe::egui::{ColorImage, Context};
 use grip_record::outputs::{OutputKind, OutputPath};
-use grip_scope::export::{self, ExportError, Sliced};
-use grip_scope::format;
-use grip_scope::{Channel, SourceSpec, Span};
+use grip_scope::export::{self, ExportError, Part, Sliced};
+use grip_scope::{Channel, SourceSpec, Span, format, report};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,18 +45,23 @@ pub struct Written {
     pub is_last: bool,
 }
 
+/// A picture that the system's window has made: its file, and what is to be done with it.
+type Made = (PathBuf, Work);
+
 /// The threads that write; dropping it waits for them, so that no file is left in halves.
 #[derive(Debug)]
 pub struct Exports {
     report: Sender<Written>,
     reported: Receiver<Written>,
+    make: Sender<Made>,
+    made: Receiver<Made>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Default for Exports {
     fn default() -> Self {
-        let (report, reported) = channel();
-        Self { report, reported, threads: Vec::new() }
+        let ((report, reported), (make, made)) = (channel(), channel());
+        Self { report, reported, make, made, threads: Vec::new() }
     }
 }
 
@@ -86,11 +90,34 @@ impl Exports {
         Ok(())
     }
 
-    /// What was written since the last call.
-    #[must_use]
-    pub fn written(&self) -> Option<Written> {
+    /// Asks the system's window for a picture of the next frame, which is written then; with the last one the program ends.
+    pub fn picture(&self, ctx: &Context, path: PathBuf, is_last: bool) {
+        let (make, again) = (self.make.clone(), ctx.clone());
+        ctx.request_screenshot(move |image| {
+            let work = if is_last { Work::LastPicture(image) } else { Work::Picture(image) };
+            // Nobody waits for it any more where the window is closing.
+            let _sent = make.send((path, work));
+            again.request_repaint();
+        });
+    }
+
+    /// What was written since the last call. Pictures that were made meanwhile begin to be written.
+    pub fn written(&mut self, ctx: &Context, shared: &Arc<Shared>) -> Option<Written> {
+        while let Ok((path, work)) = self.made.try_recv() {
+            let again = ctx.clone();
+            let begun = self.begin(work, path, Arc::clone(shared), move || again.request_repaint());
+            if let Err(error) = begun {
+                return Some(Written { message: no_thread(&error), is_last: false });
+            }
+        }
         self.reported.try_recv().ok()
     }
+}
+
+/// The system starts no thread to write with.
+#[must_use]
+pub fn no_thread(error: &io::Error) -> Message {
+    Message { text: format!("no thread to write with: {error}"), is_error: true }
 }
 
 impl Drop for Exports {
@@ -102,34 +129,26 @@ impl Drop for Exports {
     }
 }
 
-/// What an effect of the window writes, and where; a picture is made by the window first.
-///
-/// # Errors
-/// Where ten thousand files of this name are there.
-pub fn work(
-    effect: Effect,
-    scope: &Scope,
-    spec: &SourceSpec,
-) -> io::Result<(Option<Work>, PathBuf)> {
-    let (work, ending) = match effect {
-        // A label is no file of its own: it has no free name.
-        Effect::Label(_) | Effect::Picture => (None, "png"),
+/// What an effect of the window writes, and the ending of its file; `None` where the window makes a picture first.
+#[must_use]
+pub fn work(effect: Effect, scope: &Scope, spec: &SourceSpec) -> (Option<Work>, &'static str) {
+    match effect {
         Effect::Csv => (Some(Work::Csv(span(scope), shown_channels(scope))), "csv"),
         Effect::Mcap => (Some(Work::Mcap(span(scope), spec.clone())), "mcap"),
         Effect::Report => (Some(Work::Report(span(scope), spec.clone())), "html"),
-    };
-    Ok((work, files::free_name(&scope.state.stem, ending)?))
+        _ => (None, "png"),
+    }
 }
 
 /// Between the cursors, else what is seen.
 fn span(scope: &Scope) -> Span {
-    let engine = scope.shared.engine_first();
+    let engine = scope.shared.engine();
     let state = &scope.state;
     state.between().unwrap_or_else(|| state.window.visible(engine.model.span()))
 }
 
 fn shown_channels(scope: &Scope) -> Vec<Channel> {
-    let engine = scope.shared.engine_first();
+    let engine = scope.shared.engine();
     let plots = scope.state.layout.plots.iter().filter(|plot| plot.shown);
     plots
         .flat_map(|plot| crate::strip::curves(plot.plot, &engine.model))
@@ -139,19 +158,19 @@ fn shown_channels(scope: &Scope) -> Vec<Channel> {
 
 /// Writes the file: what it holds.
 fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError> {
-    // Window and pump go on while it is written: the model is borrowed for a piece at a time.
-    let look = || shared.model();
+    let part = |span, channels: &[Channel]| Part::of(&shared.engine().model, span, channels);
     match work {
         Work::Csv(span, channels) => {
-            let rows = export::csv(look, span, &channels, path)?;
+            let rows = export::csv(part(span, &channels), path)?;
             Ok(format!("{} rows", format::count(rows)))
         }
         Work::Mcap(span, SourceSpec::Recording(from)) if is_mcap(&from) => {
             Ok(held(export::mcap_slice(&from, span, path)?))
         }
-        Work::Mcap(span, _) => Ok(held(export::mcap(look, span, path)?)),
+        Work::Mcap(span, _) => Ok(held(export::mcap(part(span, &Channel::ROWS), path)?)),
         Work::Report(span, source) => {
-            let bytes = export::html(look, span, &source.to_string(), path)?;
+            let page = report::grasp(&shared.engine().model, span, &source.to_string());
+            let bytes = export::html(page.as_ref(), path)?;
             Ok(format!("a page of {} kB", bytes.div_ceil(1000)))
         }
         Work::Picture(image) => {
@@ -203,7 +222,7 @@ mod tests {
     use super::{ExportError, Exports, Work, sentence};
     use crate::engine::Engine;
     use crate::scope::Shared;
-    use eframe::egui::{Color32, ColorImage};
+    use eframe::egui::{Color32, ColorImage, Context};
     use grip_record::outputs::OutputError;
     use grip_scope::{Channel, Model, Span};
     use std::fs;
@@ -238,7 +257,7 @@ mod tests {
             let wake = move || wake.send(()).unwrap();
             exports.begin(work, path.clone(), shared(), wake).unwrap();
             woken.recv().unwrap();
-            exports.written().unwrap()
+            exports.written(&Context::default(), &shared()).unwrap()
         };
         let refused = done(Work::Picture(Arc::clone(&image)));
         assert!(refused.message.is_error && !refused.is_last, "{refused:?}");

@@ -2,12 +2,11 @@
 
 use super::joined::{fill, joined};
 use super::{Seen, gestures, strips};
-use crate::action::Action;
 use crate::palette::{Palette, Tone};
 use crate::plot::{Frame, Kind, Scale};
+use crate::state::ViewState;
 use eframe::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
-    pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2,
 };
 use grip_scope::format;
 use grip_scope::model::Doing;
@@ -77,7 +76,7 @@ fn ticks<'a>(marks: impl Iterator<Item = &'a EventMark>, frame: &Frame) -> Vec<T
     ticks
 }
 
-pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
+pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>, state: &mut ViewState) {
     let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
     let ticks = ticks(seen.model.events().in_span(frame.span), &frame);
@@ -89,13 +88,7 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
         ..WidgetInfo::labeled(Role::Figure, true, "Object and events")
     });
     let painter = ui.painter();
-    painter.rect(
-        rect,
-        0,
-        seen.palette.plot,
-        Stroke::new(1.0, seen.palette.edge),
-        eframe::egui::StrokeKind::Outside,
-    );
+    super::ground(painter, rect, &seen.palette);
     names(ui, rect, &seen.palette);
     let beside = pos2(rect.right() + 12.0, rect.bottom() - 12.0);
     let font = crate::palette::axis_font();
@@ -103,12 +96,11 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
     doings(ui, &frame, seen);
     stretches(ui, &frame, seen);
     marks(ui, &frame, &ticks, seen);
-    strips::lines(painter, &frame, seen);
-    let actions = gestures::over_plot(ui, &response, &frame, seen);
+    strips::lines(painter, &frame, seen, state);
+    gestures::over_plot(ui, &response, &frame, seen, state);
     if let Some(tick) = response.hover_pos().and_then(|at| nearest(&ticks, at.x)) {
         response.on_hover_text_at_pointer(about(&tick));
     }
-    actions
 }
 
 /// The tick at the pointer.

@@ -23,12 +23,13 @@ pub(super) fn readout(
     strip: StripId,
     scale: &Scale,
     curves: &[Curve],
+    by_hand: bool,
     seen: &Seen<'_>,
 ) {
     ui.spacing_mut().item_spacing = vec2(5.0, 0.0);
     ui.spacing_mut().interact_size.y = LINE;
     // The button that gives the scale back stands below.
-    let below = if seen.state.chosen(strip).is_some() { LINE } else { 0.0 };
+    let below = if by_hand { LINE } else { 0.0 };
     let lines = crate::num::whole(f64::from((ui.available_height() - below) / LINE)).max(1);
     let mut left = lines.saturating_sub(curves.len());
     // The curve drawn last lies on top; it is also reported first.
@@ -137,7 +138,7 @@ fn swatch(ui: &mut Ui, colour: Color32, dashed: bool) {
 
 /// The value of a channel at the time that is looked at; of slow ones the last one that still holds.
 pub(super) fn value(channel: Channel, seen: &Seen<'_>) -> Option<f64> {
-    value_at(channel, seen, seen.looked_at_s())
+    value_at(channel, seen, seen.looked_at_s)
 }
 
 /// The same at another time (s).

@@ -1,9 +1,9 @@
 //! Items of a source in, the model that holds them out.
 
 use super::axis::Placed;
-use super::events::{Doing, note};
+use super::events::Doing;
 use super::series::Series;
-use super::{MOST_TURNS, Model};
+use super::{MOST_NOTICES, MOST_TURNS, Model};
 use crate::channel::Channel;
 use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
@@ -50,7 +50,13 @@ impl Model {
                 }
                 self.info.gripper = Some(info);
             }
-            Feed::Notice(line) => note(&mut self.notices, line),
+            Feed::Notice(line) if self.notices.back() == Some(&line) => {}
+            Feed::Notice(line) => {
+                self.notices.push_back(line);
+                if self.notices.len() > MOST_NOTICES {
+                    self.notices.pop_front();
+                }
+            }
             Feed::Study(study) => self.study = Some(*study),
             Feed::Extent { from_s, to_s, file } => {
                 self.info.recording = Some((file, Span::new(from_s, to_s)));

@@ -1,7 +1,8 @@
 //! History of one channel: its samples, and the numbers of any stretch of them.
 
 use super::node::Sum;
-use super::store::{LEAF, Store};
+use super::store::{LEAF, Samples, Store};
+use crate::num::{count, whole};
 use crate::{channel::Channel, span::Span};
 use core::ops::Range;
 use grip_record::HUGE_READING;
@@ -22,8 +23,6 @@ pub struct Bucket {
     pub min: f32,
     /// The highest one.
     pub max: f32,
-    /// Mean of the samples.
-    pub mean: f32,
     /// Finite samples.
     pub count: u64,
     /// Whether samples are missing in it or right before it.
@@ -188,10 +187,9 @@ impl Series {
         }
     }
 
-    /// The time (s) of the sample that is `count` behind the first one not before `from_s`; `None` where there are not so many.
-    #[must_use]
-    pub fn time_of(&self, from_s: f64, count: usize) -> Option<f64> {
-        self.store.time(self.store.index(from_s, 0) + count as u64)
+    /// The samples of the span, both ends included, whatever becomes of the series meanwhile.
+    pub(crate) fn samples(&self, span: Span) -> Samples {
+        self.store.samples(self.numbers(span))
     }
 
     /// The last sample at or before `t_s`. `None` before the first one, beyond the last, and in gaps.
@@ -285,21 +283,8 @@ fn part(store: &Store, next: &mut u64, to_s: f64, exact: bool) -> Sum {
     sum
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
 fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
     let Sum { min, max, count, broken, .. } = *sum;
-    let (min, max, mean) =
-        if count == 0 { (f32::NAN, f32::NAN, f32::NAN) } else { (min, max, sum.mean() as f32) };
-    Bucket { from_s, to_s, min, max, mean, count, broken }
-}
-
-#[expect(clippy::cast_precision_loss, reason = "columns of a screen")]
-fn count(columns: usize) -> f64 {
-    columns as f64
-}
-
-/// Rounded down; 0 below.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
-fn whole(x: f64) -> usize {
-    x.max(0.0) as usize
+    let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
+    Bucket { from_s, to_s, min, max, count, broken }
 }

@@ -3,16 +3,16 @@
 use super::outlet::Outlet;
 use super::reception::Reception;
 use super::reported;
-use crate::feed::{Feed, Level, SourceStatus};
+use crate::feed::{Feed, SourceStatus};
 use core::time::Duration;
 use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
 use grip_port::{Backoff, nonce};
-use rtrb::Consumer;
 use slip_core::ClientCommand;
 use std::io::ErrorKind;
+use std::sync::mpsc::Receiver;
 
 /// How long a connection may take.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -35,7 +35,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 const STATE_MS: u16 = 10;
 
 /// Listens to the daemon until the scope lets go.
-pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
+pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &Receiver<ClientCommand>) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut before = String::new();
     while !outlet.stops() {
@@ -59,7 +59,7 @@ pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<Cl
             Err(error) => sentence(&error),
         };
         // What was asked for while nobody was there is old when somebody is.
-        while orders.pop().is_ok() {
+        while orders.try_recv().is_ok() {
             unsent(outlet, "there is no daemon to take the command");
         }
         pause(outlet, &before, backoff.pause());
@@ -72,7 +72,6 @@ pub fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
     outlet.status(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
     let until = outlet.clock.now() + time;
     while !outlet.stops() && outlet.clock.now() < until {
-        outlet.catch_up();
         outlet.clock.wait(STEP);
     }
 }
@@ -81,7 +80,7 @@ pub fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
 struct Talk<'a> {
     client: Client,
     reception: Reception,
-    orders: &'a mut Consumer<ClientCommand>,
+    orders: &'a Receiver<ClientCommand>,
 }
 
 impl Talk<'_> {
@@ -140,7 +139,7 @@ impl Talk<'_> {
 
     /// Passes on what a person asks for.
     fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
-        while let Ok(action) = self.orders.pop() {
+        while let Ok(action) = self.orders.try_recv() {
             let Some(token) = self.reception.token() else {
                 unsent(outlet, "the daemon allows no commands");
                 continue;
@@ -170,7 +169,7 @@ fn command(action: ClientCommand, token: u32) -> Command {
 
 /// Why a command was not sent.
 pub fn unsent(outlet: &mut Outlet, why: &str) {
-    let feeds = reported::answer(Level::Warning, why.to_owned());
+    let feeds = reported::answer(why.to_owned());
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
 }
 

@@ -2,12 +2,13 @@
 
 use core::time::Duration;
 use grip_record::mcap::{McapWriter, Record, SampleRecord};
-use grip_scope::{Channel, Model, SourceHandle, SourceSpec};
+use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec};
 use grip_sim::mcu::peer;
 use slip_core::{PipelineState, Sample, units::Micros};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
+use std::sync::mpsc::{Receiver, channel};
 
 /// Looks at the model after which a test has hung.
 const PATIENCE: u32 = 60_000;
@@ -15,16 +16,20 @@ const PATIENCE: u32 = 60_000;
 pub(crate) struct Watch {
     pub(crate) handle: SourceHandle,
     pub(crate) model: Model,
+    feeds: Receiver<Feed>,
 }
 
 impl Watch {
     pub(crate) fn new(spec: SourceSpec) -> Self {
-        let handle = SourceHandle::spawn(spec, peer, || {}).unwrap();
-        Self { handle, model: Model::new(64 << 20) }
+        let (sender, feeds) = channel();
+        // Behind the end of a test nobody receives.
+        let take = move |feed| sender.send(feed).unwrap_or_default();
+        let handle = SourceHandle::spawn(spec, peer, take, || {}).unwrap();
+        Self { handle, model: Model::new(64 << 20), feeds }
     }
 
     pub(crate) fn look(&mut self) {
-        self.handle.drain(&mut self.model, 1000);
+        self.feeds.try_iter().for_each(|feed| self.model.take(feed));
     }
 
     /// Looks until what is waited for is there; `meanwhile` goes on beside.
