@@ -1,9 +1,7 @@
 //! What is exported, remembered and pictured, by the buttons for it.
 
 use super::fixture;
-use eframe::egui::{
-    Color32, ColorImage, DroppedFile, Key, Modifiers, Ui, ViewportCommand, ViewportId,
-};
+use eframe::egui::{Color32, ColorImage, DroppedFile, Key, Modifiers, Ui, ViewportCommand};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use grip_scope::feed::Feed;
@@ -24,6 +22,7 @@ use std::sync::Arc;
 struct Held {
     desk: Desk,
     opens: Option<SourceSpec>,
+    commands: Vec<ViewportCommand>,
     prepared: bool,
 }
 
@@ -47,12 +46,13 @@ fn window_of(
     state.stem = folder.join("run").to_string_lossy().into_owned();
     let scope = Scope::new(Arc::new(Shared::new(Engine::new(model, None))), state);
     let desk = Desk::new(scope, spec, job, remember);
-    let held = Held { desk, opens: None, prepared: false };
+    let held = Held { desk, opens: None, commands: Vec::new(), prepared: false };
     let frame = |ui: &mut Ui, held: &mut Held| {
         if !core::mem::replace(&mut held.prepared, true) {
             scope::prepare(ui.ctx(), Look::Dark);
         }
         held.opens = held.desk.ui(ui).or(held.opens.take());
+        held.commands.extend(ui.ctx().viewport(|window| window.commands.clone()));
     };
     let mut harness = Harness::builder().with_size([1400.0, 1000.0]).build_ui_state(frame, held);
     harness.run_steps(1);
@@ -65,22 +65,22 @@ fn click(harness: &mut Harness<'_, Held>, label: &str) {
 }
 
 /// Makes the picture that is asked for in one of the next frames.
+#[expect(clippy::panic, reason = "part of a test")]
 fn pictured(harness: &mut Harness<'_, Held>) {
     for _ in 0..20 {
-        for command in &harness.output().viewport_output[&ViewportId::ROOT].commands {
+        harness.run_steps(1);
+        for command in harness.state_mut().commands.drain(..) {
             if let ViewportCommand::Screenshot(made) = command {
                 let image = Arc::new(ColorImage::filled([4, 3], Color32::GREEN));
-                return made.clone().complete(image);
+                return made.complete(image);
             }
         }
-        harness.run_steps(1);
     }
     panic!("no picture is asked for");
 }
 
 fn closes(harness: &Harness<'_, Held>) -> bool {
-    let output = &harness.output().viewport_output[&ViewportId::ROOT];
-    output.commands.contains(&ViewportCommand::Close)
+    harness.state().commands.contains(&ViewportCommand::Close)
 }
 
 /// Frames until the file that was begun is written.

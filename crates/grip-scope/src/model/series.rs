@@ -163,28 +163,15 @@ impl Series {
         }
         // One more at each side, so that a line leaves the plot.
         let first = start.saturating_sub(1).max(self.store.first());
-        self.write(first..(end + 1).min(self.store.end()), out);
-        // What lies before the first point is not seen.
-        if out.first().is_some_and(|[_, value]| value.is_nan()) && self.store.is_break(first) {
-            out.remove(0);
-        }
-        true
-    }
-
-    /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
-    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) {
-        out.clear();
-        self.write(self.numbers(span), out);
-    }
-
-    fn write(&self, numbers: Range<u64>, out: &mut Vec<[f64; 2]>) {
-        for number in numbers {
+        for number in first..(end + 1).min(self.store.end()) {
             let t_s = self.store.time(number).unwrap_or(f64::NAN);
-            if self.store.is_break(number) {
+            // What lies before the first point is not seen.
+            if number > first && self.store.is_break(number) {
                 out.push([t_s, f64::NAN]);
             }
             out.push([t_s, f64::from(self.store.value(number))]);
         }
+        true
     }
 
     /// The samples of the span, both ends included, whatever becomes of the series meanwhile.

@@ -51,7 +51,7 @@ pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &Receiver<Client
                 let reception = Reception::new(listen.to_string(), 1);
                 let mut talk = Talk { client, reception, orders };
                 let reason = talk.run(outlet);
-                if talk.reception.was_greeted() {
+                if talk.reception.greeted {
                     backoff.reset();
                 }
                 reason
@@ -98,21 +98,23 @@ impl Talk<'_> {
             }
             let came = match self.look() {
                 Ok(came) => came,
-                Err(error) => return self.reception.farewell().unwrap_or_else(|| sentence(&error)),
+                Err(error) => {
+                    return self.reception.farewell.take().unwrap_or_else(|| sentence(&error));
+                }
             };
             if came {
                 received = outlet.clock.now();
             }
             self.reception.deliver(outlet);
             let now = outlet.clock.now();
-            if !self.reception.was_greeted() && now > begun + GREETING {
+            if !self.reception.greeted && now > begun + GREETING {
                 return "something answers there, but not as gripd does".to_owned();
             }
             if now > received + SILENCE {
                 let silence_s = SILENCE.as_secs();
                 return format!("the daemon has said nothing for {silence_s} s");
             }
-            if let Some(reason) = self.reception.refusal() {
+            if let Some(reason) = self.reception.refusal.take() {
                 return reason;
             }
             if let Err(error) = self.obey(outlet) {
@@ -140,12 +142,12 @@ impl Talk<'_> {
     /// Passes on what a person asks for.
     fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
         while let Ok(action) = self.orders.try_recv() {
-            let Some(token) = self.reception.token() else {
+            let Some(token) = self.reception.token else {
                 unsent(outlet, "the daemon allows no commands");
                 continue;
             };
             self.client.command(&command(action, token))?;
-            self.reception.asked(self.client.link().last_request(), action);
+            self.reception.asked = Some((self.client.link().last_request(), action));
         }
         Ok(())
     }

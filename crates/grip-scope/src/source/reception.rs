@@ -23,15 +23,19 @@ pub struct Reception {
     place: String,
     every_nth: u16,
     stream: Stream,
-    greeted: bool,
-    token: Option<u32>,
-    farewell: Option<String>,
-    refusal: Option<String>,
+    pub(super) greeted: bool,
+    /// What commands must bear, where they are allowed.
+    pub(super) token: Option<u32>,
+    /// Why the daemon closed the connection, where it said so.
+    pub(super) farewell: Option<String>,
+    /// Why this connection is of no use, where it is not.
+    pub(super) refusal: Option<String>,
     gripper: Option<Gripper>,
     rate_hz: u32,
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
-    asked: Option<(u16, ClientCommand)>,
+    /// The last command, and the number of its request.
+    pub(super) asked: Option<(u16, ClientCommand)>,
     rows_at: Option<Duration>,
     rows_since: bool,
 }
@@ -44,29 +48,6 @@ impl Reception {
         let mut stream = Stream::default();
         stream.broken(0);
         Self { place, every_nth, stream, ..Self::default() }
-    }
-
-    pub(super) const fn was_greeted(&self) -> bool {
-        self.greeted
-    }
-
-    /// What commands must bear, where they are allowed.
-    pub(super) const fn token(&self) -> Option<u32> {
-        self.token
-    }
-
-    /// Why the daemon closed the connection, where it said so.
-    pub(super) fn farewell(&mut self) -> Option<String> {
-        self.farewell.take()
-    }
-
-    /// Why this connection is of no use, where it is not.
-    pub(super) fn refusal(&mut self) -> Option<String> {
-        self.refusal.take()
-    }
-
-    pub(super) fn asked(&mut self, seq: u16, action: ClientCommand) {
-        self.asked = Some((seq, action));
     }
 
     /// Takes a message.
@@ -297,7 +278,7 @@ mod tests {
     #[test]
     fn a_refused_command_is_reported_and_stands_among_the_events() {
         let mut reception = Reception::new("unix:socket".to_owned(), 1);
-        reception.asked(7, ClientCommand::Grasp);
+        reception.asked = Some((7, ClientCommand::Grasp));
         let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
         reception.take(&ToClient::Nack(nack));
         let reported = "grasp: refused, a fault or a stop is latched";

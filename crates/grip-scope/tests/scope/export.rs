@@ -1,7 +1,7 @@
 //! Exports: what is written is what is shown, and comes back.
 
-use crate::rig::recording;
-use grip_record::mcap::{Entry, McapIndex, McapReader, McapWriter, Record, SampleRecord};
+use crate::rig::{damaged, recording};
+use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::outputs::OutputError;
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError, Part, Sliced};
@@ -190,14 +190,7 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
 fn a_slice_of_a_damaged_recording_leaves_out_what_cannot_be_read_and_counts_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    recording(&path, 10_000);
-    let chunks = McapIndex::read(File::open(&path).unwrap()).unwrap().unwrap().chunks;
-    let mut bytes = fs::read(&path).unwrap();
-    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
-    // Samples of one chunk, and the length of another one.
-    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
-    bytes[at(chunks[60].offset, 8)] = 0x7f;
-    fs::write(&path, &bytes).unwrap();
+    let (chunks, bytes) = damaged(&path);
     let slice = |name: &str, from_s, to_s| {
         export::mcap_slice(&path, Span::new(from_s, to_s), &folder.path().join(name))
     };
@@ -212,7 +205,7 @@ fn a_slice_of_a_damaged_recording_leaves_out_what_cannot_be_read_and_counts_it()
     assert!(gone.to_string().contains("damaged"), "{gone}");
     assert!(!folder.path().join("gone.mcap").exists());
     // A recording that was cut off: what was read of the span is written, and its end counts.
-    fs::write(&path, &bytes[..at(chunks[50].offset, 30)]).unwrap();
+    fs::write(&path, &bytes[..usize::try_from(chunks[50]).unwrap() + 30]).unwrap();
     let end = slice("end.mcap", 4.0, 9.0).unwrap();
     assert_eq!((end.samples, end.damaged), (1000, 1));
     let whole = slice("whole.mcap", 3.0, 3.5).unwrap();

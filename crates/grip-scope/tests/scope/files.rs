@@ -1,7 +1,6 @@
 //! Recordings and studies: whole, cut off, foreign, of every rate, with readings that are none.
 
-use crate::rig::{Watch, recording};
-use grip_record::mcap::McapIndex;
+use crate::rig::{Watch, damaged, recording};
 use grip_scope::export::{self, Part};
 use grip_scope::source::load;
 use grip_scope::{Channel, EventKind, EventMark, Model, SourceSpec, SourceStatus, Span};
@@ -76,21 +75,14 @@ fn a_recording_that_was_cut_off_shows_what_is_whole_and_states_so() {
 fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    recording(&path, 10_000);
-    let chunks = McapIndex::read(fs::File::open(&path).unwrap()).unwrap().unwrap().chunks;
-    let mut bytes = fs::read(&path).unwrap();
-    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
-    // Samples of a chunk, and the length of another one: there only the index shows where the next one begins.
-    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
-    bytes[at(chunks[60].offset, 8)] = 0x7f;
-    fs::write(&path, &bytes).unwrap();
+    let (chunks, _) = damaged(&path);
     let watch = open(&path);
     let stated = sentence(&watch);
     assert!(
         stated.starts_with("loaded; 2 damaged parts were passed over, the first one:"),
         "{stated}"
     );
-    assert!(stated.contains(&format!("damaged at byte {}:", chunks[20].offset)), "{stated}");
+    assert!(stated.contains(&format!("damaged at byte {}:", chunks[20])), "{stated}");
     assert_eq!(watch.samples(Channel::Stylus), 9_800);
     let reported =
         |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");

@@ -143,7 +143,7 @@ impl Grasp {
     ) -> Result<(), String> {
         let mut out = [0; MAX_WIRE];
         let World { tally, stream, start_us, .. } = world;
-        let began_ns = outlet.clock.now_ns();
+        let began = outlet.now();
         let mut left = bytes;
         while let Some(updates) =
             self.session.receive(now_us, &mut left).map_err(|error| error.to_string())?
@@ -162,7 +162,8 @@ impl Grasp {
         }
         let answer = self.session.command(now_us, &mut out);
         if !bytes.is_empty() {
-            tally.latency.record(outlet.clock.now_ns().saturating_sub(began_ns));
+            let took = outlet.now().saturating_sub(began).as_nanos();
+            tally.latency.record(u64::try_from(took).unwrap_or(u64::MAX));
         }
         if let Some(len) = answer {
             self.gripper.receive(now_us, out.get(..len).unwrap_or(&out));
