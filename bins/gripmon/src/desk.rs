@@ -1,7 +1,7 @@
 //! The window with its files, and what the command line wants of it, but without a system behind it.
 
 use crate::apply::Effect;
-use crate::exports::{self, Exports, Work};
+use crate::exports::{Exports, Wanted};
 use crate::files;
 use crate::job::{Job, Step};
 use crate::labels::{self, Place};
@@ -10,7 +10,6 @@ use crate::scope::Scope;
 use eframe::egui::{Context, Ui, ViewportCommand};
 use grip_record::{Label, LabelKind};
 use grip_scope::SourceSpec;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Everything but the system's window.
@@ -41,7 +40,7 @@ impl Desk {
     /// Draws a frame; what was dropped on the window is to be opened instead of what is open.
     pub fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
         let ctx = ui.ctx().clone();
-        while let Some(written) = self.exports.written(&ctx, &self.scope.shared) {
+        while let Some(written) = self.exports.written(&ctx) {
             if written.is_last {
                 ctx.send_viewport_cmd(ViewportCommand::Close);
                 self.failed = Some(&written.message)
@@ -129,21 +128,23 @@ impl Desk {
         if let Effect::Label(kind) = effect {
             return self.label(kind);
         }
-        let (work, ending) = exports::work(effect, &self.scope, &self.spec);
-        match (files::free_name(&self.scope.state.stem, ending), work) {
-            (Ok(path), None) => self.exports.picture(ctx, path, false),
-            (Ok(path), Some(work)) => self.begin(ctx, work, path),
-            (Err(error), _) => self.scope.state.complain(error.to_string()),
+        let ending = match effect {
+            Effect::Csv => "csv",
+            Effect::Mcap => "mcap",
+            Effect::Report => "html",
+            _ => "png",
+        };
+        let path = match files::free_name(&self.scope.state.stem, ending) {
+            Ok(path) => path,
+            Err(error) => return self.scope.state.complain(error.to_string()),
+        };
+        if effect == Effect::Picture {
+            return self.exports.picture(ctx, path, false);
         }
-    }
-
-    fn begin(&mut self, ctx: &Context, work: Work, path: PathBuf) {
         self.scope.state.report(format!("Writing {} ..", path.display()));
-        let (shared, ctx) = (Arc::clone(&self.scope.shared), ctx.clone());
-        let begun = self.exports.begin(work, path, shared, move || ctx.request_repaint());
-        if let Err(error) = begun {
-            self.scope.state.message = Some(exports::no_thread(&error));
-        }
+        let wanted = Wanted::of(&self.scope, self.spec.clone());
+        let shared = Arc::clone(&self.scope.shared);
+        self.exports.begin(ctx, path, false, move |path| wanted.write(effect, &shared, path));
     }
 
     /// Goes where --view wants to look, and asks for the picture there.

@@ -224,30 +224,6 @@ mod tests {
         assert_eq!(Layout::read(&path).unwrap().panel, None);
     }
 
-    #[cfg(unix)]
-    #[test]
-    fn a_link_stays_one_and_what_it_leads_to_is_written() {
-        use std::os::unix::fs::symlink;
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        std::fs::create_dir(at("dotfiles")).unwrap();
-        symlink("between.toml", at("layout.toml")).unwrap();
-        symlink("dotfiles/real.toml", at("between.toml")).unwrap();
-        // First where the link leads to nothing yet, then where it does.
-        for seconds in [2.0, 3.0] {
-            let layout = Layout { seconds, ..Layout::default() };
-            layout.write(&at("layout.toml")).unwrap();
-            for link in ["layout.toml", "between.toml"] {
-                assert!(std::fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
-            }
-            assert_eq!(Layout::read(&at("dotfiles/real.toml")).unwrap(), layout);
-        }
-        assert_eq!(std::fs::read_dir(at("dotfiles")).unwrap().count(), 1);
-        symlink("circle.toml", at("circle.toml")).unwrap();
-        let reported = Layout::default().write(&at("circle.toml")).unwrap_err().to_string();
-        assert!(reported.contains("circle.toml") && reported.contains("circle"), "{reported}");
-    }
-
     #[test]
     fn every_trigger_comes_back_as_it_was_and_odd_ones_are_mended() {
         let conditions = Condition::OF_A_CHANNEL.into_iter().chain([Condition::Event]);

@@ -10,12 +10,11 @@ use crate::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use anyhow::Context as _;
 use core::time::Duration;
 use eframe::egui::{self, Ui, ViewportCommand};
-use grip_scope::{Model, SourceSpec};
+use grip_scope::SourceSpec;
 use grip_session::exit::WrongArgument;
-use gripmon::engine::Engine;
 use gripmon::exports::Exports;
 use gripmon::files;
-use gripmon::scope::{self, Shared};
+use gripmon::scope;
 use gripmon::state::Message;
 use gripmon::window::{self, Screen, Start};
 use std::sync::{Arc, OnceLock, PoisonError};
@@ -150,15 +149,12 @@ impl eframe::App for FleetApp {
 struct Shots {
     job: Option<gripmon::job::Job>,
     exports: Exports,
-    /// A picture needs no model.
-    none: Arc<Shared>,
     failed: Option<String>,
 }
 
 impl Shots {
     fn new(job: Option<gripmon::job::Job>) -> Self {
-        let none = Arc::new(Shared::new(Engine::new(Model::new(0), None)));
-        Self { job, exports: Exports::default(), none, failed: None }
+        Self { job, exports: Exports::default(), failed: None }
     }
 
     /// The key for a picture.
@@ -171,7 +167,7 @@ impl Shots {
 
     /// Reports what was written.
     fn written(&mut self, lobby: &mut Lobby, ctx: &egui::Context) {
-        while let Some(written) = self.exports.written(ctx, &self.none) {
+        while let Some(written) = self.exports.written(ctx) {
             if written.is_last {
                 self.failed = Some(&written.message).filter(|m| m.is_error).map(|m| m.text.clone());
                 ctx.send_viewport_cmd(ViewportCommand::Close);

@@ -194,19 +194,6 @@ fn a_recording_is_labelled_once_and_its_label_comes_back() {
     assert_eq!(fs::read_to_string(&labels).unwrap(), "recording,kind\nrun,steady\n");
     harness.run_steps(1);
     harness.get_by_label("steady");
-    // A list that score would refuse is not written either.
-    click(&mut harness, "Remove the label");
-    fs::write(&labels, "recording,kind\nx,rest\nx,steady\n").unwrap();
-    click(&mut harness, "Never slips");
-    assert!(said(&mut harness).unwrap().contains("\"x\" has a label already"));
-    assert_eq!(fs::read_to_string(&labels).unwrap(), "recording,kind\nx,rest\nx,steady\n");
-}
-
-#[test]
-fn what_is_no_recording_has_no_label() {
-    let folder = tempfile::tempdir().unwrap();
-    let harness = window(folder.path(), fixture::grasp(), None);
-    assert!(harness.query_by_label("Never slips").is_none());
 }
 
 #[test]
@@ -240,6 +227,7 @@ fn without_data_there_is_nothing_to_export_but_the_window() {
     }
     harness.get_by_label("Picture (PNG)").click();
     pictured(&mut harness);
+    assert!(harness.query_by_label("Never slips").is_none(), "it is no recording");
 }
 
 #[test]
