@@ -34,7 +34,7 @@ use crate::layout::Panel;
 use crate::palette::Palette;
 use crate::state::ViewState;
 use eframe::egui::{self, Painter, Rect, Ui};
-use grip_scope::{Model, Span};
+use grip_scope::{EventKind, Model, Span};
 
 /// What a view may look at.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,7 @@ pub struct Seen<'a> {
 /// Memory that frames use again, and pictures that are on the graphics card.
 #[derive(Default)]
 pub struct Scratch {
-    washes: Vec<strips::Wash>,
+    pieces: Vec<joined::Piece<EventKind>>,
     spectrogram: picture::Picture,
     pressure: picture::Picture,
 }

@@ -32,7 +32,9 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState, scratch: &mut 
     let inside = left..=(all.right() - beside).max(left + 20.0);
     let row = |top: f32, height: f32| Rect::from_x_y_ranges(inside.clone(), top..=top + height);
     state.pointed_s = None;
-    lane::lane(ui, row(all.top(), lane::HEIGHT), seen, state);
+    let lane = row(all.top(), lane::HEIGHT);
+    scratch.pieces = strips::pieces(&axis::time_frame(lane, seen), seen);
+    lane::lane(ui, lane, &scratch.pieces, seen, state);
     let top = all.top() + lane::HEIGHT + BETWEEN;
     let bottom = all.bottom() - overview::HEIGHT - BETWEEN - axis::HIGH;
     if shown.is_empty() && empty_ones.is_empty() {
@@ -41,7 +43,6 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState, scratch: &mut 
     }
     let room = crate::num::whole(f64::from((bottom - top) / LEAST)).clamp(1, shown.len().max(1));
     let (fitting, others) = shown.split_at(room.min(shown.len()));
-    scratch.washes = strips::washes(&axis::time_frame(row(top, 1.0), seen), seen);
     for (plot, top, height) in heights(fitting, top, bottom) {
         one(ui, &plot, row(top, height), seen, state, scratch);
     }
@@ -182,7 +183,7 @@ fn draw(
     super::ground(ui.painter(), frame.rect, &seen.palette);
     let is_picture = !strip.has_curves(seen.model);
     if !is_picture {
-        strips::spans(ui.painter(), frame, &scratch.washes);
+        strips::washes(ui.painter(), frame, &scratch.pieces, &seen.palette);
     }
     let inside = plot::show(ui, (strip, "plot"), frame, unit, |plot| {
         strips::curves(plot, frame, wanted, seen);

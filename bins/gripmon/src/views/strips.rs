@@ -1,12 +1,12 @@
 //! Curves of a plot: what of them is drawn, their scale, peaks and valleys, cursors.
 
-use super::joined::{fill, joined};
+use super::joined::{Piece, fill, joined};
 use super::{Seen, lane, readout};
-use crate::palette::Tone;
+use crate::palette::{Palette, Tone};
 use crate::plot::{self, Frame, Kind, Scale, Style};
 use crate::state::ViewState;
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{Align2, Color32, FontId, Painter, Rangef, Rect, Stroke};
+use eframe::egui::{Align2, FontId, Painter, Rect, Stroke};
 use egui_plot::{HLine, MarkerShape, PlotPoint, PlotPoints, PlotUi, Points};
 use grip_scope::feed::ObserverSettings;
 use grip_scope::{Channel, EventKind, Series, Span};
@@ -169,25 +169,28 @@ pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>, state: &V
     }
 }
 
-/// From the left to the right edge of a wash (points), and its colour.
-pub(super) type Wash = (Rangef, Color32);
-
-/// Slips and gaps behind the curves: the same in every plot, so they are looked for once.
-pub(super) fn washes(frame: &Frame, seen: &Seen<'_>) -> Vec<Wash> {
+/// Slips and gaps, the same in the lane and behind the curves of every plot: they are looked for once.
+pub(super) fn pieces(frame: &Frame, seen: &Seen<'_>) -> Vec<Piece<EventKind>> {
     let events = seen.model.events();
-    let colour = |kind| match kind {
-        EventKind::Gross => seen.palette.tone(Tone::Red).gamma_multiply(0.10),
-        EventKind::Gap => seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
-        _ => seen.palette.tone(Tone::Orange).gamma_multiply(0.10),
-    };
     let slips = joined(events.slips(frame.span), frame, lane::worst);
     let gaps = joined(events.gaps(frame.span), frame, lane::worst);
-    slips.into_iter().chain(gaps).map(|piece| (piece.across, colour(piece.what))).collect()
+    slips.into_iter().chain(gaps).collect()
 }
 
-/// Draws them.
-pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
-    fill(painter, frame.rect.y_range(), washes.iter().copied());
+/// Draws them behind curves.
+pub(super) fn washes(
+    painter: &Painter,
+    frame: &Frame,
+    pieces: &[Piece<EventKind>],
+    palette: &Palette,
+) {
+    let colour = |kind| match kind {
+        EventKind::Gross => palette.tone(Tone::Red).gamma_multiply(0.10),
+        EventKind::Gap => palette.tone(Tone::Quiet).gamma_multiply(0.22),
+        _ => palette.tone(Tone::Orange).gamma_multiply(0.10),
+    };
+    let coloured = pieces.iter().map(|piece| (piece.across, colour(piece.what)));
+    fill(painter, frame.rect.y_range(), coloured);
 }
 
 /// What that line is called: also whether the source does not show its settings.
