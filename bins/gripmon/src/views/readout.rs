@@ -6,7 +6,7 @@ use crate::plot::{Kind, Scale};
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
-use grip_scope::feed::EscPoint;
+use grip_scope::feed::esc_flags;
 use grip_scope::format::{self, Shown};
 
 /// Room for the values right of a plot (points).
@@ -153,7 +153,7 @@ pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f6
 fn flags(ui: &mut Ui, seen: &Seen<'_>) {
     let flags = value(Channel::EscFlags, seen).filter(|flags| flags.fract() == 0.0);
     let flags = flags.and_then(|flags| u8::try_from(crate::num::whole(flags)).ok());
-    for name in flags.map(EscPoint::flag_names).unwrap_or_default() {
+    for name in flags.map(esc_flags).unwrap_or_default() {
         let text = RichText::new(format!("! {name}")).size(11.0);
         ui.label(text.color(seen.palette.tone(Tone::Orange)));
     }

@@ -4,9 +4,7 @@ use super::labels::{control, painted};
 use super::{fixture, window};
 use eframe::egui::vec2;
 use egui_kittest::kittest::Queryable as _;
-use grip_scope::feed::{
-    DerivedBlock, EscPoint, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock,
-};
+use grip_scope::feed::{DerivedBlock, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock};
 use grip_scope::trigger::Condition;
 use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Panel;
@@ -17,8 +15,7 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
     let mut model = fixture::grasp();
     // The source states 0.2, the scope's own observer 0.5 with its enclosure.
     model.take(Feed::State(fixture::state(1.05)));
-    let kind = grip_link::message::daemon::Reading::Literal;
-    let esc = Some(EscPoint { kind, value: 0.5, low: 0.4, high: 0.6, flags: 0 });
+    let esc = Some([0.5, 0.4, 0.6]);
     let evidence = vec![EvidencePoint { t_s: 1.99, esc, speed: None, estimate: None }];
     model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
     let mut harness = window(model, Panel::Events);

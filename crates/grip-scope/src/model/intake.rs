@@ -248,11 +248,13 @@ impl Model {
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
-        let [estimate, low, high] = point.estimate.map_or([None; 3], |values| values.map(Some));
+        let three = |known: Option<[f32; 3]>| known.map_or([None; 3], |values| values.map(Some));
+        let [estimate, low, high] = three(point.estimate);
+        let [esc, esc_low, esc_high] = three(point.esc);
         let values = [
-            (Channel::OwnEsc, point.esc.map(|esc| esc.value)),
-            (Channel::EscLow, point.esc.map(|esc| esc.low)),
-            (Channel::EscHigh, point.esc.map(|esc| esc.high)),
+            (Channel::OwnEsc, esc),
+            (Channel::EscLow, esc_low),
+            (Channel::EscHigh, esc_high),
             (Channel::OwnEstimate, estimate),
             (Channel::EstimateLow, low),
             (Channel::EstimateHigh, high),

@@ -42,8 +42,6 @@ pub struct Stats {
     pub rms: f64,
     /// Finite samples.
     pub count: u64,
-    /// Whether samples are missing.
-    pub broken: bool,
 }
 
 impl Stats {
@@ -203,9 +201,9 @@ impl Series {
     pub fn stats(&self, span: Span) -> Option<Stats> {
         let mut sum = Sum::default();
         self.store.fold(self.numbers(span), &mut sum);
-        let Sum { min, max, count, broken, .. } = sum;
+        let Sum { min, max, count, .. } = sum;
         let (mean, rms) = (sum.mean(), sum.rms());
-        (count > 0).then_some(Stats { min, max, mean, rms, count, broken })
+        (count > 0).then_some(Stats { min, max, mean, rms, count })
     }
 
     /// Writes what each of `columns` equal parts of the span shows to `out`, parts without samples left out.
