@@ -29,7 +29,7 @@ def span(interval, digits=1):
     return "-" if interval is None else f"{interval[0]:.{digits}f} to {interval[1]:.{digits}f}"
 
 
-def rows(lines, detector):
+def rows(lines, detector, name=None):
     total = next(line for line in lines if line.get("type") == "total" and line["detector"] == detector)
     slips, chance = [], []
     for kind, missed in (("onsets", "missed"), ("steady", "steady_missed")):
@@ -43,14 +43,18 @@ def rows(lines, detector):
     latency = total["latency_ms"] if total["onsets"] else total["steady_ms"]
     causes = [line for line in lines if line.get("type") == "cause" and line["detector"] == detector]
     counted = [f"{c['cause']} {c['alarms']} in {c['seconds']:.1f} s, {c['in_alarm_s']:.1f} s in alarm ({span(c['per_hour_ci'], 0)})" for c in causes]
-    return (f"| {detector} | {', '.join(slips) or '-'} | {', '.join(chance) or '-'} | {early} | "
+    return (f"| {name or detector} | {', '.join(slips) or '-'} | {', '.join(chance) or '-'} | {early} | "
             f"{number(latency['p50'])} / {number(latency['p95'])} | {'; '.join(counted) or '-'} |")
 
 
-def table(gripctl, title, folder, detectors, *more):
+def head(title):
     print(f"\n### {title}\n")
     print("| detector | found | by chance | early | latency p50 / p95 (ms) | alarms without slip, by cause (per hour, 95 %) |")
     print("|---|---|---|---|---|---|")
+
+
+def table(gripctl, title, folder, detectors, *more):
+    head(title)
     for detector in detectors:
         # One by one: a set may not train the network of nn.
         lines, error = score(gripctl, folder, [detector], *more)
@@ -102,4 +106,5 @@ def main():
         table(gripctl, title, motion / "set", stylus, "--floor", "live")
 
 
-main()
+if __name__ == "__main__":
+    main()

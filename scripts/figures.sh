@@ -1,6 +1,6 @@
 #!/bin/sh
 # The pictures of docs/figures.md: one of each command that draws, into docs/images (that of `profile` is docs/profile.svg, which docs/commands.md shows too).
-# GRIP_BIN names a folder that holds gripctl and accuracy already; without it a release build is made. The recordings for `gripctl score`
+# GRIP_BIN names a folder that holds gripctl already; without it a release build is made. The recordings for `gripctl score`
 # stand beside the project or in the folder named by GRIP_DATA (CONTRIBUTING.md).
 set -eu
 cd "$(dirname "$0")/.."
@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 
 bin=${GRIP_BIN:-}
 if [ -z "$bin" ]; then
-    cargo build --release --locked -p gripctl -p slip-benches --bin gripctl --bin accuracy
+    cargo build --release --locked -p gripctl --bin gripctl
     bin=${CARGO_TARGET_DIR:-target}/release
 fi
 images=docs/images
@@ -16,7 +16,7 @@ work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 
 "$bin/gripctl" study --out "$work/study" --quick > /dev/null
-cp "$work/study/figures/fig-3-varied-v.png" "$images/study.png"
+cp "$work/study/figures/fig-3-default.png" "$images/study.png"
 
 recordings=${GRIP_DATA:-../shared/data}/biotac_slide
 if [ -f "$recordings/labels.csv" ]; then
@@ -29,6 +29,3 @@ fi
 
 "$bin/gripctl" profile docs/profile.csv --speed 0.05 --force 2 --cutoff-mm 0.8 --form-degree 2 --plot docs/profile.svg > /dev/null
 scripts/drawings.py "$bin/gripctl" "$images"
-
-"$bin/accuracy" --only esc --plots "$work" > /dev/null
-cp "$work/accuracy-esc_n10.svg" "$images/accuracy.svg"

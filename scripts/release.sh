@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds everything of a release into one folder: programs (without libraries of the system, but for the window), Debian packages, the Python
-# wheel, crates, the C library, the Arduino library, the firmware of an RP2040, a list of parts (CycloneDX) of each, and checksums of all.
+# wheel, crates, the C library, the Arduino library, the firmware of an RP2040, a list of parts (CycloneDX) of each, README.md with the first
+# commands for each, and checksums of all.
 #
 #   scripts/release.sh FOLDER            of a clean checkout whose version CHANGELOG.md names with a date
 #   scripts/release.sh --draft FOLDER    of any
@@ -46,7 +47,7 @@ check() {
         [ "$("$work/$monitor/bin/$program" --version)" = "$program $version" ] || fail "$program is not of version $version"
     done
     tar -tzf "$library.tar.gz" "$library/include/slip.h" >/dev/null 2>&1 || fail "no header of the C library"
-    for name in GripLink.zip slip-rp2040.uf2 slip-core-"$version".crate; do
+    for name in README.md GripLink.zip slip-rp2040.uf2 slip-core-"$version".crate; do
         [ -s "$name" ] || fail "no $name"
     done
     for name in slip-rp2040.uf2 slip-rp2040-adxl345.uf2; do
@@ -145,5 +146,6 @@ for file in "$copy"/bins/{gripd,gripctl,gripmon}/*.cdx.json "$copy"/fleet/{gripf
     sed "s|file://$copy/||g" "$file" >"$folder/${file##*/}"
 done
 
+python3 scripts/release-page.py "$folder" "$version" "$arch" "$target/release/gripmon"
 (cd "$folder" && find . -type f ! -name SHA256SUMS -printf '%P\n' | LC_ALL=C sort | xargs -d '\n' sha256sum >SHA256SUMS)
 check

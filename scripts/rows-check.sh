@@ -16,6 +16,7 @@ mkdir -p "$target/rows-check"
 work=$(cd "$target/rows-check" && pwd)
 find "$work" -mindepth 1 -delete
 programs=$(cd "$target/${profile/#dev/debug}" && pwd)
+cp docs/examples/slips.cpp "$work"
 python3 scripts/doc-blocks.py docs/rows.md >"$work/page.sh"
 (cd "$work" && env PATH="$programs:$PATH" WORK="$work" bash page.sh)
 # The rows of the page, and every row of the programs.

@@ -49,7 +49,7 @@ fn time(group: &mut BenchmarkGroup<'_, WallTime>, id: &BenchmarkId, run: &SceneR
 }
 
 /// Blocks of 5 samples through eight lanes of band-passes, by one bank and by several side by side: what the recursion of one bank leaves
-/// idle, the others use (docs/performance.md).
+/// idle, the others use (docs/results/run-time.md).
 fn bank(criterion: &mut Criterion) {
     const BLOCK: usize = 5;
     let bands: [Band; 8] = core::array::from_fn(|i| {

@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// `count` weights from N(0, 1/4).
 #[must_use]
-pub fn weights(count: usize) -> Vec<f32> {
+fn weights(count: usize) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     StandardNormal.sample_iter(&mut rng).map(|weight: f32| 0.5 * weight).take(count).collect()
 }

@@ -1,10 +1,10 @@
-//! A scene in; a pipeline that stands in it and samples that keep it there, or a whole grasp, out.
+//! A scene in; a pipeline that stands in it and samples that keep it there, out.
 
 use crate::signals::{RATE_HZ, Signals};
 use anyhow::{Result, bail};
 use grip_session::model;
 use slip_core::{
-    Pipeline, PipelineConfig, Sample, StageCounters,
+    Pipeline, PipelineConfig, Sample,
     detector::{BANDS, Certificate, ScoreLaw},
     sample::Scene,
     units::Hertz,
@@ -37,8 +37,6 @@ pub struct SceneRun {
     pub pipeline: HostPipeline,
     /// One second during which the scene does not change.
     pub samples: Vec<Sample>,
-    /// How often each stage runs over `samples`.
-    pub stages: StageCounters,
 }
 
 impl SceneRun {
@@ -103,8 +101,18 @@ impl SceneRun {
         }
         let samples: Vec<_> =
             signals.stretch(STRETCH, force_n, speed_m_s).into_iter().map(seen).collect();
-        let stages = stages_in(scene, pipeline.clone(), &samples)?;
-        Ok(Self { pipeline, samples, stages })
+        let mut left = pipeline.clone();
+        for (at, sample) in samples.iter().enumerate() {
+            let seen = left.handle(sample).scene;
+            if seen != scene {
+                bail!(
+                    "sample {at} was handled in the scene {}, not in {}",
+                    seen.name(),
+                    scene.name()
+                );
+            }
+        }
+        Ok(Self { pipeline, samples })
     }
 }
 
@@ -115,82 +123,4 @@ impl SceneRun {
 pub fn pipeline(no_skip: bool) -> Result<HostPipeline> {
     let config = PipelineConfig { no_skip, ..PipelineConfig::gripping(Hertz(RATE_HZ)) };
     Ok(Pipeline::new(config, Some(model::default_estimator()?))?)
-}
-
-/// Learning, closing, holding, a slip and its end, then the object taken away: every scene of a grasp.
-#[must_use]
-pub fn whole_grasp() -> Vec<Sample> {
-    let mut signals = Signals::new(2);
-    let plan = [
-        (LEARN, OPEN_N, 0.0),
-        (CLOSE, HELD_N, 0.0),
-        (2 * SETTLE, HELD_N, SLIP_M_S),
-        (2 * SETTLE, 2.0 * HELD_N, 0.0),
-        (SETTLE, OPEN_N, 0.0),
-    ];
-    plan.into_iter()
-        .flat_map(|(count, force, speed)| signals.stretch(count, force, speed))
-        .collect()
-}
-
-fn stages_in(
-    wanted: Scene,
-    mut pipeline: HostPipeline,
-    samples: &[Sample],
-) -> Result<StageCounters> {
-    let start = pipeline.stage_counters();
-    for (at, sample) in samples.iter().enumerate() {
-        let seen = pipeline.handle(sample).scene;
-        if seen != wanted {
-            bail!("sample {at} was handled in the scene {}, not in {}", seen.name(), wanted.name());
-        }
-    }
-    let end = pipeline.stage_counters();
-    Ok(StageCounters {
-        methods: end.methods - start.methods,
-        samples: end.samples - start.samples,
-        bands: end.bands - start.bands,
-        gate: end.gate - start.gate,
-        observation: end.observation - start.observation,
-        inferences: end.inferences - start.inferences,
-        refused_estimates: end.refused_estimates - start.refused_estimates,
-        floor_lowered: end.floor_lowered - start.floor_lowered,
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{STRETCH, SceneRun};
-    use slip_core::sample::Scene;
-
-    fn stages(scene: Scene, no_skip: bool) -> [u64; 4] {
-        let stages = SceneRun::new(scene, no_skip).unwrap().stages;
-        assert_eq!(stages.refused_estimates, 0);
-        [stages.samples, stages.bands, stages.observation, stages.inferences]
-    }
-
-    #[test]
-    fn each_scene_runs_its_own_stages_for_the_whole_stretch() {
-        let all = u64::try_from(STRETCH).unwrap();
-        assert_eq!(stages(Scene::Idle, false), [all, 0, 0, 0]);
-        assert_eq!(stages(Scene::Moving, false), [all, 0, 0, 0]);
-        assert_eq!(stages(Scene::Holding, false), [all, all, 0, 0]);
-        let [samples, bands, observation, inferences] = stages(Scene::Slipping, false);
-        assert_eq!([samples, bands, observation], [all; 3]);
-        assert!(inferences > all / 20, "about one a millisecond: {inferences}");
-    }
-
-    #[test]
-    fn a_stylus_alone_slips_without_a_network() {
-        let stages = SceneRun::stylus_alone().unwrap().stages;
-        assert_eq!([stages.observation, stages.inferences], [stages.samples, 0]);
-    }
-
-    #[test]
-    fn without_skipping_every_scene_runs_every_stage() {
-        for scene in super::SCENES {
-            let [samples, bands, observation, _] = stages(scene, true);
-            assert_eq!([bands, observation], [samples; 2], "{}", scene.name());
-        }
-    }
 }

@@ -99,7 +99,7 @@ impl World {
         let Self { far, reported, gripper } = self;
         let unplug = AtomicBool::new(false);
         thread::scope(|threads| {
-            threads.spawn(|| gripper.live(device.as_fd(), &unplug, clock, &mut |_| {}).unwrap());
+            threads.spawn(|| gripper.live(device.as_fd(), &unplug, clock).unwrap());
             let looks = (0..PATIENCE).find(|_| {
                 time::wait_ms(2);
                 look(far, reported);

@@ -1,4 +1,4 @@
-"""A page in Chromium tries to command a gripper through the client socket of gripd; nothing may be carried out.
+"""A page in Chromium tries to command a gripper through the client socket of gripd; nothing may be carried out. gripd's own page works.
 
 Usage: browser_check.py GRIPD FOLDER. gripd holds an object on the simulator, with allow_commands and the default kind of address. The page
 comes from a foreign name and sends frames in the bodies of requests, as WebSocket, as TLS and as TURN. The same goes to a plain listener:
@@ -13,6 +13,7 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -169,14 +170,23 @@ def head_and_frames(port: int) -> None:
                 pass
 
 
+def tabs(profile: Path, method: str, path: str) -> list | dict:
+    """What the browser answers about its tabs."""
+    port = (profile / "DevToolsActivePort").read_text().split()[0]
+    request = urllib.request.Request(f"http://127.0.0.1:{port}/json/{path}", method=method)
+    with urllib.request.urlopen(request, timeout=PATIENCE_S) as answer:
+        return json.load(answer)
+
+
 def main() -> None:
     program, folder = sys.argv[1], Path(sys.argv[2])
     config = folder / "gripd.toml"
     config.write_text("allow_commands = true\n")
     log = open(folder / "gripd.log", "w+")
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    arguments = ["--config", config, "--port", "sim", "--seed", "2", "--listen", f"tcp:127.0.0.1:{port}", "--log-level", "info"]
+    with socket.create_server(("127.0.0.1", 0)) as free, socket.create_server(("127.0.0.1", 0)) as other:
+        port, http = free.getsockname()[1], other.getsockname()[1]
+    arguments = ["--config", config, "--port", "sim", "--seed", "2", "--listen", f"tcp:127.0.0.1:{port}", "--log-level", "info",
+                 "--metrics", f"127.0.0.1:{http}"]
     gripd = subprocess.Popen([program, *arguments], stdout=subprocess.DEVNULL, stderr=log)
     browser = None
     try:
@@ -194,9 +204,12 @@ def main() -> None:
         browser = subprocess.Popen(
             ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
              f"--user-data-dir={folder / 'profile'}", "--host-resolver-rules=MAP evil.example 127.0.0.1",
-             "--no-proxy-server", f"http://evil.example:{site.server_port}/"],
+             "--no-proxy-server", "--remote-debugging-port=0", f"http://evil.example:{site.server_port}/"],
             stdout=subprocess.DEVNULL, stderr=open(folder / "chromium.log", "w"))
         until("the page has tried everything", site.done.is_set)
+        tabs(folder / "profile", "PUT", f"new?http://127.0.0.1:{http}/")
+        until("gripd's own page says HELD",
+              lambda: any(re.match(r"HELD \d", tab["title"]) for tab in tabs(folder / "profile", "GET", "list")))
         bodies = sum(frames() in sent for sent in plain.came)
         heads = sorted({sent.split(b" ")[0].decode("latin-1")[:8] for sent in plain.came if sent})
         assert bodies >= 3, f"the page sent the frames {bodies} times only: {heads}"

@@ -85,6 +85,17 @@ impl Program {
         assert!(until(|| self.reported().contains(what)), "no {what:?} in {}", self.reported());
     }
 
+    /// Its number.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Whether it still runs.
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_none()
+    }
+
     /// kill -9; it is gone when this returns.
     pub fn kill(mut self) {
         self.child.kill().unwrap();

@@ -1,9 +1,6 @@
 //! Seeded grasps in, the times from the bytes of a frame to the bytes of the command out.
 
-use crate::{
-    now,
-    table::{histogram, record},
-};
+use crate::{histogram, now, record};
 use core::error::Error;
 use grip_link::frame::MAX_WIRE;
 use grip_session::{HostConfig, Session, SessionOptions, model};

@@ -7,6 +7,7 @@
 use std::process::ExitCode;
 
 use mlp::{tanh, train::Isa};
+use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 
 /// Arguments handled together.
 const CHUNK: usize = 4096;
@@ -85,21 +86,6 @@ fn look(way: &Way, first: u32, references: &[f64]) -> Seen {
     seen
 }
 
-/// All chunks whose place among them leaves the rest `part` when divided by `parts`.
-fn share(ways: &[Way], part: usize, parts: usize) -> Vec<Seen> {
-    let mut seen = vec![Seen::default(); ways.len()];
-    let end = 12_f32.to_bits();
-    for first in (0..=end).step_by(CHUNK).skip(part).step_by(parts) {
-        let arguments = (first..=end).take(CHUNK);
-        let references: Vec<f64> =
-            arguments.map(|bits| f64::from(f32::from_bits(bits)).tanh()).collect();
-        for (way, seen) in ways.iter().zip(&mut seen) {
-            *seen = seen.join(look(way, first, &references));
-        }
-    }
-    seen
-}
-
 fn main() -> ExitCode {
     let every = match std::env::args().nth(1).map(|text| text.parse::<usize>()) {
         None => 1,
@@ -110,22 +96,21 @@ fn main() -> ExitCode {
         }
     };
     let ways = ways();
-    let parts = std::thread::available_parallelism().map_or(1, usize::from);
-    let all: Vec<Vec<Seen>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..parts)
-            .map(|part| {
-                scope.spawn({
-                    let ways = &ways;
-                    move || share(ways, every * part, every * parts)
-                })
-            })
-            .collect();
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
-    });
-    let mut kept = all.len() == parts;
+    let end = 12_f32.to_bits();
+    let chunks: Vec<u32> = (0..=end).step_by(CHUNK * every).collect();
+    let chunk = |first: &u32| {
+        let arguments = (*first..=end).take(CHUNK);
+        let references: Vec<f64> =
+            arguments.map(|bits| f64::from(f32::from_bits(bits)).tanh()).collect();
+        ways.iter().map(|way| look(way, *first, &references)).collect::<Vec<_>>()
+    };
+    let join = |all: Vec<Seen>, more: Vec<Seen>| {
+        all.into_iter().zip(more).map(|(one, other)| one.join(other)).collect()
+    };
+    let all = chunks.par_iter().map(chunk).reduce(|| vec![Seen::default(); ways.len()], join);
+    let mut kept = true;
     println!("| tanh | largest error (ulp) | at | largest fall | |");
-    for (at, way) in ways.iter().enumerate() {
-        let seen = all.iter().map(|seen| seen[at]).fold(Seen::default(), Seen::join);
+    for (way, seen) in ways.iter().zip(all) {
         let good = seen.ulp <= way.bound && !seen.beyond_one && !seen.not_odd && seen.fall < 5e-7;
         kept &= good;
         let word = if good { "kept" } else { "BROKEN" };

@@ -1,10 +1,10 @@
-//! A virtual gripper, an open line and a clock in; the gripper alive on that line, and how long each answer took, out.
+//! A virtual gripper that lives in real time on an open line.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::MAX_WIRE,
-    message::{Grip, Kind, SamplesHeader},
+    message::{Kind, SamplesHeader},
 };
 use grip_sim::VirtualMcu;
 use rustix::{
@@ -12,12 +12,10 @@ use rustix::{
     io::{Errno, read, write},
 };
 use slip_core::units::Micros;
-use std::{collections::VecDeque, io, os::fd::BorrowedFd};
+use std::{io, os::fd::BorrowedFd};
 
 /// Longest wait without a look at the stop flag (ns).
 const PATIENCE_NS: u64 = 20_000_000;
-/// Frames whose time is remembered until they are answered.
-const REMEMBERED: usize = 64;
 
 /// A gripper and what it has seen of its host.
 #[derive(Debug)]
@@ -25,25 +23,18 @@ pub struct Gripper {
     /// The device.
     pub mcu: VirtualMcu,
     tap: Decoder,
-    ear: Decoder,
     /// Rows before the CONFIG in force, and those of them that were thrown away by it.
     before: u64,
     discarded: u64,
     /// Number of the row after those that were sent, since CONFIG.
     sent: u32,
-    /// Number of the newest command.
-    command: u32,
-    /// Frames of samples that were written last: the number of the row after each, and when (ns).
-    asked: VecDeque<(u32, u64)>,
 }
 
 impl Gripper {
     /// A gripper that is not connected yet.
     #[must_use]
     pub fn new(mcu: VirtualMcu) -> Self {
-        let (tap, ear) = (Decoder::new(Role::Tap), Decoder::new(Role::Device));
-        let asked = VecDeque::with_capacity(REMEMBERED);
-        Self { mcu, tap, ear, before: 0, discarded: 0, sent: 0, command: 0, asked }
+        Self { mcu, tap: Decoder::new(Role::Tap), before: 0, discarded: 0, sent: 0 }
     }
 
     /// Rows sampled so far, over every CONFIG.
@@ -61,9 +52,6 @@ impl Gripper {
 
     /// Lives on `line` until `stop` is set or the other end is gone. `clock` gives nanoseconds since the device was powered on.
     ///
-    /// `answered` gets a time (ns) for each force command but the first: from just before the write of the frame whose last sample the command
-    /// names as its cause to the end of the read that brought it. What this thread itself is late is part of it.
-    ///
     /// # Errors
     /// What the system states of the line, but for its end.
     pub fn live(
@@ -71,10 +59,8 @@ impl Gripper {
         line: BorrowedFd<'_>,
         stop: &AtomicBool,
         clock: &dyn Fn() -> u64,
-        answered: &mut dyn FnMut(u64),
     ) -> io::Result<()> {
         let mut input = [0; 4096];
-        self.asked.clear();
         while !stop.load(Ordering::Relaxed) {
             self.catch_up(line, clock)?;
             let due_ns = self.mcu.next_due().0.saturating_mul(1000);
@@ -87,26 +73,8 @@ impl Gripper {
                 Err(Errno::AGAIN | Errno::INTR) => continue,
                 Err(error) => return gone(error),
             };
-            let received_ns = clock();
             self.catch_up(line, clock)?;
-            let now = Micros(clock() / 1000);
-            let bytes = input.get(..count).unwrap_or(&input);
-            self.receive(now, bytes);
-            self.read(bytes, received_ns, answered);
-        }
-        Ok(())
-    }
-
-    /// Sends what is left of a batch, `later` than now by the clock of the gripper, as if it sampled no more.
-    ///
-    /// # Errors
-    /// As [`Gripper::live`].
-    pub fn empty(&mut self, line: BorrowedFd<'_>, later: Micros) -> io::Result<()> {
-        let mut out = [0; MAX_WIRE];
-        while let Some(len) = self.mcu.poll_transmit(later, &mut out) {
-            let frame = out.get(..len).unwrap_or(&out);
-            let _samples = self.has_samples(frame);
-            write_all(line, frame)?;
+            self.receive(Micros(clock() / 1000), input.get(..count).unwrap_or(&input));
         }
         Ok(())
     }
@@ -122,72 +90,40 @@ impl Gripper {
         }
     }
 
-    fn read(&mut self, mut bytes: &[u8], received_ns: u64, answered: &mut dyn FnMut(u64)) {
-        while let Some(verdict) = self.ear.next(&mut bytes) {
-            let Verdict::Frame(frame) = verdict else { continue };
-            let header = frame.header;
-            if header.kind == Kind::HELLO {
-                self.ear.open_session(header.session, Some(header.seq));
-                continue;
-            }
-            if header.kind != Kind::GRIP {
-                continue;
-            }
-            let Ok(grip) = Grip::parse(frame.payload) else { continue };
-            let first = core::mem::replace(&mut self.command, grip.cmd_id) == 0;
-            let after = grip.cause_sample.wrapping_add(1);
-            let cause = self.asked.iter().find(|(end, _)| *end == after);
-            if let Some((_, asked_ns)) = cause
-                && !first
-            {
-                answered(received_ns.saturating_sub(*asked_ns));
-            }
-        }
-    }
-
     /// Goes on batch by batch: a late turn is no reason for the device to drop samples.
     fn catch_up(&mut self, line: BorrowedFd<'_>, clock: &dyn Fn() -> u64) -> io::Result<()> {
         let now = Micros(clock() / 1000);
         while self.mcu.next_due() <= now {
             let due = self.mcu.next_due();
             self.mcu.advance(due);
-            self.send(line, due, clock)?;
+            self.send(line, due)?;
         }
-        self.send(line, now, clock)
+        self.send(line, now)
     }
 
-    fn send(
-        &mut self,
-        line: BorrowedFd<'_>,
-        now: Micros,
-        clock: &dyn Fn() -> u64,
-    ) -> io::Result<()> {
+    /// Sends what is due at `now`: later than it is, the rest of a batch, as if the gripper sampled no more.
+    ///
+    /// # Errors
+    /// As [`Gripper::live`].
+    pub fn send(&mut self, line: BorrowedFd<'_>, now: Micros) -> io::Result<()> {
         let mut out = [0; MAX_WIRE];
         while let Some(len) = self.mcu.poll_transmit(now, &mut out) {
             let frame = out.get(..len).unwrap_or(&out);
-            if self.has_samples(frame) {
-                if self.asked.len() == REMEMBERED {
-                    self.asked.pop_front();
-                }
-                self.asked.push_back((self.sent, clock()));
-            }
+            self.count(frame);
             write_all(line, frame)?;
         }
         Ok(())
     }
 
-    fn has_samples(&mut self, mut frame: &[u8]) -> bool {
-        let mut found = false;
+    fn count(&mut self, mut frame: &[u8]) {
         while let Some(verdict) = self.tap.next(&mut frame) {
             if let Verdict::Frame(frame) = verdict
                 && frame.header.kind == Kind::SAMPLES
                 && let Ok(header) = SamplesHeader::parse(frame.payload)
             {
-                found = true;
                 self.sent = header.first_index.wrapping_add(header.rows.into());
             }
         }
-        found
     }
 }
 

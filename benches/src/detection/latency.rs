@@ -1,14 +1,13 @@
 //! Outcomes of many slips in, their quantiles and counts out.
 
 use super::trials::Trial;
-use serde::Serialize;
 
 /// How late a detector is. A slip that is missed counts as infinitely late, one that began under an alarm is left out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
     /// Slips.
     pub slips: usize,
-    /// Median from gross slip (ms); `null` in JSON where more than half were missed.
+    /// Median from gross slip (ms); infinite where more than half were missed.
     pub p50: f64,
     /// 95 % come within (ms).
     pub p95: f64,
@@ -22,23 +21,22 @@ impl Latency {
     /// Of these slips.
     #[must_use]
     pub fn of(trials: &[Trial]) -> Self {
-        let mut ms: Vec<f64> = trials
-            .iter()
-            .filter_map(|trial| match trial {
-                Trial::Found(ms) => Some(*ms),
-                Trial::Missed => Some(f64::INFINITY),
-                Trial::Early => None,
-            })
-            .collect();
+        let ms = trials.iter().filter_map(|trial| match trial {
+            Trial::Found(ms) => Some(*ms),
+            Trial::Missed => Some(f64::INFINITY),
+            Trial::Early => None,
+        });
+        let early = trials.iter().filter(|trial| **trial == Trial::Early).count();
+        Self { slips: trials.len(), early, ..Self::of_ms(ms.collect()) }
+    }
+
+    /// Of slips that were found after so many ms, or not (infinity).
+    #[must_use]
+    pub fn of_ms(mut ms: Vec<f64>) -> Self {
         ms.sort_by(f64::total_cmp);
-        let count = |kind: Trial| trials.iter().filter(|trial| **trial == kind).count();
-        Self {
-            slips: trials.len(),
-            p50: quantile(&ms, 0.5),
-            p95: quantile(&ms, 0.95),
-            missed: count(Trial::Missed),
-            early: count(Trial::Early),
-        }
+        let missed = ms.iter().filter(|ms| ms.is_infinite()).count();
+        let (p50, p95) = (quantile(&ms, 0.5), quantile(&ms, 0.95));
+        Self { slips: ms.len(), p50, p95, missed, early: 0 }
     }
 }
 

@@ -6,19 +6,12 @@
 )]
 
 pub mod bound;
-pub mod contest;
-mod cost;
 mod latency;
 mod ours;
-mod peers;
-pub mod report;
 mod robot;
-mod tail;
 mod trials;
 
-pub use cost::cost;
 pub use latency::{Latency, quantile};
 pub use ours::Ours;
-pub use peers::Peer;
 pub use robot::{Hand, RobotConfig};
-pub use trials::{Alarm, NullRun, Slips, Trial, null_run, null_runs, slips, slips_of_all};
+pub use trials::{NullRun, Slips, Trial, null_run, slips};

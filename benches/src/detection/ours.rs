@@ -1,9 +1,10 @@
-//! The pipeline as a detector among others.
+//! The shipped pipeline as a detector, observing only.
 
-use super::trials::Alarm;
-use slip_core::{ConfigError, Phase, Pipeline, PipelineConfig, Sample};
+use grip_session::HostConfig;
+use slip_core::{Phase, Pipeline, PipelineConfig, Sample, Signal, units::Hertz};
+use std::path::Path;
 
-/// The shipped pipeline, observing only.
+/// The pipeline with what it has seen.
 #[derive(Clone, Debug)]
 pub struct Ours {
     pipeline: Pipeline<&'static [f32]>,
@@ -12,15 +13,24 @@ pub struct Ours {
 }
 
 impl Ours {
+    /// At 10 kHz, with the settings of `file`, or the shipped ones.
+    ///
     /// # Errors
-    /// Where the configuration is refused.
-    pub fn new(config: PipelineConfig) -> Result<Self, ConfigError> {
+    /// Where the file cannot be read or its settings are refused.
+    pub fn configured(file: Option<&Path>) -> anyhow::Result<Self> {
+        let rate = Hertz(10_000.0);
+        let config = match file {
+            None => PipelineConfig::observing(Signal::Displacement, rate),
+            Some(file) => PipelineConfig {
+                grip: None,
+                ..HostConfig::read(file)?.pipeline(Signal::Displacement, rate)
+            },
+        };
         Ok(Self { pipeline: Pipeline::new(config, None)?, slips: false, statistic: 0.0 })
     }
-}
 
-impl Alarm for Ours {
-    fn step(&mut self, sample: &Sample) -> bool {
+    /// Takes the next sample; true while it sees a slip.
+    pub fn step(&mut self, sample: &Sample) -> bool {
         let step = self.pipeline.handle(sample);
         self.statistic = f64::from(step.statistic);
         if let Some(slip) = step.event {
@@ -29,11 +39,9 @@ impl Alarm for Ours {
         self.slips
     }
 
-    fn statistic(&self) -> f64 {
+    /// The statistic over its threshold.
+    #[must_use]
+    pub fn statistic(&self) -> f64 {
         self.statistic
-    }
-
-    fn levels(&self) -> [f64; 7] {
-        self.pipeline.detector().levels().evidence_s.map(f64::from)
     }
 }

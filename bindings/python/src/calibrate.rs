@@ -1,14 +1,14 @@
 //! Rows without slip in; a noise floor, slack and what they stand on out.
 
 use crate::{
-    input::{Names, refused, unreadable},
+    input::{Names, refused, unreadable, unwritable},
     output::dictionary,
     recording::{Recording, of_arrays},
     settings::{Config, host_config},
 };
 use grip_session::{HostConfig, calibration};
 use numpy::{PyArray1, ToPyArray as _};
-use pyo3::{exceptions::PyOSError, prelude::*, types::PyDict};
+use pyo3::{prelude::*, types::PyDict};
 use std::path::PathBuf;
 
 /// What `gripctl calibrate` writes: a noise floor, a motion gate and slack, with what they stand on.
@@ -45,9 +45,12 @@ impl Calibration {
     /// Writes the file that --calibration of gripd and gripctl reads (.toml).
     fn save(&self, path: PathBuf) -> PyResult<()> {
         let text = toml::to_string(&self.inner).map_err(refused)?;
-        std::fs::write(&path, text).map_err(|error| {
-            PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
-        })
+        std::fs::write(&path, text).map_err(|error| unwritable(&path, &error))
+    }
+
+    fn __repr__(&self) -> String {
+        let certified = if self.not_certified.is_none() { "" } else { ", not certified" };
+        format!("Calibration({} Hz{certified})", self.rate_hz())
     }
 
     /// All of it, with the keys of the file.

@@ -18,14 +18,37 @@ use std::{io, path::Path};
 /// Times beyond are no times of a recording (s): half a million years.
 const MOST_S: f64 = 1.8e13;
 
-/// A `ValueError` with this sentence.
+/// A `ValueError` with this sentence, in words of Python.
 pub(crate) fn refused(what: impl Display) -> PyErr {
-    PyValueError::new_err(what.to_string())
+    PyValueError::new_err(words(&what.to_string()))
+}
+
+/// A message with arguments of Python in the place of flags.
+fn words(text: &str) -> String {
+    let mut text = text
+        .replace("--rate HZ", "rate_hz=HZ")
+        .replace("--rate ", "rate_hz=")
+        .replace("--time-unit ms (or s)", "time_unit=\"ms\" (or \"s\")")
+        .replace("--time-unit", "time_unit=");
+    while let Some((before, after)) = text.split_once("--map ") {
+        let (pair, rest) = match after.strip_prefix('\'') {
+            Some(quoted) => quoted.split_once('\'').unwrap_or((quoted, "")),
+            None => after.split_at(after.find([' ', ';', ':']).unwrap_or(after.len())),
+        };
+        let (ours, theirs) = pair.split_once('=').unwrap_or((pair, "NAME"));
+        text = format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}");
+    }
+    text
 }
 
 /// Whether there is such a file; where there is none, the exception of Python that names it.
 pub(crate) fn exists(path: &Path) -> PyResult<()> {
     std::fs::metadata(path).map(|_| ()).map_err(|error| unreadable(path, &error))
+}
+
+/// The `OSError` of a file that cannot be written.
+pub(crate) fn unwritable(path: &Path, error: &io::Error) -> PyErr {
+    PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
 }
 
 /// The `OSError` of a file that cannot be opened, with its path.

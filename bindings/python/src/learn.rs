@@ -1,20 +1,24 @@
 //! Rows with targets in, a trained network out.
 
 use crate::{
-    input::{Names, Number, numbers, refused, shape, unreadable},
+    input::{Names, Number, numbers, refused, shape, unreadable, unwritable},
     output::dictionary,
 };
 use grip_record::files;
 use grip_session::{HostEstimator, model};
+use mlp::export::{c, onnx};
 use mlp::train::{
     ColumnSpec, DataSet, FitConfig, ModelFile, RunConfig, Split, fit,
     interval::{HeldOut, Interval},
 };
 use ndarray::Array2;
 use numpy::{IntoPyArray as _, PyUntypedArrayMethods as _};
-use pyo3::{exceptions::PyOSError, prelude::*, types::PyDict};
+use pyo3::{prelude::*, types::PyDict};
 use serde_json::json;
-use std::path::PathBuf;
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
 
 /// More repeats than anybody waits for.
 const MOST_REPEATS: usize = 10_000;
@@ -50,9 +54,37 @@ impl Model {
 
     /// Writes the file that --model of gripd and gripctl reads (.json).
     fn save(&self, path: PathBuf) -> PyResult<()> {
-        std::fs::write(&path, &self.text).map_err(|error| {
-            PyOSError::new_err(format!("{}: cannot be written: {error}", path.display()))
-        })
+        std::fs::write(&path, &self.text).map_err(|error| unwritable(&path, &error))
+    }
+
+    /// Writes it as C source and header (.c) or as an ONNX graph (.onnx), as `gripctl export`.
+    fn export(&self, path: PathBuf) -> PyResult<()> {
+        let write = |path: &Path, bytes: &[u8]| {
+            std::fs::write(path, bytes).map_err(|error| unwritable(path, &error))
+        };
+        let named = |error| refused(format!("{}: {error}", path.display()));
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        match path.extension().and_then(OsStr::to_str) {
+            Some("c") => {
+                let header = path.with_extension("h");
+                let include = format!("{stem}.h");
+                let code = c::source(&self.file, &c::prefix_of(&stem), &include, &stem);
+                let code = code.map_err(|error| named(error.to_string()))?;
+                write(&path, code.source.as_bytes())?;
+                write(&header, code.header.as_bytes())
+            }
+            Some("onnx") => {
+                let bytes = onnx::bytes(&self.file, &stem);
+                write(&path, &bytes.map_err(|error| named(error.to_string()))?)
+            }
+            _ => Err(named("a model is exported as .c or .onnx".to_owned())),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let interval =
+            self.interval().map_or_else(String::new, |level| format!(", interval={level}"));
+        format!("Model({:?} -> {:?}{interval})", self.inputs(), self.targets())
     }
 
     /// Targets for features of shape (rows, inputs): float64 of shape (rows, targets), in the units of the training.

@@ -201,24 +201,7 @@ pub(crate) fn read(
     });
     let options =
         CsvOptions { rate_hz, map, time_unit: time_unit.transpose()?, ..CsvOptions::default() };
-    py.detach(|| open(&path, &options)).map_err(|text| refused(words(&text)))
-}
-
-/// A message with the arguments of `read` in the place of flags.
-fn words(text: &str) -> String {
-    let mut text = text
-        .replace("--rate HZ", "rate_hz=HZ")
-        .replace("--time-unit ms (or s)", "time_unit=\"ms\" (or \"s\")")
-        .replace("--time-unit", "time_unit=");
-    while let Some((before, after)) = text.split_once("--map ") {
-        let (pair, rest) = match after.strip_prefix('\'') {
-            Some(quoted) => quoted.split_once('\'').unwrap_or((quoted, "")),
-            None => after.split_at(after.find([' ', ';', ':']).unwrap_or(after.len())),
-        };
-        let (ours, theirs) = pair.split_once('=').unwrap_or((pair, "NAME"));
-        text = format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}");
-    }
-    text
+    py.detach(|| open(&path, &options)).map_err(refused)
 }
 
 /// A recording of ours, or of another program.

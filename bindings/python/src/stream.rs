@@ -36,6 +36,8 @@ struct Trace {
     levels: Vec<f32>,
     /// After the last row.
     floor_health: FloorHealth,
+    /// Whether the floor is not known yet.
+    learning: bool,
 }
 
 impl Trace {
@@ -82,9 +84,14 @@ impl Trace {
             slips,
             unusable,
             floor_lowered,
-            floor_health: self.floor_health.name(),
+            floor_health: health(self.learning, self.floor_health),
         })
     }
+}
+
+/// The name of what is known of the floor.
+fn health(learning: bool, health: FloorHealth) -> &'static str {
+    if learning { "learning" } else { health.name() }
 }
 
 /// Columns of [`Detection::need`].
@@ -171,10 +178,11 @@ impl Engine {
         }
     }
 
-    fn detection(&self, py: Python<'_>, events: &Events, trace: Trace) -> PyResult<Detection> {
+    fn detection(&self, py: Python<'_>, events: &Events, mut trace: Trace) -> PyResult<Detection> {
         let slips = self.log.slips();
         let unusable = self.pipeline.health_counters().unusable();
         let floor_lowered = self.pipeline.stage_counters().floor_lowered;
+        trace.learning = self.pipeline.is_learning();
         trace.detection(py, events, self.config.grip.is_some(), [slips, unusable, floor_lowered])
     }
 }
@@ -212,7 +220,8 @@ pub(crate) struct Detection {
     unusable: u64,
     /// Times a quieter second has lowered the floor: it had been learned in motion.
     floor_lowered: u64,
-    /// "doubtful" where the floor was learned on something that moved or slid and no rest was seen since; else "good".
+    /// "learning" until the floor is known, and the stylus shows no slip before; "doubtful" where it was learned on something that moved or slid
+    /// and no rest was seen since; else "good".
     floor_health: &'static str,
 }
 
@@ -221,6 +230,7 @@ impl Detection {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let rows = self.t_s.bind(py).len()?;
         let floor = match (self.floor_health, self.floor_lowered) {
+            ("learning", _) => ", floor never learned",
             ("good", 0) => "",
             ("good", _) => ", floor learned in motion and lowered",
             _ => ", floor doubtful",
@@ -238,6 +248,11 @@ struct Stream {
 }
 
 impl Stream {
+    fn shown(&self, class: &str) -> String {
+        let rate_hz = self.engine.config.sample_rate.0;
+        format!("{class}({rate_hz} Hz, channels={:?})", self.channels)
+    }
+
     fn new(channels: Names, rate_hz: f64, settings: &Settings, control: bool) -> PyResult<Self> {
         let channels = channels.into_vec();
         let rows = rows("rows", &channels, rate_hz)?;
@@ -294,6 +309,10 @@ impl Detector {
     ) -> PyResult<Self> {
         let settings = Settings::new(config, calibration, model)?;
         Stream::new(channels, rate_hz, &settings, false).map(Self)
+    }
+
+    fn __repr__(&self) -> String {
+        self.0.shown("Detector")
     }
 
     /// Takes rows, (rows, channels) or (rows,) of one channel, and gives the events they led to. No rows are no events.
@@ -353,10 +372,12 @@ impl Detector {
         self.0.engine.pipeline.detector().floor().map(|floor| floor.to_pyarray(py))
     }
 
-    /// "doubtful" where the floor was learned on something that moved or slid and no rest was seen since; else "good".
+    /// "learning" until the floor is known, and the stylus shows no slip before; "doubtful" where it was learned on something that moved or slid
+    /// and no rest was seen since; else "good".
     #[getter]
     fn floor_health(&self) -> &'static str {
-        self.0.engine.pipeline.detector().floor_health().name()
+        let pipeline = &self.0.engine.pipeline;
+        health(pipeline.is_learning(), pipeline.detector().floor_health())
     }
 
     /// Times a quieter second has lowered the floor: it had been learned in motion or in a slip.
@@ -384,6 +405,10 @@ impl Pipeline {
     ) -> PyResult<Self> {
         let settings = Settings::new(config, calibration, model)?;
         Stream::new(channels, rate_hz, &settings, true).map(Self)
+    }
+
+    fn __repr__(&self) -> String {
+        self.0.shown("Pipeline")
     }
 
     /// Takes rows, (rows, channels), and gives what each led to, with the force commands (N).

@@ -42,7 +42,7 @@ pub(crate) struct Cli {
     /// Where clients may connect: tcp:IP:PORT, unix:PATH or off.
     #[arg(long, env = "GRIPD_LISTEN", value_name = "ADDRESS")]
     pub(crate) listen: Option<String>,
-    /// Where Prometheus may read /metrics, as IP:PORT; nowhere unless asked for.
+    /// Where a browser and Prometheus may read, as IP:PORT; nowhere unless asked for.
     #[arg(long, env = "GRIPD_METRICS", value_name = "ADDRESS")]
     pub(crate) metrics: Option<String>,
     /// Ask for real-time privileges: off, warn (go on without what is not granted) or strict.

@@ -25,6 +25,7 @@ use grip_daemon::{
     exposition::Exposition,
     hot::{self, Shared},
     http::HttpServer,
+    live::Feed,
     log::{Clocks, LogLevel},
     pages::page,
     port_manager::PortUpdate,
@@ -114,6 +115,8 @@ pub(crate) struct Service {
     notify: Notify,
     reload: Arc<AtomicBool>,
     figures_us: u64,
+    /// What pages in browsers have received.
+    feed: Feed,
     /// It was reported that dumps have no folder.
     no_folder: bool,
     /// What a reload asked for that is on its way to the hot thread.
@@ -163,6 +166,7 @@ impl Service {
             notify: Notify::new(),
             reload,
             figures_us: 0,
+            feed: Feed::default(),
             no_folder: false,
             pending: VecDeque::new(),
             objects,
@@ -272,6 +276,9 @@ impl Service {
         if let Some(http) = &mut self.servers.http {
             let Self { board, exposition, .. } = self;
             http.serve(now_us, &mut |path| page(board, now_us, exposition, path));
+            if let Some(message) = self.feed.next(board, now_us, http.streams()) {
+                http.publish(now_us, &message);
+            }
         }
         let wants = self.servers.clients.as_ref().is_some_and(|clients| clients.wants_samples());
         self.ends.shared.wants_samples.store(wants, Ordering::Relaxed);

@@ -2,6 +2,7 @@
 
 use crate::{
     counters::HotCounters,
+    live::Course,
     rings::{Item, LinkNote},
 };
 use grip_link::{
@@ -147,6 +148,7 @@ pub struct Board {
     /// Host time (us) and samples of the last counts, the oldest first.
     counts: VecDeque<(u64, u64)>,
     state: Option<PipelineState>,
+    course: Course,
     events: VecDeque<(u64, Event)>,
     event_counts: EventCounts,
     pipelines: u64,
@@ -164,7 +166,10 @@ impl Board {
     pub fn take(&mut self, item: &Item<'_>) {
         match *item {
             Item::Began { .. } => self.pipelines += 1,
-            Item::State(state) => self.state = Some(*state),
+            Item::State(state) => {
+                self.course.take(state, self.fault().is_some());
+                self.state = Some(*state);
+            }
             Item::Event { host_us, event } => self.event(host_us, *event),
             Item::Client { .. } => self.client_commands += 1,
             Item::Link { host_us, note } => self.note(host_us, note),
@@ -193,6 +198,7 @@ impl Board {
             self.events.pop_front();
         }
         self.events.push_back((host_us, event));
+        self.course.slipped |= matches!(event, Event::Slip(slip) if slip.phase != Phase::Ended);
         match event {
             Event::Slip(slip) if slip.phase == Phase::Ended => self.event_counts.ended += 1,
             Event::Slip(slip) => {
@@ -247,6 +253,11 @@ impl Board {
         &self.link
     }
 
+    /// The latched fault of the gripper, where it has one.
+    pub(crate) fn fault(&self) -> Option<FaultCode> {
+        self.link.device.map(|device| device.fault).filter(|fault| fault.is_fault())
+    }
+
     /// The last counters.
     #[must_use]
     pub fn counters(&self) -> &HotCounters {
@@ -259,8 +270,13 @@ impl Board {
         self.state.as_ref()
     }
 
+    pub(crate) fn course(&self) -> &Course {
+        &self.course
+    }
+
     /// The last events with their host times (us), the oldest first.
-    pub fn events(&self) -> impl Iterator<Item = &(u64, Event)> {
+    #[must_use]
+    pub fn events(&self) -> impl DoubleEndedIterator<Item = &(u64, Event)> {
         self.events.iter()
     }
 

@@ -12,6 +12,7 @@ pub mod exposition;
 pub mod hot;
 pub mod http;
 pub mod latency;
+pub mod live;
 pub mod log;
 pub mod metrics;
 pub mod pages;

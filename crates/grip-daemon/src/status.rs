@@ -36,7 +36,7 @@ json_object! {
         /// Commands at which it was too old to raise the force.
         late_commands: u64 = board.counters().late_commands;
         /// The pipeline after the last frame; absent before there is one.
-        pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(Micros(now_us).since(state.host), state, healths(board, state)));
+        pipeline: Option<Pipeline> = board.state().map(|state| Pipeline::of(board, now_us, state));
         /// What is known of the object in hand or next; absent where nothing is remembered.
         object: Option<&'a str> = board.object.as_deref();
         /// Slips since the start.
@@ -130,9 +130,9 @@ pub struct LatencyUs {
 json_object! {
     /// The pipeline after the last frame.
     #[derive(Clone, Debug, Serialize)]
-    pub struct Pipeline of (age: Micros, state: &PipelineState, sensors: [(&'static str, &'static str); 4]) {
+    pub struct Pipeline of (board: &Board, now_us: u64, state: &PipelineState) {
         /// Age of what follows (s).
-        age_s: f64 = age.as_seconds();
+        age_s: f64 = Micros(now_us).since(state.host).as_seconds();
         /// Device time (s).
         t_s: f64 = state.t.as_seconds();
         /// Sample rate in force (Hz).
@@ -160,7 +160,7 @@ json_object! {
         /// Age of the newest usable row at the last command (ms), by the host's clock; absent where the clocks are not related.
         late_ms: Option<f32> = state.late_ms;
         /// Health of each sensor by name; `unread` while no usable samples come.
-        health: BTreeMap<&'static str, &'static str> = sensors.into();
+        health: BTreeMap<&'static str, &'static str> = healths(board, state).into();
     }
 }
 

@@ -88,7 +88,7 @@ pub enum CalibrationError {
     },
     /// Too little rest.
     #[error(
-        "{rest_s:.1} s of rest is too short for a floor; record at least {REST_S} s without slip and without motion"
+        "{rest_s:.3} s of stillness is too short for a floor; record at least {REST_S} s without slip and without motion"
     )]
     Short {
         /// Rest found (s).

@@ -5,6 +5,7 @@ pub mod accuracy;
 pub mod calibrate;
 pub mod certify;
 pub mod collect;
+mod dice;
 pub mod esc;
 pub mod grasp;
 pub mod poisson;

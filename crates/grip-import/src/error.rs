@@ -41,8 +41,8 @@ pub enum ImportError {
     /// More samples a second than a pipeline takes.
     #[error(
         "{}: has {rate_hz:.0} samples a second, at most {:.0} are used; resample it and import that, for example \
-         `sox FILE.wav -r 48000 FILE-48k.wav`",
-        file.display(), PipelineConfig::HIGHEST_RATE_HZ
+         `sox {} -r 48000 slower.wav`",
+        file.display(), PipelineConfig::HIGHEST_RATE_HZ, file.display()
     )]
     TooFast {
         /// The file.

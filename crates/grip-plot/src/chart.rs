@@ -55,7 +55,7 @@ pub enum Mark {
 /// One set of points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Name in the legend; empty for none.
+    /// Name in the legend; empty for none: such a layer has the colour of the one before it.
     pub name: String,
     /// How the points are drawn.
     pub mark: Mark,

@@ -54,13 +54,17 @@ fn scene(chart: &Chart) -> Scene {
 }
 
 fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
-    let layers: Vec<Plot> = chart
-        .layers
-        .iter()
-        .zip(COLOURS.iter().cycle())
-        .filter(|(layer, _)| !layer.points.is_empty())
-        .map(|(layer, colour)| plot(chart, layer, colour))
-        .collect();
+    let mut colours = COLOURS.iter().cycle();
+    let mut colour = COLOURS[0];
+    let mut layers: Vec<Plot> = Vec::new();
+    for (at, layer) in chart.layers.iter().enumerate() {
+        if at == 0 || !layer.name.is_empty() {
+            colour = colours.next().unwrap_or(&COLOURS[0]);
+        }
+        if !layer.points.is_empty() {
+            layers.push(plot(chart, layer, colour));
+        }
+    }
     let plots = grouped_bars(chart).map_or(layers, |bars| vec![bars]);
     let layout = Layout::auto_from_plots(&plots)
         .with_title(chart.title.as_str())

@@ -5,10 +5,8 @@ use core::time::Duration;
 use mlp::train::split::Split;
 use ndarray::ArrayRef1;
 
-use crate::outlook::compare::uncertainty;
-use crate::outlook::learners::{LearnersConfig, learners};
-use crate::outlook::score::{OutlookError, Predict};
-use crate::{Cell, Condition, Scores, StudyError, Table, comparison};
+use crate::outlook::{Comparison, LearnersConfig, OutlookError, Predict, Sets, compare};
+use crate::{Cell, Condition, StudyError, Table};
 
 /// Names of the conditions that learners are compared under: the one nearest the study, and the shipped features with and
 /// without noise.
@@ -17,26 +15,13 @@ pub const CONDITIONS: [&str; 3] = ["paper", "default", "default-noise-1"];
 /// Share of the training rows that decides when training stops and which settings win.
 pub const VALIDATION: f64 = 0.25;
 
-/// One learner under one condition.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Learned {
-    /// Its name.
-    pub name: String,
-    /// What it reached.
-    pub scores: Scores,
-    /// Numbers it consists of.
-    pub size: usize,
-    /// What was chosen, and its spread where it has one.
-    pub chosen: String,
-}
-
-/// All learners under one condition.
+/// All learners under one condition, judged by its unseen rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Beyond {
     /// The condition.
     pub condition: Condition,
-    /// In the order of [`learners`].
-    pub learners: Vec<Learned>,
+    /// In the order of [`learners`](crate::outlook::learners()).
+    pub learners: Vec<Comparison>,
 }
 
 /// Trains every learner under `condition` on the first draw under `seed`. `done` is given the name of each that is ready.
@@ -52,38 +37,38 @@ pub fn beyond(
     let sets = condition.sets(seed, 0)?;
     let split = Split::holdout(&sets.train, VALIDATION, seed).map_err(OutlookError::from)?;
     let (train, validation) = split.of(&sets.train)?;
-    let learners = learners(&train, &validation, config, &|| Duration::ZERO, done)?;
-    let learned = learners.into_iter().map(|learner| {
-        let scores = sets.score(|features| answer(learner.predict.as_ref(), features));
-        let mut chosen = learner.detail;
-        if let Some(spread) = uncertainty(learner.predict.as_ref(), &sets.unseen)? {
-            let within = 100.0 * spread.within_two;
-            chosen += &format!("; spread {:.2} N, {within:.0} % within two of it", spread.spread);
-        }
-        Ok(Learned { name: learner.name, scores, size: learner.size, chosen })
-    });
-    Ok(Beyond { condition, learners: learned.collect::<Result<_, OutlookError>>()? })
+    let sets = Sets { train: &train, validation: &validation, test: &sets.unseen };
+    Ok(Beyond { condition, learners: compare(sets, config, &|| Duration::ZERO, done)? })
 }
 
 impl Beyond {
     /// The learner of that name.
     #[must_use]
-    pub fn learner(&self, name: &str) -> Option<&Learned> {
+    pub fn learner(&self, name: &str) -> Option<&Comparison> {
         self.learners.iter().find(|learner| learner.name == name)
     }
 
     /// All learners in a table.
     #[must_use]
     pub fn table(&self) -> Table {
-        let heads: Vec<&str> =
-            comparison::COLUMNS.iter().copied().chain(["numbers", "chosen"]).collect();
+        let heads =
+            ["learner", "± 10 % train", "± 10 % unseen", "MSE unseen (N²)", "numbers", "chosen"];
         let Condition { name, .. } = self.condition;
         let caption = format!("{name}: {}", self.condition.title());
         let mut table = Table::new(format!("outlook-{name}"), caption, &heads);
-        for learner in &self.learners {
-            let mut row = comparison::row(&learner.name, &learner.scores);
-            row.extend([Cell::Count(learner.size), Cell::text(&learner.chosen)]);
-            table.push(row);
+        for Comparison { name, train, test, size, detail, uncertainty, .. } in &self.learners {
+            let spread = uncertainty.map_or_else(String::new, |found| {
+                let within = 100.0 * found.within_two;
+                format!("; spread {:.2} N, {within:.0} % within two of it", found.spread)
+            });
+            table.push(vec![
+                Cell::text(name),
+                Cell::Percent(train.within_10pct),
+                Cell::Percent(test.within_10pct),
+                Cell::Number(test.mse),
+                Cell::Count(*size),
+                Cell::text(format!("{detail}{spread}")),
+            ]);
         }
         table
     }
@@ -123,7 +108,7 @@ mod tests {
         for name in
             ["net, tanh, lm", "net, tanh, br", "Gaussian process", "support vector regression"]
         {
-            let of = |of: &Beyond| of.learner(name).unwrap().scores.unseen.within_10pct();
+            let of = |of: &Beyond| of.learner(name).unwrap().test.within_10pct;
             assert!(
                 of(&paper) < 0.8 && of(&shipped) > 0.9,
                 "{name}: {} {}",

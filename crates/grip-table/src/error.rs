@@ -20,7 +20,7 @@ pub enum TableError {
         file: PathBuf,
     },
     /// A file of another kind.
-    #[error("{}: is no table but {kind}; {remedy}", file.display())]
+    #[error("{}: is no table but {kind}; {}", file.display(), remedy.replace("FILE", &file.to_string_lossy()))]
     Foreign {
         /// The file.
         file: PathBuf,
@@ -32,8 +32,8 @@ pub enum TableError {
     /// Bytes that are no text.
     #[error(
         "{}: is no text; name a file by its kind (.csv, .npz, .mcap; gripctl import reads .wav and .npy too); a sound of \
-         another kind becomes one with: ffmpeg -i FILE sound.wav",
-        file.display()
+         another kind becomes one with: ffmpeg -i {} sound.wav",
+        file.display(), file.display()
     )]
     NoText {
         /// The file.

@@ -1,6 +1,6 @@
 //! Files of other kinds, by the bytes that they begin with.
 
-/// Magic bytes, the kind, and what makes a table of it.
+/// Magic bytes, the kind, and what makes a table of it; `FILE` stands for the name of the file.
 const KINDS: [(&[u8], &str, &str); 26] = [
     (b"\x1f\x8b", "packed with gzip", "unpack it: gzip -d"),
     (b"\x28\xb5\x2f\xfd", "packed with zstd", "unpack it: zstd -d"),
@@ -50,7 +50,7 @@ const KINDS: [(&[u8], &str, &str); 26] = [
     (
         b"#ROSBAG",
         "a bag of ROS 1",
-        "convert it: rosbags-convert --src FILE.bag --dst FOLDER, then `gripctl import FOLDER`",
+        "convert it: rosbags-convert --src FILE --dst FOLDER, then `gripctl import FOLDER`",
     ),
     (b"\x89MCAP0\r\n", "MCAP", "name it .mcap; `gripctl import` takes that of other programs"),
     (b"\x89PNG", "a picture", "export the numbers as CSV"),

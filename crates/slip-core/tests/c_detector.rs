@@ -104,7 +104,8 @@ fn compare(name: &str, rate_hz: f32, min_rms: f32, readings: &[f32]) -> usize {
         let ((c_state, c_statistic, c_noise), (state, statistic, noise)) = (in_c, in_rust);
         assert_eq!(
             c_state, state,
-            "{name}: reading {at} of {rate_hz} Hz, statistic {c_statistic} and {statistic}"
+            "{name}: reading {at} of {rate_hz} Hz, statistic {c_statistic} and {statistic}; protocol/arduino/src/slip_detector.c has \
+             thresholds of its own"
         );
         assert!(
             (c_statistic - statistic).abs() <= 1e-5 * statistic.abs() + 1e-12,

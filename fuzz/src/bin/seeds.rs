@@ -1,5 +1,5 @@
-//! The vectors of protocol/vectors and lives.txt in, the files under `fuzz/seeds` out. Run it from anywhere:
-//! `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`. Files that start with `found-` are kept.
+//! lives.txt in, the seeds of `device` and `host` out. Run it from anywhere: `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`.
+//! Seeds of the other targets are bytes of protocol/vectors and what was found.
 
 use grip_link_fuzz::targets::{host, script, words::unhex};
 use std::collections::BTreeMap;
@@ -13,10 +13,6 @@ type Seeds = BTreeMap<(&'static str, String), Vec<u8>>;
 fn main() -> io::Result<()> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut seeds = Seeds::new();
-    valid(&fs::read_to_string(here.join("../protocol/vectors/valid.tsv"))?, &mut seeds);
-    invalid(&fs::read_to_string(here.join("../protocol/vectors/invalid.tsv"))?, &mut seeds);
-    clients(&fs::read_to_string(here.join("../protocol/vectors/clients.tsv"))?, &mut seeds);
-    refused(&fs::read_to_string(here.join("../protocol/vectors/clients-invalid.tsv"))?, &mut seeds);
     lives(include_str!("../../lives.txt"), &mut seeds);
     let folder = here.join("seeds");
     for ((target, name), bytes) in &seeds {
@@ -26,115 +22,6 @@ fn main() -> io::Result<()> {
     let bytes: usize = seeds.values().map(Vec::len).sum();
     println!("{} seeds, {bytes} bytes under {}", seeds.len(), folder.display());
     Ok(())
-}
-
-fn rows(text: &str) -> impl Iterator<Item = Vec<&str>> {
-    text.lines().filter(|line| !line.starts_with('#')).map(|line| line.split('\t').collect())
-}
-
-/// One frame of each type, alone for `messages`; all frames of a direction in a row for `decoder` and `chunks`.
-fn valid(text: &str, seeds: &mut Seeds) {
-    let mut streams = [Vec::new(), Vec::new()];
-    for row in rows(text) {
-        let [name, _, direction, _, _, _, wire] = row[..] else { panic!("{row:?}") };
-        if direction == "cobs" {
-            continue;
-        }
-        let wire = unhex(wire);
-        let to_host = usize::from(direction == "to_host");
-        streams[to_host].extend(&wire);
-        let body = uncobs(&wire[1..wire.len() - 1]);
-        let payload = &body[8..body.len() - 4];
-        if payload.len() < 300 {
-            seeds.insert(("messages", name.to_owned()), [&body[1..2], payload].concat());
-        }
-    }
-    for (role, stream) in streams.iter().enumerate() {
-        let role = u8::try_from(role).unwrap();
-        for (variant, bits) in [("open", 1 << 2), ("closed", 3 << 2)] {
-            let name = format!("valid-{role}-{variant}");
-            let part = &stream[..stream.len().min(3000)];
-            seeds.insert(("decoder", name.clone()), [&[role | bits], part].concat());
-            seeds.insert(("chunks", name), [&[role | bits, 7], part].concat());
-        }
-    }
-}
-
-/// Each broken input of the vectors, and all of them in a row.
-fn invalid(text: &str, seeds: &mut Seeds) {
-    let mut all = [Vec::new(), Vec::new()];
-    for row in rows(text) {
-        let [name, role, session, wire, ..] = row[..] else { panic!("{row:?}") };
-        let host = u8::from(role == "host");
-        let first = host | if session == "beef" { 0 } else { 3 << 2 };
-        let wire = unhex(wire);
-        all[usize::from(host)].extend(&wire);
-        if wire.len() < 700 {
-            seeds.insert(("decoder", name.to_owned()), [&[first], wire.as_slice()].concat());
-        }
-    }
-    for (role, stream) in (0_u8..).zip(&all) {
-        let name = format!("invalid-{role}");
-        for seed in 0..4 {
-            seeds.insert(
-                ("chunks", format!("{name}-{seed}")),
-                [&[role, seed], stream.as_slice()].concat(),
-            );
-        }
-    }
-}
-
-/// Frames between daemon and clients: the first of each type for `messages`, all of a direction in a row for `decoder`.
-fn clients(text: &str, seeds: &mut Seeds) {
-    let mut streams = [Vec::new(), Vec::new()];
-    let mut types = Vec::new();
-    for row in rows(text) {
-        let [name, _, direction, kind, _, _, wire] = row[..] else { panic!("{row:?}") };
-        let wire = unhex(wire);
-        streams[usize::from(direction == "to_client")].extend(&wire);
-        let body = uncobs(&wire[1..wire.len() - 1]);
-        if !types.contains(&kind.to_owned()) {
-            types.push(kind.to_owned());
-            let payload = &body[8..body.len() - 4];
-            seeds.insert(("messages", name.to_owned()), [&body[1..2], payload].concat());
-        }
-    }
-    for (role, stream) in (0_u8..).zip(&streams) {
-        let part = &stream[..stream.len().min(3000)];
-        let name = format!("clients-{role}");
-        seeds.insert(("decoder", name), [&[LISTENS_TO_CLIENTS | role], part].concat());
-    }
-}
-
-/// Bit of the first byte of an input for `decoder`: a daemon or a client listens.
-const LISTENS_TO_CLIENTS: u8 = 1 << 4;
-
-/// What daemon and clients refuse, in a row.
-fn refused(text: &str, seeds: &mut Seeds) {
-    let mut all = [Vec::new(), Vec::new()];
-    for row in rows(text) {
-        let [_, role, _, wire, ..] = row[..] else { panic!("{row:?}") };
-        all[usize::from(role == "client")].extend(unhex(wire));
-    }
-    for (role, stream) in (0_u8..).zip(&all) {
-        let name = format!("clients-invalid-{role}");
-        seeds.insert(("decoder", name), [&[LISTENS_TO_CLIENTS | role], stream.as_slice()].concat());
-    }
-}
-
-/// The data of a good COBS block.
-fn uncobs(block: &[u8]) -> Vec<u8> {
-    let mut data = Vec::new();
-    let mut rest = block;
-    while let Some((&code, after)) = rest.split_first() {
-        let (part, next) = after.split_at(usize::from(code) - 1);
-        data.extend(part);
-        rest = next;
-        if code < 255 && !rest.is_empty() {
-            data.push(0);
-        }
-    }
-    data
 }
 
 /// The lives and conversations of a text.

@@ -134,7 +134,7 @@ fn missing_motion(calibration: &StylusCalibration) -> String {
     let remedy = if calibration.reference_floor.is_some() {
         "record the robot moving as it does at work, nothing slipping"
     } else {
-        "add a motion reference, and record the robot moving as it does at work"
+        "add a motion reference, or a column `motion` (0 or 1), and record the robot moving as it does at work"
     };
     format!(
         "; the default gate stays, and slack in motion is not below its default: {missing_s:.1} s of motion are missing: {remedy}"
@@ -164,7 +164,7 @@ fn warnings(calibration: &StylusCalibration, unit: &str) -> Vec<String> {
     let changes = evidence.unsteady > STEADY;
     if changes || slack > HIGH {
         let what = if changes {
-            format!("the rest changes by {:.0} times", evidence.unsteady)
+            format!("stillness is not steady: its energy changes by {:.0} times", evidence.unsteady)
         } else {
             "something is far louder than the noise now and then".to_owned()
         };

@@ -33,6 +33,8 @@ struct Summary {
     floor_lowered: u64,
     /// Alarms with the steady level of a machine.
     steady_alarms: u64,
+    /// Whether the noise floor was still being learned at the end: a stylus shows no slip before.
+    learning: bool,
 }
 
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
@@ -135,7 +137,12 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         isolated: health.isolated,
         floor_lowered: replay.stage_counters().floor_lowered,
         steady_alarms,
+        learning: replay.is_learning(),
     };
+    if summary.learning {
+        let why = "ends before its noise floor is learned, so that the signal shows no slip; begin with 0.2 s or more without one";
+        output::remark(file.display(), why);
+    }
     report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }

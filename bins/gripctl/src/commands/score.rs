@@ -9,8 +9,8 @@ use crate::{
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, Clock, DETECTORS, Detector, Floors, MaterialScore, RecordingScore,
-        Rules, Score, ScoreError, Total, Watch, compare,
+        CauseScore, Chance, Clock, DETECTORS, Detector, FloorFrom, Floors, MaterialScore,
+        RecordingScore, Rules, Score, ScoreError, Total, UNKNOWN, Watch, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};
@@ -92,7 +92,20 @@ fn detectors(names: &[String]) -> anyhow::Result<Vec<Detector>> {
 }
 
 fn report_floor(score: &Score, args: &ScoreArgs) {
-    let Some([shear, vibration, ..]) = score.floor else { return };
+    let own = score.recordings.iter().filter(|one| one.floor_from == FloorFrom::Own).count();
+    if own > 0 {
+        let why = match args.floor {
+            FloorOrigin::Live => "",
+            FloorOrigin::Folds => ": no labelled rest of another material is there",
+        };
+        eprintln!(
+            "{own} of {} recordings learn their noise floor from their own first samples, as live{why}",
+            score.recordings.len()
+        );
+    }
+    let Some([shear, vibration, ..]) = score.floor.filter(|_| own < score.recordings.len()) else {
+        return;
+    };
     let (origin, pooled) = match &args.calibration {
         Some(file) => (format!("taken from {}, measured on", file.display()), "rest"),
         None => {
@@ -223,6 +236,11 @@ fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
             c.alarms,
             span(c.per_hour_ci, 1.0, 2),
         ))?;
+    }
+    if causes.iter().any(|c| c.cause == UNKNOWN) {
+        output::line(
+            "motion not known: the arm may have moved in it; a column `motion` (0 or 1) or a reference tells",
+        )?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::score::without_slip;
 use crate::output;
 use grip_eval::score::{Decides, Point, Score};
-use grip_plot::{Axis, Chart, Layer};
+use grip_plot::{Axis, Chart, Layer, Mark};
 use grip_record::outputs::{OutputKind, OutputPath};
 use serde::Serialize;
 
@@ -31,28 +31,35 @@ pub(super) fn write<'a>(
     scores: impl Iterator<Item = &'a Score>,
     guard_ms: f64,
 ) -> anyhow::Result<()> {
-    let (own, scores): (Vec<_>, Vec<_>) =
-        scores.partition(|score| score.detector.decides == Decides::Own);
-    let curve = |score: &&Score| (score.detector.name, score.curve());
-    let curves: Vec<_> = scores.iter().map(curve).collect();
+    let drawn: Vec<_> = scores
+        .map(|score| {
+            let has_threshold = score.detector.decides != Decides::Own;
+            (score, if has_threshold { score.curve() } else { Vec::new() })
+        })
+        .collect();
     if out.file().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json")) {
-        let detectors = curves.into_iter().map(|(detector, points)| Curve { detector, points });
-        let text =
-            serde_json::to_string_pretty(&Curves { guard_ms, detectors: detectors.collect() })?;
+        let curves = drawn.into_iter().filter(|(_, points)| !points.is_empty());
+        let curve =
+            |(score, points): (&'a Score, _)| Curve { detector: score.detector.name, points };
+        let text = serde_json::to_string_pretty(&Curves {
+            guard_ms,
+            detectors: curves.map(curve).collect(),
+        })?;
         out.write(text + "\n")?;
     } else {
-        output::draw(&chart(&curves, &own, guard_ms), out)?;
+        output::draw(&chart(&drawn, guard_ms), out)?;
     }
     eprintln!("written: {}", out.file().display());
     Ok(())
 }
 
-/// Share of the onsets that are found (%) over the false alarms per minute of labelled rest, with a circle where a detector stands as it is
-/// configured. A logarithmic axis has no place for no alarm at all: such points stand at half the smallest rate that the rest could show.
-fn chart(curves: &[(&str, Vec<Point>)], own: &[&Score], guard_ms: f64) -> Chart {
+/// Share of the onsets that are found (%) over the false alarms per minute of labelled rest, with a circle where the table has a detector. A
+/// logarithmic axis has no place for no alarm at all: such points stand at half the smallest rate that the rest could show. Every other line is
+/// dashed, so that two that coincide are both seen.
+fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
     let x = Axis::log("false alarms per minute of labelled rest");
     let y = Axis::linear("onsets found (%)");
-    let mut chart = Chart::new("Found against false alarms (ROC)", x, y);
+    let mut chart = Chart::new("Found against false alarms (ROC); circles: as configured", x, y);
     let place = |alarms: f64, rest_s: f64, found: usize, onsets: usize| {
         let per_min = 60.0 / rest_s;
         let shown = onsets > 0 && per_min.is_finite();
@@ -60,20 +67,24 @@ fn chart(curves: &[(&str, Vec<Point>)], own: &[&Score], guard_ms: f64) -> Chart 
         let percent = 100.0 * found as f64 / onsets as f64;
         shown.then(|| ((alarms * per_min).max(0.5 * per_min), percent))
     };
-    for (name, points) in curves {
-        let place = |point: &Point| {
+    let lines = [Mark::Line, Mark::DashedLine].into_iter().cycle();
+    for ((score, points), line) in scores.iter().zip(lines) {
+        let at = |point: &Point| {
             let found = point.onsets - point.missed - point.inside;
             place(f64::from(point.false_alarms), point.rest_s, found, point.onsets)
         };
-        chart = chart.with(Layer::line(*name, points.iter().filter_map(place).collect()));
-        let set = points.iter().filter(|point| point.threshold == 1.0).filter_map(place).collect();
-        chart = chart.with(Layer::markers(format!("{name}, as configured"), set));
-    }
-    for score in own {
         let (total, [rest_s, _, alarms]) = (score.total(guard_ms), without_slip(score));
         let found = total.onsets - total.missed - total.inside;
-        let point = place(alarms, rest_s, found, total.onsets).into_iter().collect();
-        chart = chart.with(Layer::markers(total.detector, point));
+        let circle = place(alarms, rest_s, found, total.onsets).into_iter().collect();
+        let name = total.detector;
+        if points.is_empty() {
+            chart = chart.with(Layer::markers(name, circle));
+        } else {
+            let curve = points.iter().filter_map(at).collect();
+            chart = chart
+                .with(Layer::line(name, curve).drawn_as(line))
+                .with(Layer::markers("", circle));
+        }
     }
     chart
 }

@@ -223,7 +223,7 @@ fn print(args: &StudyArgs, study: &Study, report: &Report) -> anyhow::Result<()>
     if args.json {
         return output::json(&summary);
     }
-    for id in ["table-2", "verdicts", "questions", "all-unseen"] {
+    for id in ["table-2", "claims", "questions", "all-unseen"] {
         if let Some(table) = report.tables().into_iter().find(|table| table.id == id) {
             output::line(&format!("{}\n", table.markdown()))?;
         }

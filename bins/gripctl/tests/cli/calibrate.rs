@@ -160,7 +160,7 @@ fn a_rest_that_changes_is_taken_and_stated() {
     let text = gripctl(folder.path(), &["calibrate", "work.csv", "-o", "cal.toml"]).done().out;
     for words in [
         "left out of the floor as unexplained",
-        "the rest changes by",
+        "its energy changes by",
         "is no slip while this calibration is in force; where something slipped, record again",
     ] {
         assert!(text.contains(words), "no {words}: {text}");
@@ -220,7 +220,7 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
         "certified alarm: one false alarm in 600 s or more",
         "at rest: 1",
         "in motion: too little",
-        "of motion are missing: add a motion reference",
+        "of motion are missing: add a motion reference, or a column",
         "0 alarms in 90 s that the slack was not taken from, so one in 30 s or more",
     ] {
         assert!(text.contains(words), "{words}: {text}");

@@ -89,6 +89,26 @@ fn an_alarm_that_keeps_the_level_of_a_machine_is_asked_about() {
 }
 
 #[test]
+fn a_recording_that_ends_before_its_floor_is_known_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for (rows, learning) in [(100, true), (3200, false)] {
+        let noise = (0..rows).map(|n| format!("{}\n", (n * 7919 % 101) as f32 * 1e-4));
+        let text = format!("vibration\n{}", noise.collect::<String>());
+        fs::write(folder.path().join("short.csv"), text).unwrap();
+        let ran =
+            gripctl(folder.path(), &["replay", "short.csv", "--rate", "1600", "--json"]).done();
+        let summary = ran.json().pop().unwrap();
+        assert_eq!(summary["learning"], learning, "{summary}");
+        assert_eq!(
+            ran.err.contains("ends before its noise floor is learned"),
+            learning,
+            "{}",
+            ran.err
+        );
+    }
+}
+
+#[test]
 fn slips_are_drawn_without_a_window() {
     let folder = score::folder();
     let folder = folder.path();

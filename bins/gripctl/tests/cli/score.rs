@@ -149,7 +149,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
     let drawn = fs::read_to_string(folder.path().join("c.svg")).unwrap();
-    assert!(drawn.contains("(ROC)") && drawn.contains("fused, as configured"), "{drawn}");
+    assert!(drawn.contains("(ROC)") && drawn.contains("circles: as configured"), "{drawn}");
     let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
     let onsets_missed = ["stylus", "travel"]
@@ -383,6 +383,16 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     let text = gripctl(folder.path(), &["score", "."]).done().out;
     let said = "3 rates or units (2200, 1100, 2200 Hz), each with floors of its own; 1 recording";
     assert!(text.contains(said), "{text}");
+    // Of one material: nothing to measure a floor on but the recording itself.
+    put("labels.csv", "recording,kind,material,onset_s\nfound,onset,cork,0.3\n");
+    let ran = gripctl(folder.path(), &["score", "."]).done();
+    assert!(
+        ran.err.contains("1 of 1 recordings learn their noise floor from their own"),
+        "{}",
+        ran.err
+    );
+    assert!(!ran.err.contains("noise floor measured on"), "{}", ran.err);
+    assert!(ran.out.contains("motion not known: the arm may have moved"), "{}", ran.out);
 }
 
 /// `NAME.npz` where there is no `NAME.csv`, with the companions beside it.

@@ -1,6 +1,9 @@
 //! One connection without its socket: bytes and the time in, the answer and the end of patience out.
 
-use super::request::{Page, Parsed, Refusal, parse};
+use super::request::{Content, Page, Parsed, Refusal, parse};
+
+/// What a browser may do with an answer: files of gripd and nothing else, in no frame.
+const POLICY: &str = "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'\r\nX-Content-Type-Options: nosniff\r\nCross-Origin-Resource-Policy: same-origin\r\n";
 
 /// What a client may cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,13 +12,20 @@ pub struct Limits {
     pub request_bytes: usize,
     /// Longest time from the first look at a connection to a complete request (us), however often it sends a byte.
     pub request_us: u64,
-    /// Longest time to take the answer and hang up (us).
+    /// Longest time to take the answer and hang up, and to catch up with a stream (us).
     pub answer_us: u64,
+    /// Most of a stream that waits for its client (bytes).
+    pub stream_bytes: usize,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { request_bytes: 4096, request_us: 2_000_000, answer_us: 5_000_000 }
+        Self {
+            request_bytes: 4096,
+            request_us: 2_000_000,
+            answer_us: 5_000_000,
+            stream_bytes: 256 * 1024,
+        }
     }
 }
 
@@ -23,6 +33,8 @@ impl Default for Limits {
 enum Stage {
     Reading,
     Answering,
+    /// An answer without end.
+    Streaming,
     /// All is sent; what still comes is thrown away, so that the answer is not lost by a reset.
     Draining,
     Over,
@@ -59,7 +71,7 @@ impl Exchange {
         }
     }
 
-    /// Takes bytes. `page` gives media type and text of a path, or why there is none; it is asked at most once.
+    /// Takes bytes. `page` gives what is at a path, or why there is nothing; it is asked at most once.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8], page: &mut dyn FnMut(&str) -> Page) {
         if self.stage != Stage::Reading {
             return;
@@ -75,11 +87,14 @@ impl Exchange {
                 self.refuse(now_us, Refusal::Misdirected);
             }
             Parsed::Page { path, head, .. } => match page(path) {
-                Ok((media_type, text)) => {
-                    let len = text.len();
-                    let fields = format!("Content-Type: {media_type}\r\nContent-Length: {len}");
-                    let text = if head { "" } else { text.as_str() };
-                    self.answer(now_us, 200, "OK", &fields, text);
+                Ok(Content { media_type, text, more }) => {
+                    let length = format!("\r\nContent-Length: {}", text.len());
+                    let length = if more { "" } else { &length };
+                    let fields = format!("Content-Type: {media_type}{length}");
+                    self.answer(now_us, 200, "OK", &fields, if head { "" } else { &text });
+                    if more && !head {
+                        self.stage = Stage::Streaming;
+                    }
                 }
                 Err(refusal) => self.refuse(now_us, refusal),
             },
@@ -105,7 +120,31 @@ impl Exchange {
         self.stage = Stage::Answering;
         self.deadline_us = now_us.saturating_add(self.limits.answer_us);
         let end = "Cache-Control: no-store\r\nConnection: close\r\n\r\n";
-        self.answer = format!("HTTP/1.1 {code} {words}\r\n{fields}\r\n{end}{body}").into_bytes();
+        self.answer =
+            format!("HTTP/1.1 {code} {words}\r\n{fields}\r\n{POLICY}{end}{body}").into_bytes();
+    }
+
+    /// Adds to a stream. A client that has left too much of it waiting is given up: nothing waits for it.
+    pub fn append(&mut self, now_us: u64, text: &str) {
+        if self.stage != Stage::Streaming {
+            return;
+        }
+        let waiting = self.to_send().len();
+        if waiting + text.len() > self.limits.stream_bytes {
+            return self.failed();
+        }
+        if waiting == 0 {
+            self.deadline_us = now_us.saturating_add(self.limits.answer_us);
+        }
+        self.answer.drain(..self.sent);
+        self.sent = 0;
+        self.answer.extend_from_slice(text.as_bytes());
+    }
+
+    /// Whether this is an answer without end.
+    #[must_use]
+    pub fn streams(&self) -> bool {
+        self.stage == Stage::Streaming
     }
 
     /// Bytes that wait to be sent.
@@ -145,6 +184,7 @@ impl Exchange {
         }
         match self.stage {
             Stage::Reading => self.refuse(now_us, Refusal::Timeout),
+            Stage::Streaming if self.to_send().is_empty() => {}
             _ => self.stage = Stage::Over,
         }
     }
@@ -165,11 +205,11 @@ impl Exchange {
 #[cfg(test)]
 mod tests {
     use super::{Exchange, Limits};
-    use crate::http::Refusal;
+    use crate::http::{Content, Page, Refusal};
 
-    fn page(path: &str) -> Result<(&'static str, String), Refusal> {
+    fn page(path: &str) -> Page {
         match path {
-            "/x" => Ok(("text/plain", "all is well\n".to_owned())),
+            "/x" => Ok(Content::whole("text/plain", "all is well\n")),
             _ => Err(Refusal::NotFound),
         }
     }
@@ -197,6 +237,24 @@ mod tests {
         assert!(!exchange.listens(), "and wakes nobody any more");
         assert!(!exchange.was_sent(10) && exchange.was_sent(text.len() - 10));
         assert!(exchange.is_over());
+    }
+
+    #[test]
+    fn a_stream_keeps_only_so_much_and_so_long_for_its_client() {
+        let limits = Limits { stream_bytes: 10, ..Limits::default() };
+        let [mut full, mut slow] = [(); 2].map(|()| Exchange::new(0, limits, true));
+        for exchange in [&mut full, &mut slow] {
+            let page = &mut |_: &str| Ok(Content { more: true, ..Content::whole("a/b", "first") });
+            exchange.receive(0, b"GET / HTTP/1.1\r\n\r\n", page);
+            exchange.was_sent(exchange.to_send().len());
+            exchange.tick(u64::MAX);
+            exchange.append(7, "12345");
+            exchange.tick(6 + limits.answer_us);
+            assert_eq!(exchange.to_send(), b"12345", "who takes everything stays");
+        }
+        slow.tick(7 + limits.answer_us);
+        full.append(8, "678901");
+        assert!(slow.is_over() && full.is_over() && full.to_send().is_empty());
     }
 
     #[test]

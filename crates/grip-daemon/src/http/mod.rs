@@ -1,4 +1,4 @@
-//! Bytes of an HTTP/1.1 client in, one answer out, and the connection is over: as much of the protocol as a scraper needs.
+//! Bytes of an HTTP/1.1 client in, one answer out, and the connection is over: as much of the protocol as a scraper and one page need.
 //!
 //! Sans-IO, but for [`HttpServer`]. GET and HEAD of a path; every answer states `Connection: close`. Sources: RFC 9110 (methods,
 //! status codes), RFC 9112 (request line, field lines).
@@ -8,5 +8,5 @@ mod request;
 mod server;
 
 pub use exchange::{Exchange, Limits};
-pub use request::{Page, Parsed, Refusal, parse};
+pub use request::{Content, Page, Parsed, Refusal, parse};
 pub use server::{HttpServer, Interest, ServeError};

@@ -1,6 +1,7 @@
 //! The bytes that came so far in; what is asked for, or why it is refused, out.
 
 use core::net::IpAddr;
+use std::borrow::Cow;
 
 /// What the bytes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,8 +14,8 @@ pub enum Parsed<'a> {
         path: &'a str,
         /// HEAD instead of GET.
         head: bool,
-        /// Whether it is for this computer by every Host that it names, if any: a page of a foreign name that was made to lead here by
-        /// DNS is not.
+        /// Whether it is for this computer by every Host that it names, if any, and from a page of this computer by every Origin: a page
+        /// of a foreign name that was made to lead here by DNS is not.
         local: bool,
     },
     /// Nothing that can be answered with a page.
@@ -44,8 +45,26 @@ pub enum Refusal {
     Version,
 }
 
-/// Media type and text of a page, or why there is none.
-pub type Page = Result<(&'static str, String), Refusal>;
+/// What is answered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Content {
+    /// Media type.
+    pub media_type: &'static str,
+    /// The text, or its beginning.
+    pub text: Cow<'static, str>,
+    /// Whether more follows, until the client hangs up.
+    pub more: bool,
+}
+
+impl Content {
+    /// A text that is complete.
+    pub fn whole(media_type: &'static str, text: impl Into<Cow<'static, str>>) -> Self {
+        Self { media_type, text: text.into(), more: false }
+    }
+}
+
+/// What is answered, or why nothing is.
+pub type Page = Result<Content, Refusal>;
 
 impl Refusal {
     /// Status code and its usual words.
@@ -80,11 +99,15 @@ pub fn parse(bytes: &[u8]) -> Parsed<'_> {
         Err(httparse::Error::TooManyHeaders) => Err(Refusal::TooLarge),
         Err(_) => Err(Refusal::BadRequest),
     };
-    let local = request
-        .headers
-        .iter()
-        .filter(|field| field.name.eq_ignore_ascii_case("host"))
-        .all(|field| str::from_utf8(field.value).is_ok_and(is_local));
+    let local = request.headers.iter().all(|field| {
+        let value = str::from_utf8(field.value);
+        match field.name {
+            name if name.eq_ignore_ascii_case("host") => value.is_ok_and(is_local),
+            name if name.eq_ignore_ascii_case("origin") => value
+                .is_ok_and(|page| page.split_once("://").is_some_and(|(_, host)| is_local(host))),
+            _ => true,
+        }
+    });
     asked.map_or_else(Parsed::Refused, |(path, head)| Parsed::Page { path, head, local })
 }
 
@@ -157,6 +180,8 @@ mod tests {
             assert!(!local(&format!("Host: {host}\r\n")), "{host}");
         }
         assert!(local("") && !local("Host: localhost\r\nhost: evil.example\r\n"));
+        assert!(local("Origin: http://127.0.0.1:9747\r\n"));
+        assert!(!local("Origin: null\r\n") && !local("origin: http://evil.example\r\n"));
     }
 
     #[test]

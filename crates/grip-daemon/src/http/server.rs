@@ -13,6 +13,8 @@ use std::{
 
 /// Connections at a time; more are informed that the server is busy and closed.
 const MOST: usize = 16;
+/// Streams among them.
+const MOST_STREAMS: usize = 4;
 /// Accepted in one turn, so that a flood leaves time for other work.
 const AT_ONCE: usize = 32;
 
@@ -104,10 +106,30 @@ impl HttpServer {
     /// Takes what came, answers, and closes what is over. `now_us` is host time (us); `page` gives the page of a path.
     pub fn serve(&mut self, now_us: u64, page: &mut dyn FnMut(&str) -> Page) {
         self.accept(now_us);
+        let mut room = MOST_STREAMS.saturating_sub(self.streams());
+        let mut page = |path: &str| {
+            let content = page(path)?;
+            room = room.checked_sub(content.more.into()).ok_or(Refusal::Unavailable)?;
+            Ok(content)
+        };
         for connection in &mut self.connections {
-            connection.serve(now_us, page);
+            connection.serve(now_us, &mut page);
         }
         self.connections.retain(|connection| !connection.exchange.is_over());
+    }
+
+    /// Adds `text` to every stream. One whose client does not keep up is closed.
+    pub fn publish(&mut self, now_us: u64, text: &str) {
+        for connection in &mut self.connections {
+            connection.exchange.append(now_us, text);
+            connection.send();
+        }
+    }
+
+    /// Streams now.
+    #[must_use]
+    pub fn streams(&self) -> usize {
+        self.connections.iter().filter(|connection| connection.exchange.streams()).count()
     }
 
     fn accept(&mut self, now_us: u64) {

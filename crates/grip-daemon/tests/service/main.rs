@@ -3,6 +3,7 @@
 
 mod dumps;
 mod made;
+mod page;
 mod parser;
 mod server;
 mod shown;

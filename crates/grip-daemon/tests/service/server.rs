@@ -13,26 +13,26 @@ use std::{
 };
 
 /// A server and the time it is given.
-struct Rig {
-    server: HttpServer,
+pub(crate) struct Rig {
+    pub(crate) server: HttpServer,
     address: SocketAddr,
-    now_us: u64,
+    pub(crate) now_us: u64,
 }
 
 impl Rig {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let server = HttpServer::bind(SocketAddr::from(([127, 0, 0, 1], 0)), false).unwrap();
         let address = server.address().unwrap();
         Self { server, address, now_us: 0 }
     }
 
-    fn turn(&mut self) {
+    pub(crate) fn turn(&mut self) {
         let (board, mut page) = (made::board(), Exposition::default());
         let now_us = self.now_us;
         self.server.serve(now_us, &mut |path| pages::page(&board, now_us, &mut page, path));
     }
 
-    fn connect(&self) -> TcpStream {
+    pub(crate) fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(self.address).unwrap();
         stream.set_read_timeout(Some(Duration::from_millis(2))).unwrap();
         stream
@@ -56,14 +56,14 @@ impl Rig {
         panic!("no end after {} bytes", answer.len());
     }
 
-    fn ask(&mut self, request: &str) -> String {
+    pub(crate) fn ask(&mut self, request: &str) -> String {
         let mut stream = self.connect();
         stream.write_all(request.as_bytes()).unwrap();
         self.answer(&mut stream)
     }
 
     /// Turns until there are `wanted` connections.
-    fn settle(&mut self, wanted: usize) {
+    pub(crate) fn settle(&mut self, wanted: usize) {
         for _ in 0..10_000 {
             self.turn();
             if self.server.counts().0 == wanted {
@@ -75,7 +75,7 @@ impl Rig {
     }
 }
 
-fn get(path: &str) -> String {
+pub(crate) fn get(path: &str) -> String {
     format!("GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nUser-Agent: test\r\n\r\n")
 }
 

@@ -85,24 +85,13 @@ pub fn divide(rows: &[Row], keep: Keep, share: f64, seed: u64) -> Result<Divided
 #[cfg(test)]
 mod tests {
     use super::{DivideError, Keep, divide};
-    use crate::collect::{MeasuredSlip, Row};
-    use slip_core::{estimate::Features, units::Micros};
+    use crate::collect::{MeasuredSlip, Row, row::tests::features};
+    use slip_core::units::Micros;
     use std::collections::BTreeSet;
 
     fn rows(names: impl Iterator<Item = (u32, u32)>) -> Vec<Row> {
-        let features = Features {
-            slip_speed_m_s: 0.0,
-            contact_time_s: 0.0,
-            slip_acceleration_m_s2: 0.0,
-            slip_acceleration_sigma_m_s2: None,
-            micro_displacement_m: 0.0,
-            trial_force_n: 1.0,
-            irregularities: 0,
-            mean_slope: None,
-            esc: None,
-            esc_chosen: None,
-        };
-        let slip = MeasuredSlip { t: Micros(0), features, slipped_n: 1.0, stayed_n: 1.2 };
+        let slip =
+            MeasuredSlip { t: Micros(0), features: features(1.0), slipped_n: 1.0, stayed_n: 1.2 };
         names
             .map(|(object, gripper)| Row {
                 site: "hall".to_owned(),

@@ -78,7 +78,7 @@ fn quoted(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::{COLUMNS, Row};
     use crate::collect::MeasuredSlip;
     use slip_core::{
@@ -86,20 +86,25 @@ mod tests {
         units::Micros,
     };
 
-    #[test]
-    fn a_row_has_a_cell_for_each_column_and_the_middle_of_its_bounds() {
-        let features = Features {
+    /// A slip of half a metre a second, 4 ms long.
+    pub(in crate::collect) fn features(trial_force_n: f32) -> Features {
+        Features {
             slip_speed_m_s: 0.5,
             contact_time_s: 0.004,
             slip_acceleration_m_s2: -1.5,
             slip_acceleration_sigma_m_s2: None,
             micro_displacement_m: 1e-4,
-            trial_force_n: 4.5,
+            trial_force_n,
             irregularities: 0,
             mean_slope: None,
             esc: None,
             esc_chosen: None,
-        };
+        }
+    }
+
+    #[test]
+    fn a_row_has_a_cell_for_each_column_and_the_middle_of_its_bounds() {
+        let features = features(4.5);
         let slip = MeasuredSlip { t: Micros(1_500_000), features, slipped_n: 4.0, stayed_n: 9.0 };
         let text = |text: &str| text.to_owned();
         let (site, gripper) = (text("hall"), text("07"));

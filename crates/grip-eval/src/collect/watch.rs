@@ -214,29 +214,15 @@ fn judge(slip: &Sliding, stayed_n: Option<f32>, widest: f32) -> Result<MeasuredS
 #[cfg(test)]
 mod tests {
     use super::{Fate, MeasuredSlip, SlipWatch, WatchConfig};
+    use crate::collect::row::tests::features;
     use slip_core::{
-        Phase, Sample, SlipReport, Step, estimate::Features, grip::GripEvent, health::SensorHealth,
-        sample::Scene, units::Micros,
+        Phase, Sample, SlipReport, Step, grip::GripEvent, health::SensorHealth, sample::Scene,
+        units::Micros,
     };
 
     const FIRST: SlipReport =
         SlipReport { phase: Phase::Gross, first: true, ..SlipReport::UNKNOWN };
     const ENDED: SlipReport = SlipReport::UNKNOWN;
-
-    fn features(trial_force_n: f32) -> Features {
-        Features {
-            slip_speed_m_s: 0.01,
-            contact_time_s: 0.004,
-            slip_acceleration_m_s2: 1.0,
-            slip_acceleration_sigma_m_s2: None,
-            micro_displacement_m: 1e-4,
-            trial_force_n,
-            irregularities: 0,
-            mean_slope: None,
-            esc: None,
-            esc_chosen: None,
-        }
-    }
 
     /// A millisecond for each force (N), with what happens then.
     fn play(

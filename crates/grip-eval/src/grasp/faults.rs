@@ -8,9 +8,9 @@
 use super::{
     GraspError,
     laboratory::{CRUSH_RATIO, Experiment, Fate, Friction, Marks, OracleFate, Spread, micros},
-    line::Dice,
     play::{Incident, IncidentKind},
 };
+use crate::dice::Dice;
 use grip_session::{config::HostConfig, model::HostEstimator};
 use grip_sim::{
     GRAVITY_M_S2, Scene, SceneConfig, SceneError,

@@ -1,6 +1,7 @@
 //! Frames and the time at which they were sent in; frames in order, later, and some of them not at all, out.
 
 use super::laboratory::micros;
+use crate::dice::Dice;
 use slip_core::units::Micros;
 use std::collections::VecDeque;
 
@@ -79,27 +80,6 @@ impl Wire {
     /// Delivers nothing before `until`, and then all that was sent.
     pub(super) fn hold_until(&mut self, until: Micros) {
         self.held_until = until;
-    }
-}
-
-/// Splitmix64 (Steele, Lea, Flood, OOPSLA 2014): numbers that need no quality, only a seed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Dice(pub(super) u64);
-
-impl Dice {
-    /// Uniform in 0 to 1.
-    pub(super) fn share(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        #[expect(clippy::cast_precision_loss, reason = "53 bits")]
-        let share = ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-        share
-    }
-
-    /// Uniform between two bounds.
-    pub(super) fn between(&mut self, [low, high]: [f64; 2]) -> f64 {
-        low + (high - low) * self.share()
     }
 }
 

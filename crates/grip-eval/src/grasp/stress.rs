@@ -2,9 +2,10 @@
 
 use super::{
     laboratory::micros,
-    line::{Dice, Line},
+    line::Line,
     play::{Incident, IncidentKind},
 };
+use crate::dice::Dice;
 use grip_sim::{
     Scene, SceneConfig,
     mcu::{Sensor, SensorFault},

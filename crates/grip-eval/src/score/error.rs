@@ -21,6 +21,12 @@ pub enum ScoreError {
     /// A recording of everything cannot be used.
     #[error(transparent)]
     Tape(#[from] TapeError),
+    /// What is scored is a folder.
+    #[error("{}: not a folder; name one with labels.csv and its recordings", directory.display())]
+    NoFolder {
+        /// What was named.
+        directory: PathBuf,
+    },
     /// The folder has no labelled recording.
     #[error("{}: no recording is labelled; labels.csv needs a row for each", directory.display())]
     Nothing {
@@ -35,8 +41,11 @@ pub enum ScoreError {
         /// What it names.
         recording: String,
     },
-    /// The labels are an empty file.
-    #[error("{}: is empty; the first line must be recording,kind,material,onset_s", file.display())]
+    /// There are no labels, or an empty file.
+    #[error(
+        "{}: is missing or empty; `gripctl label` writes it, its first line is recording,kind,material,onset_s",
+        file.display()
+    )]
     Unlabelled {
         /// The file of the labels.
         file: PathBuf,

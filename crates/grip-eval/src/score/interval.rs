@@ -5,7 +5,10 @@
 //! where there are at least five of them; the interval then speaks of other materials too.
 
 use super::quantiles::{Quantiles, quantile};
-use crate::poisson::{self, chance_to_pass};
+use crate::{
+    dice::Dice,
+    poisson::{self, chance_to_pass},
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -42,13 +45,12 @@ pub fn quantiles(values: &[(&str, f64)]) -> QuantileIntervals {
     } else {
         values.iter().map(|(_, value)| vec![*value]).collect()
     };
-    let mut state = SEED;
+    let mut dice = Dice(SEED);
     let (mut medians, mut tails) = (Vec::with_capacity(DRAWS), Vec::with_capacity(DRAWS));
     for _ in 0..DRAWS {
         let mut drawn = Vec::with_capacity(values.len());
         for _ in 0..groups.len() {
-            drawn
-                .extend(groups.get(below(&mut state, groups.len())).into_iter().flatten().copied());
+            drawn.extend(groups.get(below(&mut dice, groups.len())).into_iter().flatten().copied());
         }
         let quantiles = Quantiles::of(drawn);
         medians.extend(quantiles.p50);
@@ -62,14 +64,10 @@ fn central(mut values: Vec<f64>) -> Interval {
     Some([quantile(&values, TAIL)?, quantile(&values, 1.0 - TAIL)?])
 }
 
-/// splitmix64 (Steele, Lea and Flood 2014), below `n`; the bias of n / 2^64 does not matter.
-fn below(state: &mut u64, n: usize) -> usize {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+/// One of `n`; the bias of n / 2^64 does not matter.
+fn below(dice: &mut Dice, n: usize) -> usize {
     let n = u64::try_from(n.max(1)).unwrap_or(u64::MAX);
-    usize::try_from((z ^ (z >> 31)) % n).unwrap_or(0)
+    usize::try_from(dice.bits() % n).unwrap_or(0)
 }
 
 /// Interval of a share of which `hits` of `trials` were seen.

@@ -199,7 +199,13 @@ impl Recordings {
         guard_ms: f64,
         memory: Memory,
     ) -> Result<Self, ScoreError> {
+        if !directory.is_dir() {
+            return Err(ScoreError::NoFolder { directory: directory.to_owned() });
+        }
         let labels = directory.join("labels.csv");
+        if !labels.exists() {
+            return Err(ScoreError::Unlabelled { file: labels });
+        }
         let all_phases = read_phases(&directory.join("phases.csv"))?;
         let all_alarms = read_alarms(&directory.join("alarms.csv"))?;
         let mut named: Vec<(Label, Vec<Micros>)> = Vec::new();
@@ -357,7 +363,8 @@ fn take(left: &Mutex<usize>, bytes: usize) -> bool {
 fn file(recording: &str, directory: &Path) -> PathBuf {
     let [csv, npz, mcap] =
         ["csv", "npz", "mcap"].map(|ending| directory.join(format!("{recording}.{ending}")));
-    let others = [npz, mcap].into_iter().find(|file| file.exists());
+    let whole = directory.join(recording);
+    let others = [npz, mcap, whole].into_iter().find(|file| file.is_file());
     others.filter(|_| !csv.exists()).unwrap_or(csv)
 }
 

@@ -4,7 +4,6 @@
 
 mod boards;
 mod traces;
-mod waviness;
 
 use std::path::{Path, PathBuf};
 

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// their `x_mm` is stretched to 10 mm; `the_step_of_the_short_traces_is_that_of_the_full_ones` shows it.
 const STEP_M: f64 = 10e-3 / 28_087.0;
 
-pub(crate) fn traces() -> Vec<(PathBuf, HeightProfile, Vec<f64>)> {
+fn traces() -> Vec<(PathBuf, HeightProfile, Vec<f64>)> {
     let read = |file: PathBuf| {
         let instrument = file.to_string_lossy().replace("_primary", "_roughness");
         let theirs = HeightProfile::read(Path::new(&instrument), Some(STEP_M)).unwrap().heights_m;
@@ -23,7 +23,7 @@ pub(crate) fn traces() -> Vec<(PathBuf, HeightProfile, Vec<f64>)> {
     recordings("surfcom_profiles", "_primary.csv").into_iter().map(read).collect()
 }
 
-pub(crate) fn at_true_step(profile: &HeightProfile) -> HeightProfile {
+fn at_true_step(profile: &HeightProfile) -> HeightProfile {
     HeightProfile { step_m: STEP_M, ..profile.clone() }
 }
 

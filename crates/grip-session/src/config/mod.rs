@@ -67,7 +67,7 @@ pub struct HostConfig {
     pub allow_remote: bool,
     /// Clients at a time, 1 to 1024.
     pub max_clients: u16,
-    /// Where Prometheus reads, `IP:PORT`; nowhere, where absent.
+    /// Where a browser and Prometheus read, `IP:PORT`; nowhere, where absent.
     #[serde(deserialize_with = "address::socket")]
     pub metrics: Option<SocketAddr>,
     /// Names of the recordings, .mcap or .csv; `{start}` is the time (UTC). Nothing is recorded, where absent.

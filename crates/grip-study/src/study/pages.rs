@@ -2,11 +2,11 @@
 //! conclusion, then all conditions.
 
 use super::claims::Claims;
-use super::{ConditionResult, Distance, NETS, NetResult, Study, distances};
+use super::{ConditionResult, NETS, NetResult, Study, distances};
 use crate::chapter::Beyond;
 use crate::report::Block;
 use crate::{
-    Cell, Figure, Report, Score, Section, Table, Tolerance,
+    Cell, Figure, Report, Section, Table, Tolerance,
     condition::{DEFAULT, Group},
 };
 use grip_plot::{Axis, Chart, Layer, Mark};
@@ -16,18 +16,17 @@ use serde_json::{Value, json};
 const PAPER: &str = "Grasping Force Estimation Recognizing Object Slippage by Tactile Data Using Neural Network (the text at hand \
                      names no authors)";
 
-/// Conditions with every table and curve; the others are in the table of all conditions and in the JSON.
+/// Conditions whose curves are drawn; the others are in the table of all conditions, and everything in the JSON.
 const SHOWN: [&str; 2] = ["paper", DEFAULT.name];
 
 impl Study {
     /// The report; `claims` are the paper's sentences, judged, and `beyond` other learners on the same rows.
     #[must_use]
     pub fn report(&self, claims: Option<&Claims>, beyond: &[Beyond]) -> Report {
-        let distances = distances(self);
         let mut report = Report {
             title: "The study of the four nets, repeated and explained".to_owned(),
             summary: summary(self),
-            fields: self.fields(&distances),
+            fields: self.fields(),
             ..Report::default()
         };
         let paper = self.result("paper");
@@ -36,20 +35,20 @@ impl Study {
             first = first.with(beside(paper)).with(fig_7(paper));
         }
         report.push(match claims {
-            Some(claims) => first.with(claims.verdicts()),
+            Some(claims) => first.with(claims.table()),
             None => first,
         });
         report.push(questions(self, beyond));
-        report.push(overview(self, &distances));
+        report.push(overview(self));
         for result in SHOWN.iter().filter_map(|name| self.result(name)) {
             let name = result.condition.name;
             let section = Section::new(name, format!("In detail: {}", result.condition.title()));
-            report.push(condition_blocks(self, result).into_iter().fold(section, Section::with));
+            report.push(figures(result).into_iter().fold(section, Section::with));
         }
         report
     }
 
-    fn fields(&self, distances: &[Distance]) -> serde_json::Map<String, Value> {
+    fn fields(&self) -> serde_json::Map<String, Value> {
         let config = &self.config;
         let results: Vec<Value> = self.results.iter().map(result_json).collect();
         let fields = json!({
@@ -62,7 +61,7 @@ impl Study {
             "hidden": config.hidden,
             "known_rows": config.known_rows,
             "tolerances": Tolerance::ALL.map(Tolerance::key),
-            "distances": distances,
+            "distances": distances(self),
             "results": results,
         });
         match fields {
@@ -162,7 +161,7 @@ fn questions(study: &Study, beyond: &[Beyond]) -> Section {
     };
     let learned = |condition: &str, learner: &str| {
         let of = beyond.iter().find(|beyond| beyond.condition.name == condition)?;
-        Some(of.learner(learner)?.scores.unseen.within_10pct())
+        Some(of.learner(learner)?.test.within_10pct)
     };
     for net in ["M3 RPROP", "M4 SCG"] {
         row("the paper's best nets", net, &|condition| share(condition, net));
@@ -192,68 +191,35 @@ fn questions(study: &Study, beyond: &[Beyond]) -> Section {
     section.with(Block::Folded { title: "Every learner".to_owned(), blocks })
 }
 
-fn nearest(distances: &[Distance]) -> Table {
-    let mut table = Table::new(
-        "distances",
-        "Nearest to the published shares: mean difference over the eight of them, in percentage points",
-        &["condition", "an answer is correct", "difference", "this run minus the study"],
+fn overview(study: &Study) -> Section {
+    let caption = format!(
+        "Answers within 10 % of the adequate force on 2000 unseen rows, percent, mean of {} draws of rows",
+        study.config.draws
     );
-    for distance in distances.iter().take(20) {
-        table.push(vec![
-            Cell::text(&distance.title),
-            Cell::text(distance.tolerance_title),
-            Cell::Number(distance.points),
-            Cell::Number(distance.offset),
-        ]);
-    }
-    table
-}
-
-fn heads(first: &str, last: &[&str]) -> Vec<String> {
     let nets = NETS.iter().map(super::Net::title);
-    core::iter::once(first.to_owned())
-        .chain(nets)
-        .chain(last.iter().map(|l| (*l).to_owned()))
-        .collect()
-}
-
-fn overview(study: &Study, distances: &[Distance]) -> Section {
-    let draws = study.config.draws;
-    let caption = |rows: &str| {
-        format!(
-            "Answers within 10 % of the adequate force on {rows}, percent, mean of {draws} draws of rows"
-        )
-    };
-    let mut unseen = Table::new(
-        "all-unseen",
-        caption("2000 unseen rows"),
-        &heads("condition", &["GP", "best possible", "± over draws (RPROP)"]),
-    );
-    let mut train = Table::new("all-train", caption("the training rows"), &heads("condition", &[]));
+    let heads = core::iter::once("condition".to_owned()).chain(nets);
+    let last = ["GP", "best possible", "± over draws (RPROP)"].map(str::to_owned);
+    let heads: Vec<String> = heads.chain(last).collect();
+    let mut unseen = Table::new("all-unseen", caption, &heads);
     for result in &study.results {
-        let row = |of: fn(&crate::Scores) -> f64| {
-            let shares = result.nets.iter().map(|net| Cell::Percent(net.mean(of)));
-            core::iter::once(Cell::text(result.condition.title())).chain(shares).collect::<Vec<_>>()
-        };
-        let mut cells = row(|scores| scores.unseen.within_10pct());
-        cells.extend(result.unseen().pop().map(|(_, share)| Cell::Percent(share)));
+        let shares = result.unseen().into_iter().map(|(_, share)| Cell::Percent(share));
+        let first = core::iter::once(Cell::text(result.condition.title()));
+        let mut cells: Vec<Cell> = first.chain(shares).collect();
         cells.push(Cell::Percent(result.ceiling.within_10pct));
         let spread = result.nets.get(2).map(|net| net.deviation(|s| s.unseen.within_10pct()));
         cells.extend(spread.map(Cell::Percent));
         unseen.push(cells);
-        train.push(row(|scores| scores.train.within_10pct()));
     }
-    let mut section = Section::new("conditions", "All conditions").with(
-        "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
-         target unless ln f is named. The best possible answer is an estimate from below: the higher of the closed form and of neighbours.",
-    );
-    section = section.with(unseen);
-    if let Some(figure) = noise_figure(study) {
-        section = section.with(figure);
+    let section = Section::new("conditions", "All conditions")
+        .with(
+            "v: slip speed after 2 mm; T: contact time; a: mean acceleration of the slip; F: trial force; f: adequate force, the \
+             target unless ln f is named. The best possible answer is an estimate from below: the higher of the closed form and of neighbours.",
+        )
+        .with(unseen);
+    match noise_figure(study) {
+        Some(figure) => section.with(figure),
+        None => section,
     }
-    let blocks = vec![train.into(), nearest(distances).into()];
-    let title = "Training rows, distance from the published shares".to_owned();
-    section.with(Block::Folded { title, blocks })
 }
 
 /// Shares against the noise of the speed, where there are at least two conditions that differ in it alone.
@@ -283,57 +249,15 @@ fn noise_figure(study: &Study) -> Option<Figure> {
     Some(Figure { id: "noise".to_owned(), caption, chart })
 }
 
-fn condition_blocks(study: &Study, result: &ConditionResult) -> Vec<Block> {
-    let mut blocks = vec![table_1(study, result).into()];
-    for (net, found) in NETS.iter().zip(&result.nets) {
-        blocks.extend(curve_figure(result, net, found).map(Block::from));
-    }
+fn figures(result: &ConditionResult) -> Vec<Block> {
+    let curves = NETS.iter().zip(&result.nets);
+    let mut blocks: Vec<Block> = curves
+        .filter_map(|(net, found)| curve_figure(result, net, found).map(Block::from))
+        .collect();
     if result.condition.name != "paper" {
         blocks.push(fig_7(result).into());
     }
-    blocks.push(table_2(result).into());
     blocks
-}
-
-fn table_1(study: &Study, result: &ConditionResult) -> Table {
-    let caption = format!(
-        "Table 1. Training on {} rows, {} starts, the run nearest the average; mean squared errors in scaled units",
-        result.condition.train_rows, study.config.repeats
-    );
-    let mut table = Table::new(
-        format!("table-1-{}", result.condition.name),
-        caption,
-        &[
-            "net",
-            "epochs",
-            "gradients",
-            "ended because",
-            "seed",
-            "MSE train",
-            "MSE test",
-            "mean of all",
-            "deviation",
-            "best",
-            "worst",
-        ],
-    );
-    for (net, found) in NETS.iter().zip(&result.nets) {
-        let summary = &found.summary;
-        table.push(vec![
-            Cell::text(net.title()),
-            Cell::Count(summary.epochs),
-            Cell::Count(summary.gradients),
-            Cell::text(&summary.stop),
-            Cell::text(summary.seed.to_string()),
-            Cell::Number(summary.mse),
-            Cell::Number(summary.test_mse),
-            Cell::Number(summary.mean),
-            Cell::Number(summary.deviation),
-            Cell::Number(summary.best),
-            Cell::Number(summary.worst),
-        ]);
-    }
-    table
 }
 
 /// Nothing where no error can stand on a logarithmic axis.
@@ -373,31 +297,4 @@ fn fig_7(result: &ConditionResult) -> Figure {
     .with(bars("test rows", |found| found.summary.test_mse));
     let caption = format!("Condition: {}.", result.condition.title());
     Figure { id: format!("fig-7-{}", result.condition.name), caption, chart }
-}
-
-fn table_2(result: &ConditionResult) -> Table {
-    let caption = format!(
-        "Table 2. Correct answers of the run of Table 1, percent, by every definition of correct; {}",
-        result.condition.title()
-    );
-    let mut columns = vec!["net", "rows"];
-    columns.extend(Tolerance::ALL.map(Tolerance::title));
-    columns.extend(["MSE (N²)", "published"]);
-    let mut table = Table::new(format!("table-2-{}", result.condition.name), caption, &columns);
-    for (net, found) in NETS.iter().zip(&result.nets) {
-        let Some(scores) = found.scores.first() else { continue };
-        let published =
-            |which: usize| net.published.map_or(Cell::Empty, |shares| Cell::Percent(shares[which]));
-        table.push(score_row(&net.title(), "training", &scores.train, published(0)));
-        table.push(score_row("", "test", &scores.test, published(1)));
-        table.push(score_row("", "unseen", &scores.unseen, Cell::Empty));
-    }
-    table
-}
-
-fn score_row(net: &str, rows: &str, score: &Score, published: Cell) -> Vec<Cell> {
-    let mut cells = vec![Cell::text(net), Cell::text(format!("{rows} ({})", score.rows))];
-    cells.extend(score.correct.map(Cell::Percent));
-    cells.extend([Cell::Number(score.mse), published]);
-    cells
 }

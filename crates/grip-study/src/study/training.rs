@@ -206,41 +206,6 @@ mod tests {
     use super::*;
     use crate::condition::PAPER;
     use crate::study::net::NETS;
-    use mlp::train::{Run, Stop, fit::choose};
-    use proptest::prelude::*;
-
-    fn run(mse: f64) -> Run {
-        Run {
-            weights: Vec::new(),
-            best_epoch: 0,
-            mse,
-            history: vec![mse],
-            validation: Vec::new(),
-            epochs: 0,
-            gradient_evaluations: 0,
-            stop: Stop::Epochs,
-            evidence: None,
-        }
-    }
-
-    proptest! {
-        /// No run lies nearer to the average of the finite ones, and a diverged one is never chosen.
-        #[test]
-        fn the_run_nearest_the_average_is_chosen(
-            errors in proptest::collection::vec(
-                prop_oneof![4 => 1e-6_f64..10.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY)], 1..30)
-        ) {
-            let runs: Vec<Run> = errors.iter().map(|&mse| run(mse)).collect();
-            let finite: Vec<f64> = errors.iter().copied().filter(|mse| mse.is_finite()).collect();
-            let chosen = choose(&runs, Choice::NearestAverage);
-            prop_assert_eq!(chosen.is_none(), finite.is_empty());
-            if let Some(chosen) = chosen {
-                let average = finite.iter().sum::<f64>() / finite.len() as f64;
-                let distance = (errors[chosen] - average).abs();
-                prop_assert!(finite.iter().all(|mse| (mse - average).abs() >= distance));
-            }
-        }
-    }
 
     #[test]
     fn the_curve_is_that_of_the_chosen_run() {

@@ -277,13 +277,20 @@ pub(super) enum Rested {
 }
 
 impl<W: AsRef<[f32]>> Pipeline<W> {
+    /// Whether the noise floor of the stylus is still being learned: until then it shows no slip.
+    #[must_use]
+    #[inline]
+    pub fn is_learning(&self) -> bool {
+        self.fusion.uses(Method::Stylus) && self.detector.is_learning()
+    }
+
     /// What samples like the last one need.
     #[inline]
     pub(super) fn rest_after(&self) -> Rest {
         let stylus = self.fusion.uses(Method::Stylus);
         let doubted = self.whiteness.is_noisy()
             || self.grip.as_ref().is_some_and(|grip| grip.drive().is_numb());
-        let learning = self.contact.is_learning() || stylus && self.detector.is_learning();
+        let learning = self.contact.is_learning() || self.is_learning();
         let steady = !self.config.no_skip
             && self.slip.is_none()
             && self.health.health() == SensorHealth::Good
