@@ -67,3 +67,21 @@ impl Spectrogram {
 fn size(column: &SpectrumColumn) -> usize {
     size_of::<SpectrumColumn>() + super::allocated(column.bins.len())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Spectrogram, SpectrumColumn};
+
+    #[test]
+    fn the_oldest_spectra_go_where_there_are_too_many() {
+        let mut spectra = Spectrogram::default();
+        for k in 0..1000_u16 {
+            let span = [f64::from(k), f64::from(k) + 1.0];
+            spectra.push(SpectrumColumn { span, top_hz: 1.0, bins: vec![1; 100].into() }, 20_000);
+            assert!(spectra.bytes <= 20_000, "{} at {k}", spectra.bytes);
+        }
+        let first_s = spectra.columns.front().map(|column| column.span[0]);
+        assert_eq!(first_s, Some(1000.0 - spectra.len() as f64));
+        assert!(spectra.len() > 100, "{}", spectra.len());
+    }
+}
