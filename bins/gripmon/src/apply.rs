@@ -1,22 +1,43 @@
-//! A request of the user in; the state, the model, the source changed: the one place where that happens.
+//! What a user can do that is more than a change of one value: methods of the state, and what waits for the end of a frame.
 
-use crate::action::{Action, Cursor, Labelling, Order};
 use crate::engine::Engine;
-use crate::form::TriggerForm;
-use crate::labels;
-use crate::layout::Look;
+use crate::labels::{self, Labelling};
+use crate::layout::{Look, Panel};
+use crate::plot::Scale;
 use crate::state::ViewState;
+use crate::strip::StripId;
 use crate::time::TimeWindow;
 use crate::views::HINTS;
 use grip_link::message::FaultCode;
 use grip_record::LabelKind;
 use grip_scope::trigger::{Found, TriggerMode};
-use grip_scope::{SourceStatus, Span};
+use grip_scope::{Model, SourceStatus, Span, Trigger};
 use slip_core::ClientCommand;
 
-/// What cannot be done between two frames: the window does it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A command to the gripper, as its panel gives it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Hold with at least this force (N).
+    AtLeast(f64),
+    /// Let go.
+    Release,
+    /// Close again.
+    Grasp,
+    /// Stop in software.
+    Stop,
+    /// Clear the fault that is latched.
+    ClearFault,
+}
+
+/// What cannot be done within a frame: it needs the engine, the window or files.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
+    /// The trigger has other settings, or is armed or not.
+    Watch,
+    /// A mark at a time (s).
+    Mark(f64),
+    /// A command.
+    Send(Order),
     /// A picture of the window.
     Picture,
     /// The samples as CSV.
@@ -29,22 +50,15 @@ pub enum Effect {
     Label(Option<LabelKind>),
 }
 
-/// Carries out a request; what remains to be done.
-pub fn apply(state: &mut ViewState, engine: &mut Engine, action: &Action) -> Option<Effect> {
-    match *action {
-        Action::ExportPicture => return Some(Effect::Picture),
-        Action::ExportCsv => return Some(Effect::Csv),
-        Action::ExportMcap => return Some(Effect::Mcap),
-        Action::ExportReport => return Some(Effect::Report),
-        Action::Label(request) => return label(state, engine, request),
-        _ => {}
-    }
-    let done = command(state, engine, action)
-        || trigger(state, engine, action)
-        || arrange(state, action)
-        || measure(state, engine, action);
-    if !done {
-        time(state, engine, action);
+/// Does what needs the engine; what remains to be done.
+pub fn fulfil(state: &mut ViewState, engine: &mut Engine, effect: Effect) -> Option<Effect> {
+    match effect {
+        Effect::Watch => {
+            engine.watch(state.armed.then(|| Trigger::new(state.layout.trigger)));
+        }
+        Effect::Mark(t_s) => engine.model.mark(t_s, "marker"),
+        Effect::Send(order) => send(state, engine, order),
+        rest => return Some(rest),
     }
     None
 }
@@ -52,9 +66,10 @@ pub fn apply(state: &mut ViewState, engine: &mut Engine, action: &Action) -> Opt
 /// What is found by the trigger is shown; commands are locked where nobody is there to take them.
 pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
     state.forget_sent(&engine.model);
+    let mode = state.layout.trigger.mode;
     match engine.triggered() {
         Some(Found::Hit(span)) => {
-            state.stands_at_hit = state.trigger.mode == TriggerMode::Auto && !state.is_paused();
+            state.stands_at_hit = mode == TriggerMode::Auto && !state.is_paused();
             state.window.show(span);
             state.triggered += 1;
         }
@@ -64,12 +79,11 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
         }
         Some(Found::Sweep(_)) | None => {}
     }
-    if state.trigger.armed && matches!(engine.model.status(), SourceStatus::Complete { .. }) {
+    if state.armed && matches!(engine.model.status(), SourceStatus::Complete { .. }) {
         search(state, engine);
     }
-    if state.trigger.armed && engine.is_trigger_done() && state.trigger.mode == TriggerMode::Single
-    {
-        state.trigger.armed = false;
+    if state.armed && engine.is_trigger_done() && mode == TriggerMode::Single {
+        state.armed = false;
         engine.watch(None);
     }
     if engine.model.status().is_disconnected() {
@@ -81,11 +95,11 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
 /// Nothing more comes: what is waited for is looked for behind the left edge of the view, or behind what was found last and is still seen.
 fn search(state: &mut ViewState, engine: &mut Engine) {
     let seen = state.window.visible(engine.model.span());
-    let trigger = state.trigger.trigger();
+    let trigger = state.layout.trigger;
     let hit_s = state.hit_s.filter(|t_s| seen.holds(*t_s));
     let from_s = hit_s.map_or(seen.from_s, |at_s| trigger.behind(at_s));
     state.hit_s = trigger.first_after(&engine.model, from_s);
-    state.trigger.armed = false;
+    state.armed = false;
     engine.watch(None);
     match state.hit_s {
         Some(at_s) => {
@@ -96,213 +110,17 @@ fn search(state: &mut ViewState, engine: &mut Engine) {
     }
 }
 
-fn time(state: &mut ViewState, engine: &Engine, action: &Action) {
-    let data = engine.model.span();
-    let seen = state.window.visible(data);
-    let paused = state.is_paused();
-    state.stands_at_hit = false;
-    match *action {
-        Action::TogglePause if paused => state.window.follow(),
-        Action::TogglePause => state.window.hold(data),
-        Action::Follow => state.window.follow(),
-        Action::ShowAll => state.window.all(),
-        Action::Pan(by_s) => state.window.pan(by_s, data),
-        Action::PanShare(share) => state.window.pan(share * seen.length_s(), data),
-        Action::Zoom { at_s, factor } => state.window.zoom(at_s, factor, data),
-        Action::ZoomKey(factor) => state.window.zoom(pointed(state, seen), factor, data),
-        Action::Show(span) => state.window.show(span),
-        Action::Length(length_s) => state.window.resize(length_s, data),
-        Action::JumpTo(t_s) => jump(state, engine, t_s),
-        Action::NextEvent | Action::PreviousEvent => {
-            step(state, engine, *action == Action::NextEvent)
-        }
-        _ => {}
-    }
-}
-
-/// The pointer's time, else the middle of the view.
-fn pointed(state: &ViewState, seen: Span) -> f64 {
-    state.hover_s.unwrap_or_else(|| f64::midpoint(seen.from_s, seen.to_s))
-}
-
-fn jump(state: &mut ViewState, engine: &Engine, t_s: f64) {
-    state.window.centre(t_s, engine.model.span());
-    state.event_s = Some(t_s);
-}
-
-/// Goes to the event after or before the one that was looked at last, or the part that is seen.
-fn step(state: &mut ViewState, engine: &Engine, later: bool) {
-    let seen = state.window.visible(engine.model.span());
-    let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(if later {
-        seen.from_s
-    } else {
-        seen.to_s
-    });
-    let events = engine.model.events();
-    let found = if later { events.next_after(at_s) } else { events.before(at_s) };
-    match found.map(|mark| mark.t_s) {
-        Some(t_s) => jump(state, engine, t_s),
-        None if later => state.report("No later event."),
-        None => state.report("No earlier event."),
-    }
-}
-
-fn measure(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
-    let data = engine.model.span();
-    let seen = state.window.visible(data);
-    match *action {
-        Action::CursorHere(cursor) => {
-            // Without a pointer A goes to the event that was gone to; else the two stand apart, so that both are seen.
-            let share = if cursor == Cursor::A { 0.4 } else { 0.6 };
-            let event_s = state.event_s.filter(|t_s| cursor == Cursor::A && seen.holds(*t_s));
-            let at_s = state.hover_s.or(event_s).unwrap_or(seen.from_s + share * seen.length_s());
-            state.set_cursor(cursor, Some(at_s));
-        }
-        Action::PlaceCursor(cursor, at_s) if at_s.is_finite() => {
-            state.set_cursor(cursor, Some(at_s))
-        }
-        Action::ClearCursors => state.cursors = [None; 2],
-        Action::ZoomToCursors => match state.between() {
-            Some(span) if span.length_s() > 0.0 => state.window.show(span),
-            _ => state.report("Set both cursors first."),
-        },
-        Action::MarkHere => match state.hover_s.or(data.map(|data| data.to_s)) {
-            Some(t_s) => engine.model.mark(t_s, "marker"),
-            None => state.report("There is nothing to mark yet."),
-        },
-        Action::ToggleExplain => {
-            // The event that was gone to, else the newest that is seen; what comes later does not replace it.
-            let at_s = state.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.to_s);
-            state.explain = state.explain.is_none().then_some(at_s);
-        }
-        Action::Hover(at_s) => state.hover_s = at_s.filter(|_| !state.no_pointer),
-        Action::Select(at_s) => state.select_s = at_s,
-        _ => return false,
-    }
-    true
-}
-
-fn trigger(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
-    match *action {
-        Action::ToggleTrigger => state.trigger.armed = !state.trigger.armed,
-        Action::SetTrigger(form) => {
-            state.trigger = form;
-            state.layout.trigger = TriggerForm { armed: false, ..form };
-        }
-        _ => return false,
-    }
-    engine.watch(state.trigger.armed.then(|| state.trigger.trigger()));
-    true
-}
-
-fn arrange(state: &mut ViewState, action: &Action) -> bool {
-    let layout = &mut state.layout;
-    match *action {
-        Action::ToggleStrip(strip) => {
-            let found = layout.plots.iter_mut().find(|plot| plot.plot == strip);
-            found.into_iter().for_each(|plot| plot.shown = !plot.shown);
-        }
-        Action::Height(strip, height) if height.is_finite() => {
-            let found = layout.plots.iter_mut().find(|plot| plot.plot == strip);
-            found.into_iter().for_each(|plot| plot.height = height.clamp(0.3, 8.0));
-        }
-        Action::MoveStrip(strip, up) => {
-            let Some(place) = layout.plots.iter().position(|plot| plot.plot == strip) else {
-                return true;
-            };
-            let to = place.saturating_add_signed(-isize::from(up)).min(layout.plots.len() - 1);
-            let plot = layout.plots.remove(place);
-            layout.plots.insert(to, plot);
-        }
-        Action::TogglePanel(panel) => {
-            layout.panel = Some(panel).filter(|_| layout.panel != Some(panel))
-        }
-        Action::PanelWidth(width) => layout.panel_width = width,
-        Action::ToggleTheme => {
-            layout.theme = if layout.theme == Look::Dark { Look::Light } else { Look::Dark }
-        }
-        Action::ToggleHelp => state.help = !state.help,
-        Action::Dismiss => {
-            state.help = false;
-            state.explain = None;
-            state.tour = None;
-            state.message = None;
-            state.select_s = None;
-            state.command.asks_release = false;
-        }
-        Action::Tour(hint) => {
-            state.help = false;
-            state.tour = hint.filter(|hint| *hint < HINTS.len());
-        }
-        Action::Values(strip, scale) => {
-            state.values.retain(|(id, _)| *id != strip);
-            state.values.extend(scale.map(|scale| (strip, scale)));
-        }
-        Action::AutoValues => state.values.clear(),
-        Action::ExportStem(ref stem) => state.stem.clone_from(stem),
-        _ => return false,
-    }
-    true
-}
-
-/// The label that is to be written, where it can be.
-fn label(state: &mut ViewState, engine: &Engine, request: Labelling) -> Option<Effect> {
-    let (Some(_), Some(recording)) = (&state.recording, engine.model.span()) else {
-        state.complain("Only a recording has a label: open one first.");
-        return None;
-    };
-    let kind = match (request, state.cursor(Cursor::A)) {
-        (Labelling::Remove, _) => return Some(Effect::Label(None)),
-        (Labelling::Steady, _) => LabelKind::Steady,
-        (Labelling::Rest, _) => LabelKind::Rest,
-        (Labelling::Onset, None) => {
-            state.complain("Set cursor A where the slip begins first.");
-            return None;
-        }
-        (Labelling::Onset, Some(_)) if !engine.model.is_device_time() => {
-            state.complain("The clock of this recording begins again: an onset has no one time.");
-            return None;
-        }
-        (Labelling::Onset, Some(at_s)) => match labels::onset(at_s, recording) {
-            Ok(kind) => kind,
-            Err(sentence) => {
-                state.complain(sentence);
-                return None;
-            }
-        },
-    };
-    Some(Effect::Label(Some(kind)))
-}
-
-fn command(state: &mut ViewState, engine: &mut Engine, action: &Action) -> bool {
-    match *action {
-        Action::Arm(armed) => state.command.armed = armed,
-        Action::ForceEntry(force_n) if force_n.is_finite() => {
-            state.command.force_n = force_n.max(0.0)
-        }
-        Action::AskRelease(asks) => state.command.asks_release = asks && state.command.armed,
-        Action::Send(order) => {
-            state.command.asks_release = false;
-            send(state, engine, order);
-        }
-        _ => return false,
-    }
-    true
-}
-
 /// Sends a command: a stop always, everything else only while the lock is off.
-fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
+fn send(state: &mut ViewState, engine: &Engine, order: Order) {
+    state.command.asks_release = false;
     if !state.command.armed && order != Order::Stop {
         state.complain("Arm the commands first.");
         return;
     }
-    let limit_n = engine
-        .model
-        .info()
-        .gripper
-        .and_then(|gripper| gripper.force_max_n)
-        .map_or(f64::INFINITY, f64::from);
-    let fault = engine.model.info().state.map_or(FaultCode::NONE, |state| state.fault);
+    let info = engine.model.info();
+    let limit_n = info.gripper.and_then(|gripper| gripper.force_max_n);
+    let limit_n = limit_n.map_or(f64::INFINITY, f64::from);
+    let fault = info.state.map_or(FaultCode::NONE, |state| state.fault);
     let command = match order {
         Order::AtLeast(force_n) if force_n > limit_n => {
             state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
@@ -321,5 +139,160 @@ fn send(state: &mut ViewState, engine: &mut Engine, order: Order) {
             state.report_sent(text, &engine.model);
         }
         Err(refused) => state.complain(format!("Not sent: {refused}.")),
+    }
+}
+
+impl ViewState {
+    /// Asks for what cannot be done within a frame.
+    pub fn ask(&mut self, effect: Effect) {
+        self.asked.push(effect);
+    }
+
+    /// The part of the time that is seen, for the user to move: what the trigger shows is left.
+    pub const fn view(&mut self) -> &mut TimeWindow {
+        self.stands_at_hit = false;
+        &mut self.window
+    }
+
+    /// Holds the view where it is, or follows the newest data.
+    pub fn toggle_pause(&mut self, model: &Model) {
+        if self.is_paused() { self.view().follow() } else { self.view().hold(model.span()) }
+    }
+
+    /// Moves the view by this share of its length; later for positive ones.
+    pub fn pan_share(&mut self, share: f64, model: &Model) {
+        let data = model.span();
+        let by_s = share * self.window.visible(data).length_s();
+        self.view().pan(by_s, data);
+    }
+
+    /// Shows so many times as much, around the pointer, else the middle of the view.
+    pub fn zoom(&mut self, factor: f64, model: &Model) {
+        let data = model.span();
+        let seen = self.window.visible(data);
+        let at_s = self.hover_s.unwrap_or_else(|| f64::midpoint(seen.from_s, seen.to_s));
+        self.view().zoom(at_s, factor, data);
+    }
+
+    /// Shows this time.
+    pub fn jump(&mut self, t_s: f64, model: &Model) {
+        self.view().centre(t_s, model.span());
+        self.event_s = Some(t_s);
+    }
+
+    /// Goes to the event after or before the one that was looked at last, or the part that is seen.
+    pub fn step(&mut self, later: bool, model: &Model) {
+        let seen = self.window.visible(model.span());
+        let edge_s = if later { seen.from_s } else { seen.to_s };
+        let at_s = self.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(edge_s);
+        let events = model.events();
+        let found = if later { events.next_after(at_s) } else { events.before(at_s) };
+        match found.map(|mark| mark.t_s) {
+            Some(t_s) => self.jump(t_s, model),
+            None if later => self.report("No later event."),
+            None => self.report("No earlier event."),
+        }
+    }
+
+    /// Puts cursor A (0) or B (1) where the pointer is, else near the middle.
+    pub fn put_cursor(&mut self, cursor: usize, model: &Model) {
+        let seen = self.window.visible(model.span());
+        // Without a pointer A goes to the event that was gone to; else the two stand apart, so that both are seen.
+        let share = if cursor == 0 { 0.4 } else { 0.6 };
+        let event_s = self.event_s.filter(|t_s| cursor == 0 && seen.holds(*t_s));
+        let at_s = self.hover_s.or(event_s).unwrap_or(seen.from_s + share * seen.length_s());
+        self.cursors[cursor % 2] = Some(at_s);
+    }
+
+    /// Shows what lies between the cursors.
+    pub fn zoom_to_cursors(&mut self) {
+        match self.between() {
+            Some(span) if span.length_s() > 0.0 => self.view().show(span),
+            _ => self.report("Set both cursors first."),
+        }
+    }
+
+    /// Puts a marker where the pointer is, else at the newest sample.
+    pub fn mark(&mut self, model: &Model) {
+        match self.hover_s.or(model.span().map(|data| data.to_s)) {
+            Some(t_s) => self.ask(Effect::Mark(t_s)),
+            None => self.report("There is nothing to mark yet."),
+        }
+    }
+
+    /// Explains the event that was gone to, else the newest that is seen, or closes the explanation; what comes later does not replace it.
+    pub fn toggle_explain(&mut self, model: &Model) {
+        let seen = self.window.visible(model.span());
+        let at_s = self.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(seen.to_s);
+        self.explain = self.explain.is_none().then_some(at_s);
+    }
+
+    /// Arms the trigger, or disarms it.
+    pub fn toggle_trigger(&mut self) {
+        self.armed = !self.armed;
+        self.ask(Effect::Watch);
+    }
+
+    /// Shows these values of a plot; `None`: what is seen decides.
+    pub fn set_values(&mut self, strip: StripId, scale: Option<Scale>) {
+        self.values.retain(|(id, _)| *id != strip);
+        self.values.extend(scale.map(|scale| (strip, scale)));
+    }
+
+    /// Shows a panel, or closes it.
+    pub fn toggle_panel(&mut self, panel: Panel) {
+        self.layout.panel = Some(panel).filter(|_| self.layout.panel != Some(panel));
+    }
+
+    /// Light or dark.
+    pub const fn toggle_theme(&mut self) {
+        let dark = matches!(self.layout.theme, Look::Dark);
+        self.layout.theme = if dark { Look::Light } else { Look::Dark };
+    }
+
+    /// Shows this hint of the tour, from 0 on; the tour ends without one, or behind the last.
+    pub fn show_hint(&mut self, hint: Option<usize>) {
+        self.help = false;
+        self.tour = hint.filter(|hint| *hint < HINTS.len());
+    }
+
+    /// Closes what lies over the plots.
+    pub fn dismiss(&mut self) {
+        self.help = false;
+        self.explain = None;
+        self.tour = None;
+        self.message = None;
+        self.select_s = None;
+        self.command.asks_release = false;
+    }
+
+    /// Asks for the label of the recording, where it can have it.
+    pub fn label_as(&mut self, request: Labelling, model: &Model) {
+        match self.kind_of(request, model) {
+            Ok(kind) => self.ask(Effect::Label(kind)),
+            Err(sentence) => self.complain(sentence),
+        }
+    }
+
+    fn kind_of(&self, request: Labelling, model: &Model) -> Result<Option<LabelKind>, String> {
+        let (Some(_), Some(recording)) = (&self.recording, model.span()) else {
+            return Err("Only a recording has a label: open one first.".to_owned());
+        };
+        match (request, self.cursors[0]) {
+            (Labelling::Remove, _) => Ok(None),
+            (Labelling::Steady, _) => Ok(Some(LabelKind::Steady)),
+            (Labelling::Rest, _) => Ok(Some(LabelKind::Rest)),
+            (Labelling::Onset, None) => Err("Set cursor A where the slip begins first.".to_owned()),
+            (Labelling::Onset, Some(_)) if !model.is_device_time() => {
+                Err("The clock of this recording begins again: an onset has no one time."
+                    .to_owned())
+            }
+            (Labelling::Onset, Some(at_s)) => labels::onset(at_s, recording).map(Some),
+        }
+    }
+
+    /// Shows this stretch.
+    pub fn show(&mut self, span: Span) {
+        self.view().show(span);
     }
 }

@@ -1,41 +1,16 @@
-//! The window with its files, and what the command line wants of it, but without a system behind it: frames in, what only the system can
-//! do out.
+//! The window with its files, and what the command line wants of it, but without a system behind it.
 
-use crate::action::Cursor;
 use crate::apply::Effect;
-use crate::exports::{self, Exports, Work};
+use crate::exports::{Exports, Wanted};
+use crate::files;
 use crate::job::{Job, Step};
 use crate::labels::{self, Place};
 use crate::remember::Remember;
 use crate::scope::Scope;
-use core::time::Duration;
-use eframe::egui::{ColorImage, Context, Ui};
+use eframe::egui::{Context, Ui, ViewportCommand};
 use grip_record::{Label, LabelKind};
 use grip_scope::SourceSpec;
-use std::path::PathBuf;
 use std::sync::Arc;
-
-/// What only the system's window can do.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ask {
-    /// Make a picture of the next frame and pass it to [`Desk::pictured`].
-    Picture(Picture),
-    /// Close the window.
-    Close,
-    /// Paint again, after this time at the latest.
-    Repaint(Duration),
-    /// Open what was dropped on the window instead of what is open.
-    Open(SourceSpec),
-}
-
-/// A picture that is to be made.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Its file.
-    pub path: PathBuf,
-    /// The program ends with it.
-    pub is_last: bool,
-}
 
 /// Everything but the system's window.
 #[derive(Debug)]
@@ -62,12 +37,12 @@ impl Desk {
         Self { scope, spec, job, remember, exports, failed: None, material }
     }
 
-    /// Draws a frame; what is left for the system to do.
-    pub fn ui(&mut self, ui: &mut Ui) -> Vec<Ask> {
-        let mut asks = Vec::new();
-        while let Some(written) = self.exports.written() {
+    /// Draws a frame; what was dropped on the window is to be opened instead of what is open.
+    pub fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
+        let ctx = ui.ctx().clone();
+        while let Some(written) = self.exports.written(&ctx) {
             if written.is_last {
-                asks.push(Ask::Close);
+                ctx.send_viewport_cmd(ViewportCommand::Close);
                 self.failed = Some(&written.message)
                     .filter(|message| message.is_error)
                     .map(|message| message.text.clone());
@@ -75,36 +50,31 @@ impl Desk {
             self.scope.state.message = Some(written.message);
         }
         self.recall_label();
-        let ctx = ui.ctx().clone();
         for effect in self.scope.ui(ui) {
-            asks.extend(self.export(&ctx, effect));
+            self.export(&ctx, effect);
         }
         let size = ctx.content_rect().size();
         self.scope.state.layout.window = [size.x, size.y];
         self.remember.note(self.scope.layout());
-        asks.extend(self.work(&ctx));
-        asks.extend(self.dropped(&ctx));
-        asks
+        self.work(&ctx);
+        self.dropped(&ctx)
     }
 
     /// The file that was dropped on the window, read as the program's argument would be.
-    fn dropped(&mut self, ctx: &Context) -> Option<Ask> {
+    fn dropped(&mut self, ctx: &Context) -> Option<SourceSpec> {
         let files = ctx.input(|input| input.raw.dropped_files.clone());
         let file = files.first()?;
-        if files.len() > 1 {
-            let sentence =
-                "one file at a time: a recording (.mcap, .csv) or the report of a study (.json)";
-            self.scope.state.complain(sentence);
-            return None;
-        }
-        let path = file.path().display().to_string();
-        match SourceSpec::parse(&path) {
-            Ok(spec @ (SourceSpec::Recording(_) | SourceSpec::Study(_))) => {
-                return Some(Ask::Open(spec));
+        let sentence = if files.len() > 1 {
+            "one file at a time: a recording (.mcap, .csv) or the report of a study (.json)"
+                .to_owned()
+        } else {
+            match SourceSpec::parse(&file.path().display().to_string()) {
+                Ok(spec) if !spec.is_live() => return Some(spec),
+                Ok(spec) => format!("{spec} is no file that can be opened"),
+                Err(error) => error.to_string(),
             }
-            Ok(spec) => self.scope.state.complain(format!("{spec} is no file that can be opened")),
-            Err(error) => self.scope.state.complain(error.to_string()),
-        }
+        };
+        self.scope.state.complain(sentence);
         None
     }
 
@@ -119,8 +89,8 @@ impl Desk {
             state.complain(error.to_string());
             None
         });
-        if let (Some(at), None) = (label.as_ref().and_then(Label::onset), state.cursor(Cursor::A)) {
-            state.set_cursor(Cursor::A, Some(at.as_seconds()));
+        if let Some(at) = label.as_ref().and_then(Label::onset) {
+            state.cursors[0].get_or_insert(at.as_seconds());
         }
         state.label = Some(label);
     }
@@ -154,58 +124,52 @@ impl Desk {
     }
 
     /// Begins to write what is asked for; a picture has to be made first.
-    fn export(&mut self, ctx: &Context, effect: Effect) -> Option<Ask> {
+    fn export(&mut self, ctx: &Context, effect: Effect) {
         if let Effect::Label(kind) = effect {
-            self.label(kind);
-            return None;
+            return self.label(kind);
         }
-        match exports::work(effect, &self.scope, &self.spec) {
-            Ok((None, path)) => return Some(Ask::Picture(Picture { path, is_last: false })),
-            Ok((Some(work), path)) => self.begin(ctx, work, path),
-            Err(error) => self.scope.state.complain(error.to_string()),
+        let ending = match effect {
+            Effect::Csv => "csv",
+            Effect::Mcap => "mcap",
+            Effect::Report => "html",
+            _ => "png",
+        };
+        let path = match files::free_name(&self.scope.state.stem, ending) {
+            Ok(path) => path,
+            Err(error) => return self.scope.state.complain(error.to_string()),
+        };
+        if effect == Effect::Picture {
+            return self.exports.picture(ctx, path, false);
         }
-        None
-    }
-
-    fn begin(&mut self, ctx: &Context, work: Work, path: PathBuf) {
         self.scope.state.report(format!("Writing {} ..", path.display()));
-        let (shared, ctx) = (Arc::clone(&self.scope.shared), ctx.clone());
-        let begun = self.exports.begin(work, path, shared, move || ctx.request_repaint());
-        if let Err(error) = begun {
-            self.scope.state.complain(format!("no thread to write with: {error}"));
-        }
-    }
-
-    /// The picture that was asked for.
-    pub fn pictured(&mut self, ctx: &Context, picture: Picture, image: Arc<ColorImage>) {
-        let work = if picture.is_last { Work::LastPicture(image) } else { Work::Picture(image) };
-        self.begin(ctx, work, picture.path);
-        ctx.request_repaint();
+        let wanted = Wanted::of(&self.scope, self.spec.clone());
+        let shared = Arc::clone(&self.scope.shared);
+        self.exports.begin(ctx, path, false, move |path| wanted.write(effect, &shared, path));
     }
 
     /// Goes where --view wants to look, and asks for the picture there.
-    fn work(&mut self, ctx: &Context) -> Option<Ask> {
-        let job = self.job.as_mut()?;
+    fn work(&mut self, ctx: &Context) {
+        let Some(job) = &mut self.job else { return };
         let (frames, time_s) = (self.scope.frames(), ctx.input(|input| input.time));
         let step = {
-            let engine = self.scope.shared.engine_first();
+            let engine = self.scope.shared.engine();
             job.step(&mut self.scope.state, &engine.model, frames, time_s)
         };
         let ends = job.picture.is_some();
         if let Step::Wait(time) = step {
-            return Some(Ask::Repaint(time));
+            return ctx.request_repaint_after(time);
         }
         self.job = None;
         match step {
-            Step::Picture(path) => return Some(Ask::Picture(Picture { path, is_last: true })),
+            Step::Picture(path) => self.exports.picture(ctx, path, true),
             Step::Failed(sentence) if ends => {
                 self.failed = Some(sentence);
-                return Some(Ask::Close);
+                ctx.send_viewport_cmd(ViewportCommand::Close);
             }
             Step::Failed(sentence) => self.scope.state.complain(sentence),
             Step::Done | Step::Wait(_) => {}
         }
-        Some(Ask::Repaint(Duration::ZERO))
+        ctx.request_repaint();
     }
 
     /// The window closes: what is being written is ended, and its arrangement remembered. The sentence of what has failed.

@@ -1,15 +1,13 @@
-//! What is to be kept in; files, written on threads of their own, and sentences about them out.
+//! Files of what is to be kept, written on threads of their own.
 
 use crate::apply::Effect;
 use crate::files;
 use crate::scope::{Scope, Shared};
 use crate::state::Message;
-use eframe::egui::ColorImage;
+use eframe::egui::{ColorImage, Context};
 use grip_record::outputs::{OutputKind, OutputPath};
-use grip_scope::export::{self, ExportError, Sliced};
-use grip_scope::format;
-use grip_scope::{Channel, SourceSpec, Span};
-use std::io;
+use grip_scope::export::{self, ExportError, Part, Sliced};
+use grip_scope::{Channel, SourceSpec, Span, format, report};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -22,21 +20,6 @@ const PICTURE: OutputKind = OutputKind {
     is_ours: |head| head.starts_with(b"\x89PNG\r\n\x1a\n"),
 };
 
-/// What is to be written.
-#[derive(Clone, Debug)]
-pub enum Work {
-    /// The samples of these channels as CSV.
-    Csv(Span, Vec<Channel>),
-    /// A recording: a part of the file where the source is one, else what is kept of it.
-    Mcap(Span, SourceSpec),
-    /// A page about the grasp.
-    Report(Span, SourceSpec),
-    /// A picture of the window.
-    Picture(Arc<ColorImage>),
-    /// The picture of the command line: it replaces the one before, and the program ends with it.
-    LastPicture(Arc<ColorImage>),
-}
-
 /// A file that was written, or was not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Written {
@@ -46,49 +29,68 @@ pub struct Written {
     pub is_last: bool,
 }
 
+/// A picture that the system's window has made, its file, and whether the program ends with it.
+type Made = (PathBuf, bool, Arc<ColorImage>);
+
 /// The threads that write; dropping it waits for them, so that no file is left in halves.
 #[derive(Debug)]
 pub struct Exports {
     report: Sender<Written>,
     reported: Receiver<Written>,
+    make: Sender<Made>,
+    made: Receiver<Made>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Default for Exports {
     fn default() -> Self {
-        let (report, reported) = channel();
-        Self { report, reported, threads: Vec::new() }
+        let ((report, reported), (make, made)) = (channel(), channel());
+        Self { report, reported, make, made, threads: Vec::new() }
     }
 }
 
 impl Exports {
-    /// Begins to write; `wake` is called when it is done.
-    ///
-    /// # Errors
-    /// Where the system starts no thread.
+    /// Begins to write a file: `write` gives back what it holds. The program ends with the last one.
     pub fn begin(
         &mut self,
-        work: Work,
+        ctx: &Context,
         path: PathBuf,
-        shared: Arc<Shared>,
-        wake: impl FnOnce() + Send + 'static,
-    ) -> io::Result<()> {
+        is_last: bool,
+        write: impl FnOnce(&Path) -> Result<String, ExportError> + Send + 'static,
+    ) {
         self.threads.retain(|thread| !thread.is_finished());
-        let report = self.report.clone();
+        let (report, ctx) = (self.report.clone(), ctx.clone());
         let run = move || {
-            let is_last = matches!(work, Work::LastPicture(_));
-            let message = sentence(&path, write(work, &path, &shared));
+            let message = sentence(&path, write(&path));
             // Nobody listens any more where the window is closing.
             let _sent = report.send(Written { message, is_last });
-            wake();
+            ctx.request_repaint();
         };
-        self.threads.push(thread::Builder::new().name("export".to_owned()).spawn(run)?);
-        Ok(())
+        match thread::Builder::new().name("export".to_owned()).spawn(run) {
+            Ok(thread) => self.threads.push(thread),
+            Err(error) => {
+                let text = format!("no thread to write with: {error}");
+                let message = Message { text, is_error: true };
+                let _sent = self.report.send(Written { message, is_last });
+            }
+        }
     }
 
-    /// What was written since the last call.
-    #[must_use]
-    pub fn written(&self) -> Option<Written> {
+    /// Asks the system's window for a picture of the next frame, which is written then; with the last one the program ends.
+    pub fn picture(&self, ctx: &Context, path: PathBuf, is_last: bool) {
+        let (make, again) = (self.make.clone(), ctx.clone());
+        ctx.request_screenshot(move |image| {
+            // Nobody waits for it any more where the window is closing.
+            let _sent = make.send((path, is_last, image));
+            again.request_repaint();
+        });
+    }
+
+    /// What was written since the last call. Pictures that were made meanwhile begin to be written.
+    pub fn written(&mut self, ctx: &Context) -> Option<Written> {
+        while let Ok((path, is_last, image)) = self.made.try_recv() {
+            self.begin(ctx, path, is_last, move |path| picture(path, is_last, &image));
+        }
         self.reported.try_recv().ok()
     }
 }
@@ -102,71 +104,62 @@ impl Drop for Exports {
     }
 }
 
-/// What an effect of the window writes, and where; a picture is made by the window first.
-///
-/// # Errors
-/// Where ten thousand files of this name are there.
-pub fn work(
-    effect: Effect,
-    scope: &Scope,
-    spec: &SourceSpec,
-) -> io::Result<(Option<Work>, PathBuf)> {
-    let (work, ending) = match effect {
-        // A label is no file of its own: it has no free name.
-        Effect::Label(_) | Effect::Picture => (None, "png"),
-        Effect::Csv => (Some(Work::Csv(span(scope), shown_channels(scope))), "csv"),
-        Effect::Mcap => (Some(Work::Mcap(span(scope), spec.clone())), "mcap"),
-        Effect::Report => (Some(Work::Report(span(scope), spec.clone())), "html"),
-    };
-    Ok((work, files::free_name(&scope.state.stem, ending)?))
+/// Of what a file is written.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Between the cursors, else what is seen.
+    pub span: Span,
+    /// The channels of the plots that are shown, for a table.
+    pub channels: Vec<Channel>,
+    /// Where the data come from.
+    pub source: SourceSpec,
 }
 
-/// Between the cursors, else what is seen.
-fn span(scope: &Scope) -> Span {
-    let engine = scope.shared.engine_first();
-    let state = &scope.state;
-    state.between().unwrap_or_else(|| state.window.visible(engine.model.span()))
-}
+impl Wanted {
+    /// What is wanted of a window.
+    #[must_use]
+    pub fn of(scope: &Scope, source: SourceSpec) -> Self {
+        let (engine, state) = (scope.shared.engine(), &scope.state);
+        let seen = || state.window.visible(engine.model.span());
+        let plots = state.layout.plots.iter().filter(|plot| plot.shown);
+        let curves = plots.flat_map(|plot| crate::strip::curves(plot.plot, &engine.model));
+        let channels = curves.map(|curve| curve.channel).collect();
+        Self { span: state.between().unwrap_or_else(seen), channels, source }
+    }
 
-fn shown_channels(scope: &Scope) -> Vec<Channel> {
-    let engine = scope.shared.engine_first();
-    let plots = scope.state.layout.plots.iter().filter(|plot| plot.shown);
-    plots
-        .flat_map(|plot| crate::strip::curves(plot.plot, &engine.model))
-        .map(|curve| curve.channel)
-        .collect()
-}
-
-/// Writes the file: what it holds.
-fn write(work: Work, path: &Path, shared: &Shared) -> Result<String, ExportError> {
-    // Window and pump go on while it is written: the model is borrowed for a piece at a time.
-    let look = || shared.model();
-    match work {
-        Work::Csv(span, channels) => {
-            let rows = export::csv(look, span, &channels, path)?;
-            Ok(format!("{} rows", format::count(rows)))
-        }
-        Work::Mcap(span, SourceSpec::Recording(from)) if is_mcap(&from) => {
-            Ok(held(export::mcap_slice(&from, span, path)?))
-        }
-        Work::Mcap(span, _) => Ok(held(export::mcap(look, span, path)?)),
-        Work::Report(span, source) => {
-            let bytes = export::html(look, span, &source.to_string(), path)?;
-            Ok(format!("a page of {} kB", bytes.div_ceil(1000)))
-        }
-        Work::Picture(image) => {
-            let failed = |source| ExportError::Write { file: path.to_owned(), source };
-            export::fill(path, None, |file| files::write_png(file, &image).map_err(failed))?;
-            Ok("this window".to_owned())
-        }
-        Work::LastPicture(image) => {
-            let mut file = OutputPath::new(path, PICTURE, [], None)?.create()?;
-            files::write_png(&mut file, &image)
-                .map_err(|source| ExportError::Write { file: path.to_owned(), source })?;
-            file.finish()?;
-            Ok("this window".to_owned())
+    /// Writes a table, a recording (a part of the file where the source is one, else what is kept of it) or a page: what it holds.
+    ///
+    /// # Errors
+    /// Where it has nothing to write, or cannot.
+    pub fn write(self, what: Effect, shared: &Shared, path: &Path) -> Result<String, ExportError> {
+        let span = self.span;
+        let part = |channels: &[Channel]| Part::of(&shared.engine().model, span, channels);
+        match (what, self.source) {
+            (Effect::Csv, _) => {
+                let rows = export::csv(part(&self.channels), path)?;
+                Ok(format!("{} rows", format::count(rows)))
+            }
+            (Effect::Mcap, SourceSpec::Recording(from)) if is_mcap(&from) => {
+                Ok(held(export::mcap_slice(&from, span, path)?))
+            }
+            (Effect::Mcap, _) => Ok(held(export::mcap(part(&Channel::ROWS), path)?)),
+            (_, source) => {
+                let page = report::grasp(&shared.engine().model, span, &source.to_string());
+                let bytes = export::html(page.as_ref(), path)?;
+                Ok(format!("a page of {} kB", bytes.div_ceil(1000)))
+            }
         }
     }
+}
+
+/// Writes a picture of the window; the one of the command line takes the place of an earlier one.
+fn picture(path: &Path, is_last: bool, image: &ColorImage) -> Result<String, ExportError> {
+    let failed = |source| ExportError::Write { file: path.to_owned(), source };
+    let kind = if is_last { PICTURE } else { OutputKind::ANY };
+    let mut file = OutputPath::new(path, kind, [], None)?.create()?;
+    files::write_png(&mut file, image).map_err(failed)?;
+    file.finish()?;
+    Ok("this window".to_owned())
 }
 
 fn is_mcap(path: &Path) -> bool {
@@ -200,20 +193,11 @@ fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
 
 #[cfg(test)]
 mod tests {
-    use super::{ExportError, Exports, Work, sentence};
-    use crate::engine::Engine;
-    use crate::scope::Shared;
-    use eframe::egui::{Color32, ColorImage};
+    use super::{ExportError, Exports, picture, sentence};
+    use eframe::egui::{Color32, ColorImage, Context};
     use grip_record::outputs::OutputError;
-    use grip_scope::{Channel, Model, Span};
     use std::fs;
     use std::path::Path;
-    use std::sync::Arc;
-    use std::sync::mpsc::channel;
-
-    fn shared() -> Arc<Shared> {
-        Arc::new(Shared::new(Engine::new(Model::new(1 << 20), None)))
-    }
 
     #[test]
     fn an_error_names_its_file_once() {
@@ -231,42 +215,28 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         fs::write(&path, b"\x89PNG\r\n\x1a\n of before").unwrap();
-        let image = Arc::new(ColorImage::filled([3, 2], Color32::from_rgb(1, 2, 3)));
-        let mut exports = Exports::default();
-        let mut done = |work: Work| {
-            let (wake, woken) = channel();
-            let wake = move || wake.send(()).unwrap();
-            exports.begin(work, path.clone(), shared(), wake).unwrap();
-            woken.recv().unwrap();
-            exports.written().unwrap()
-        };
-        let refused = done(Work::Picture(Arc::clone(&image)));
-        assert!(refused.message.is_error && !refused.is_last, "{refused:?}");
-        assert!(refused.message.text.contains("is there already"), "{refused:?}");
+        let image = ColorImage::filled([3, 2], Color32::from_rgb(1, 2, 3));
+        let refused = picture(&path, false, &image).unwrap_err().to_string();
+        assert!(refused.contains("is there already"), "{refused}");
         assert!(fs::read(&path).unwrap().ends_with(b" of before"));
-        let written = done(Work::LastPicture(Arc::clone(&image)));
-        assert!(!written.message.is_error && written.is_last, "{written:?}");
+        picture(&path, true, &image).unwrap();
         assert!(!fs::read(&path).unwrap().ends_with(b" of before"));
         fs::write(&path, "no picture").unwrap();
-        assert!(done(Work::LastPicture(image)).message.is_error);
+        assert!(picture(&path, true, &image).is_err());
         assert_eq!(fs::read(&path).unwrap(), b"no picture");
     }
 
     #[test]
     fn what_was_begun_is_written_when_the_window_closes() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.csv");
-        let shared = shared();
-        let values: Vec<f32> = vec![1e-6; 200_000];
-        let times_us = (0..200_000).map(|row| 100 * row).collect();
-        let columns = vec![(Channel::Stylus, values)];
-        let rows = grip_scope::feed::RowBlock { times_us, columns, ..Default::default() };
-        shared.engine().model = Model::new(64 << 20);
-        shared.engine().model.take(grip_scope::Feed::Rows(rows));
+        let path = folder.path().join("a.txt");
         let mut exports = Exports::default();
-        let work = Work::Csv(Span::new(0.0, 100.0), vec![Channel::Stylus]);
-        exports.begin(work, path.clone(), shared, || {}).unwrap();
+        exports.begin(&Context::default(), path.clone(), false, |path| {
+            std::thread::park_timeout(core::time::Duration::from_millis(50));
+            fs::write(path, "all of it").unwrap();
+            Ok(String::new())
+        });
         drop(exports);
-        assert_eq!(fs::read_to_string(&path).unwrap().lines().count(), 200_001);
+        assert_eq!(fs::read_to_string(&path).unwrap(), "all of it");
     }
 }

@@ -1,4 +1,4 @@
-//! A place to go to in; what the window has to do for it in this frame out.
+//! A place to go to, and what the window has to do for it in a frame.
 
 use crate::state::ViewState;
 use crate::view_file::ViewFile;
@@ -86,7 +86,7 @@ mod tests {
 
     fn parts() -> (Job, ViewState, Model) {
         let mut view = ViewFile::default();
-        view.look.event = Some("gross slip".to_owned());
+        view.look.event = Some(EventKind::Gross);
         view.look.length_s = Some(0.3);
         view.look.patience_s = 10.0;
         let mut model = Model::new(1 << 20);

@@ -5,6 +5,19 @@ use grip_scope::Span;
 use slip_core::units::Micros;
 use std::path::{Path, PathBuf};
 
+/// What is wanted of the label of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Labelling {
+    /// It begins to slip at cursor A.
+    Onset,
+    /// It slips all the time.
+    Steady,
+    /// It never slips.
+    Rest,
+    /// Take the label away.
+    Remove,
+}
+
 /// A recording and the list that its label stands in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {

@@ -1,8 +1,8 @@
 //! What a user has arranged: which plots, how high, which panel, which theme; read from and written to a TOML file.
 
-use crate::form::TriggerForm;
 use crate::strip::StripId;
 use grip_record::outputs::replace;
+use grip_scope::trigger::TriggerSettings;
 use serde::{Deserialize, Serialize};
 use std::{
     env, fs, io,
@@ -77,27 +77,25 @@ pub struct Layout {
     pub toured: bool,
     /// The plots, from top to bottom.
     pub plots: Vec<StripLayout>,
-    /// The trigger, but for whether it waits.
-    pub trigger: TriggerForm,
+    /// The trigger.
+    pub trigger: TriggerSettings,
 }
 
 /// Least and greatest width of what stands at the right (points).
 pub const PANEL: (f32, f32) = (240.0, 520.0);
 /// Its width at first (points).
 const PANEL_WIDTH: f32 = 300.0;
+/// Least and greatest height of a plot, relative to the others.
+pub const HEIGHTS: (f32, f32) = (0.3, 8.0);
+
+const fn in_range(value: f32, (least, most): (f32, f32), usual: f32) -> f32 {
+    if value.is_finite() { value.clamp(least, most) } else { usual }
+}
 
 impl Default for Layout {
     fn default() -> Self {
-        let shown = |strip| {
-            matches!(
-                strip,
-                StripId::Stylus
-                    | StripId::Bands
-                    | StripId::Statistic
-                    | StripId::Force
-                    | StripId::Esc
-            )
-        };
+        use StripId::{Bands, Esc, Force, Statistic, Stylus};
+        let shown = |strip| matches!(strip, Stylus | Bands | Statistic | Force | Esc);
         let plot = |plot: StripId| StripLayout { plot, shown: shown(plot), height: plot.weight() };
         Self {
             theme: Look::Dark,
@@ -107,7 +105,7 @@ impl Default for Layout {
             panel_width: PANEL_WIDTH,
             toured: false,
             plots: StripId::ALL.map(plot).to_vec(),
-            trigger: TriggerForm::default(),
+            trigger: TriggerSettings::default(),
         }
     }
 }
@@ -161,31 +159,18 @@ impl Layout {
     /// The same with every plot once and every number in its range.
     #[must_use]
     pub fn within_limits(mut self) -> Self {
-        let mut seen = Vec::new();
-        self.plots.retain(|strip| {
-            !seen.contains(&strip.plot) && {
-                seen.push(strip.plot);
-                true
-            }
-        });
-        for plot in StripId::ALL {
-            if !seen.contains(&plot) {
-                self.plots.push(StripLayout { plot, shown: false, height: plot.weight() });
+        let mut plots: Vec<StripLayout> = Vec::new();
+        let unseen =
+            StripId::ALL.map(|plot| StripLayout { plot, shown: false, height: plot.weight() });
+        for strip in self.plots.into_iter().chain(unseen) {
+            if plots.iter().all(|known| known.plot != strip.plot) {
+                plots.push(StripLayout { height: in_range(strip.height, HEIGHTS, 1.0), ..strip });
             }
         }
-        for strip in &mut self.plots {
-            strip.height =
-                if strip.height.is_finite() { strip.height.clamp(0.3, 8.0) } else { 1.0 };
-        }
+        self.plots = plots;
         self.seconds = if self.seconds.is_finite() { self.seconds.clamp(1e-3, 1e5) } else { 5.0 };
-        self.window = self
-            .window
-            .map(|side| if side.is_finite() { side.clamp(480.0, 8000.0) } else { 860.0 });
-        self.panel_width = if self.panel_width.is_finite() {
-            self.panel_width.clamp(PANEL.0, PANEL.1)
-        } else {
-            PANEL_WIDTH
-        };
+        self.window = self.window.map(|side| in_range(side, (480.0, 8000.0), 860.0));
+        self.panel_width = in_range(self.panel_width, PANEL, PANEL_WIDTH);
         self.trigger = self.trigger.within_limits();
         self
     }
@@ -215,7 +200,9 @@ pub fn default_path() -> Option<PathBuf> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Layout, LayoutError, Look, Panel, StripId};
+    use super::{Layout, LayoutError, Look, Panel, StripId, TriggerSettings};
+    use grip_scope::trigger::{Condition, TriggerMode};
+    use grip_scope::{Channel, EventKind};
 
     #[test]
     fn what_is_written_is_read() {
@@ -237,28 +224,28 @@ mod tests {
         assert_eq!(Layout::read(&path).unwrap().panel, None);
     }
 
-    #[cfg(unix)]
     #[test]
-    fn a_link_stays_one_and_what_it_leads_to_is_written() {
-        use std::os::unix::fs::symlink;
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        std::fs::create_dir(at("dotfiles")).unwrap();
-        symlink("between.toml", at("layout.toml")).unwrap();
-        symlink("dotfiles/real.toml", at("between.toml")).unwrap();
-        // First where the link leads to nothing yet, then where it does.
-        for seconds in [2.0, 3.0] {
-            let layout = Layout { seconds, ..Layout::default() };
-            layout.write(&at("layout.toml")).unwrap();
-            for link in ["layout.toml", "between.toml"] {
-                assert!(std::fs::symlink_metadata(at(link)).unwrap().is_symlink(), "{link}");
-            }
-            assert_eq!(Layout::read(&at("dotfiles/real.toml")).unwrap(), layout);
+    fn every_trigger_comes_back_as_it_was_and_odd_ones_are_mended() {
+        let conditions = Condition::OF_A_CHANNEL.into_iter().chain([Condition::Event]);
+        let modes = [TriggerMode::Single, TriggerMode::Normal, TriggerMode::Auto];
+        for (condition, mode) in conditions.flat_map(|of| modes.map(|mode| (of, mode))) {
+            let (event, channel) = (EventKind::Ended, Channel::Band3);
+            let (level, before_s, window_s) = (-2.5e-6, 0.25, 2.0);
+            let trigger =
+                TriggerSettings { condition, event, channel, level, mode, before_s, window_s };
+            let text = toml::to_string(&Layout { trigger, ..Layout::default() }).unwrap();
+            assert_eq!(Layout::parse(&text).unwrap().trigger, trigger, "{text}");
         }
-        assert_eq!(std::fs::read_dir(at("dotfiles")).unwrap().count(), 1);
-        symlink("circle.toml", at("circle.toml")).unwrap();
-        let reported = Layout::default().write(&at("circle.toml")).unwrap_err().to_string();
-        assert!(reported.contains("circle.toml") && reported.contains("circle"), "{reported}");
+        let reported = |text: &str| Layout::parse(text).unwrap_err().to_string();
+        let event = reported("[trigger]\nevent = \"earthquake\"\n");
+        assert!(event.contains("line 2") && event.contains("gross slip"), "{event}");
+        let channel = reported("[trigger]\nchannel = \"height\"\n");
+        assert!(channel.contains("force_n"), "{channel}");
+        let older = Layout::parse("[trigger]\nchannel = \"statistic\"\n").unwrap().trigger;
+        assert_eq!(older.channel, Channel::Statistic);
+        let odd = "[trigger]\nlevel = nan\nbefore_s = 5.0\nwindow_s = -1.0\n";
+        let form = Layout::parse(odd).unwrap().trigger;
+        assert_eq!((form.level, form.before_s, form.window_s), (600.0, 5.0, 5.0));
     }
 
     #[test]

@@ -1,30 +1,27 @@
-//! A source in; a window that shows what a gripper feels, does and how its link is, out.
+//! The window that shows what a gripper feels, does and how its link is.
 //!
 //! ```text
-//! source's thread -> ring -> pump -> Engine { Model } -> views(&Seen) -> Vec<Action> -> apply -> Vec<Effect> -> Exports
+//! source's thread -> Engine { Model } -> views(&Seen, &mut ViewState) -> Vec<Effect> -> Exports
 //! ```
 //!
-//! [`Scope`] is the whole window without a system behind it: tests and benches run it as the program does. Views are functions that look and
-//! give back [`Action`](action::Action)s; [`apply`] is the one place that fulfils them.
+//! [`Scope`] is the whole window without a system behind it: tests and benches run it as the program does. Views are functions that look at the
+//! model and change the state of the view; what needs more is an [`Effect`](apply::Effect) that waits for the end of the frame.
 //! [`Desk`](desk::Desk) adds what is written to files.
 
-pub mod action;
 pub mod apply;
 pub mod cli;
 pub mod desk;
 pub mod engine;
 pub mod exports;
 pub mod files;
-pub mod form;
 pub mod job;
 pub mod keys;
 pub mod labels;
 pub mod layout;
-pub mod num;
 pub mod palette;
 pub mod plot;
-pub mod pump;
 pub mod remember;
+pub mod repaint;
 pub mod report;
 pub mod scope;
 pub mod state;
@@ -35,6 +32,7 @@ pub mod views;
 pub mod window;
 
 pub use engine::Engine;
+pub use grip_scope::num;
 pub use scope::Scope;
 
 use grip_session::exit::{self, Exit};

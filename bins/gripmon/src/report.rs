@@ -1,16 +1,9 @@
-//! A recording in, a page about it out, without a window.
+//! A page about a recording, without a window.
 
 use crate::cli::SourceError;
 use anyhow::{Context as _, bail};
-use core::time::Duration;
-use grip_scope::{Model, SourceHandle, SourceSpec, SourceStatus, export};
+use grip_scope::{Model, SourceSpec, SourceStatus, export, report, source};
 use std::path::Path;
-use std::thread;
-
-/// Items that are taken in at once.
-const BUDGET: usize = 4096;
-/// The source is looked at again after this time, if it does not wake the reader before.
-const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Reads the recording and writes the page.
 ///
@@ -22,27 +15,13 @@ pub fn run(spec: SourceSpec, memory_bytes: usize, file: &Path) -> anyhow::Result
     };
     let name =
         recording.file_name().unwrap_or(recording.as_os_str()).to_string_lossy().into_owned();
-    let model = read(spec, memory_bytes)?;
-    let span = model.span().with_context(|| format!("{name}: has no samples"))?;
-    export::html(|| &model, span, &name, file)?;
-    Ok(())
-}
-
-/// The whole recording.
-fn read(spec: SourceSpec, memory_bytes: usize) -> anyhow::Result<Model> {
-    let reader = thread::current();
-    let mut source = SourceHandle::spawn(spec, grip_sim::mcu::peer, move || reader.unpark())
-        .context("the source's thread")?;
-    let mut model = Model::new(memory_bytes);
-    loop {
-        let moved = source.drain(&mut model, BUDGET);
-        match model.status() {
-            SourceStatus::Complete { .. } => return Ok(model),
-            SourceStatus::Failed { sentence } => bail!("{sentence}"),
-            _ if moved == 0 => thread::park_timeout(PATIENCE),
-            _ => {}
-        }
+    let model = source::load(recording, Model::new(memory_bytes));
+    if let SourceStatus::Failed { sentence } = model.status() {
+        bail!("{sentence}");
     }
+    let span = model.span().with_context(|| format!("{name}: has no samples"))?;
+    export::html(report::grasp(&model, span, &name).as_ref(), file)?;
+    Ok(())
 }
 
 #[cfg(test)]

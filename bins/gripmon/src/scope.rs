@@ -1,6 +1,5 @@
-//! The whole window, without a system behind it: data and state in, one frame out.
+//! The whole window, without a system behind it.
 
-use crate::action::Action;
 use crate::apply::{self, Effect};
 use crate::engine::Engine;
 use crate::keys;
@@ -8,61 +7,23 @@ use crate::layout::{Look, PANEL};
 use crate::palette::{self, Palette};
 use crate::state::ViewState;
 use crate::views::{self, Scratch, Seen};
-use core::ops::Deref;
-use core::sync::atomic::{AtomicBool, Ordering};
 use eframe::egui::{self, CentralPanel, Frame, Margin, Panel, Theme, Ui};
-use grip_scope::Model;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The engine, shared by the pump and the window.
+/// The engine, shared by the window and the thread of its source.
 #[derive(Debug)]
-pub struct Shared {
-    engine: Mutex<Engine>,
-    /// The window waits: whoever fills the engine lets it in.
-    waits: AtomicBool,
-}
+pub struct Shared(Mutex<Engine>);
 
 impl Shared {
     /// An engine to be shared.
     #[must_use]
     pub const fn new(engine: Engine) -> Self {
-        Self { engine: Mutex::new(engine), waits: AtomicBool::new(false) }
+        Self(Mutex::new(engine))
     }
 
-    /// The engine, for the pump. What a thread that has panicked left is still data.
+    /// The engine. What a thread that has panicked left is still data.
     pub fn engine(&self) -> MutexGuard<'_, Engine> {
-        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The engine, for the window, which goes first.
-    pub fn engine_first(&self) -> MutexGuard<'_, Engine> {
-        self.waits.store(true, Ordering::Relaxed);
-        let engine = self.engine();
-        self.waits.store(false, Ordering::Relaxed);
-        engine
-    }
-
-    /// The model, for whoever copies a piece of it.
-    pub fn model(&self) -> ModelGuard<'_> {
-        ModelGuard(self.engine())
-    }
-
-    /// Whether the window waits.
-    #[must_use]
-    pub fn is_waited_for(&self) -> bool {
-        self.waits.load(Ordering::Relaxed)
-    }
-}
-
-/// The model, while nobody else has the engine.
-#[derive(Debug)]
-pub struct ModelGuard<'a>(MutexGuard<'a, Engine>);
-
-impl Deref for ModelGuard<'_> {
-    type Target = Model;
-
-    fn deref(&self) -> &Model {
-        &self.0.model
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -99,18 +60,21 @@ impl Scope {
             ui.ctx().request_repaint();
         }
         let shared = Arc::clone(&self.shared);
-        let mut engine = shared.engine_first();
+        let mut engine = shared.engine();
         apply::follow_up(&mut self.state, &mut engine);
+        let data = engine.model.span();
+        let span = self.state.window.visible(data);
+        let newest_s = data.map_or(span.to_s, |data| data.to_s.min(span.to_s));
         let seen = Seen {
             model: &engine.model,
-            state: &self.state,
             palette: Palette::of(theme),
-            span: self.state.window.visible(engine.model.span()),
-            dropped: engine.dropped(),
+            span,
+            looked_at_s: self.state.hover_s.unwrap_or(newest_s),
         };
-        let actions = show(ui, &seen, &mut self.scratch);
-        let apply = |action| apply::apply(&mut self.state, &mut engine, action);
-        actions.iter().filter_map(apply).collect()
+        show(ui, &seen, &mut self.state, &mut self.scratch);
+        let asked = core::mem::take(&mut self.state.asked);
+        let fulfil = |effect| apply::fulfil(&mut self.state, &mut engine, effect);
+        asked.into_iter().filter_map(fulfil).collect()
     }
 
     /// What will be remembered.
@@ -121,39 +85,30 @@ impl Scope {
     }
 }
 
-fn show(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
-    let mut actions = keys::pressed(ui.ctx(), seen.state.has_dialog());
+fn show(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState, scratch: &mut Scratch) {
+    keys::obey(ui.ctx(), state, seen.model);
     let bar = |x, y| Frame::new().fill(seen.palette.panel).inner_margin(Margin::symmetric(x, y));
-    actions.extend(
-        Panel::top("toolbar").frame(bar(8, 5)).show(ui, |ui| views::toolbar(ui, seen)).inner,
-    );
-    actions.extend(
-        Panel::bottom("status").frame(bar(8, 3)).show(ui, |ui| views::status(ui, seen)).inner,
-    );
-    if let Some(panel) = seen.state.layout.panel {
+    Panel::top("toolbar").frame(bar(8, 5)).show(ui, |ui| views::toolbar(ui, seen, state));
+    Panel::bottom("status").frame(bar(8, 3)).show(ui, |ui| views::status(ui, seen, state));
+    if let Some(panel) = state.layout.panel {
         // The plots keep half of a narrow window.
         let most = (ui.available_width() / 2.0).clamp(PANEL.0, PANEL.1);
-        let wanted = seen.state.layout.panel_width;
-        let side = Panel::right("panel")
-            .default_size(wanted.min(most))
-            .size_range(PANEL.0..=most)
-            .frame(bar(10, 4));
-        let shown = side.show(ui, |ui| views::panel(ui, panel, seen));
+        let wanted = state.layout.panel_width.min(most);
+        let side =
+            Panel::right("panel").default_size(wanted).size_range(PANEL.0..=most).frame(bar(10, 4));
+        let shown = side.show(ui, |ui| views::panel(ui, panel, seen, state));
         let width = shown.response.rect.width();
         // A window that is narrow for a while does not change what is remembered.
-        if (width - wanted.min(most)).abs() > 0.5 {
-            actions.push(Action::PanelWidth(width));
+        if (width - wanted).abs() > 0.5 {
+            state.layout.panel_width = width;
         }
-        actions.extend(shown.inner);
     }
     let middle = CentralPanel::default().frame(Frame::new().fill(seen.palette.panel));
-    let shown = middle.show(ui, |ui| match seen.model.study() {
+    middle.show(ui, |ui| match seen.model.study() {
         Some(study) if seen.model.span().is_none() => views::study(ui, study, seen),
-        _ => views::stack(ui, seen, scratch),
+        _ => views::stack(ui, seen, state, scratch),
     });
-    actions.extend(shown.inner);
-    actions.extend(views::overlay(ui.ctx(), seen));
-    actions
+    views::overlay(ui.ctx(), seen, state);
 }
 
 /// Prepares a context: fonts, colours of both themes, no zooming by key.

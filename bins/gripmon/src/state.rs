@@ -1,7 +1,6 @@
 //! Everything that a user has changed since the start, and that is no data.
 
-use crate::action::Cursor;
-use crate::form::TriggerForm;
+use crate::apply::Effect;
 use crate::labels::Place;
 use crate::layout::Layout;
 use crate::plot::Scale;
@@ -49,7 +48,7 @@ impl Standing {
 }
 
 /// What a user has changed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct ViewState {
     /// What is remembered.
     pub layout: Layout,
@@ -59,6 +58,8 @@ pub struct ViewState {
     pub cursors: [Option<f64>; 2],
     /// Where the pointer is (s).
     pub hover_s: Option<f64>,
+    /// Where it is in this frame (s).
+    pub pointed_s: Option<f64>,
     /// Where the stretch that is being dragged over begins (s).
     pub select_s: Option<f64>,
     /// The event that was jumped to last (s).
@@ -71,8 +72,8 @@ pub struct ViewState {
     pub explain: Option<f64>,
     /// The hint of the tour that is shown, from 0 on.
     pub tour: Option<usize>,
-    /// The trigger.
-    pub trigger: TriggerForm,
+    /// Whether the trigger waits. It is not remembered: a window that is opened shows what comes.
+    pub armed: bool,
     /// How often the trigger has found what it waits for.
     pub triggered: u64,
     /// The view stands at what an automatic trigger has found, until its next sweep: the user did not pause it.
@@ -93,6 +94,8 @@ pub struct ViewState {
     pub message: Option<Message>,
     /// What was reported of a command, until gripper or source are otherwise.
     pub sent: Option<(Message, Standing)>,
+    /// What is to be done after this frame.
+    pub asked: Vec<Effect>,
 }
 
 impl ViewState {
@@ -101,26 +104,10 @@ impl ViewState {
     pub fn new(layout: Layout) -> Self {
         Self {
             window: TimeWindow::new(layout.seconds),
-            trigger: layout.trigger,
             layout,
-            cursors: [None; 2],
-            hover_s: None,
-            select_s: None,
-            event_s: None,
-            values: Vec::new(),
-            help: false,
-            explain: None,
-            tour: None,
-            triggered: 0,
-            stands_at_hit: false,
-            hit_s: None,
             command: CommandForm { force_n: 5.0, ..CommandForm::default() },
             stem: "gripmon".to_owned(),
-            recording: None,
-            label: None,
-            no_pointer: false,
-            message: None,
-            sent: None,
+            ..Self::default()
         }
     }
 
@@ -141,23 +128,6 @@ impl ViewState {
     #[must_use]
     pub const fn has_dialog(&self) -> bool {
         self.help || self.explain.is_some() || self.command.asks_release
-    }
-
-    /// Where a cursor stands (s).
-    #[must_use]
-    pub const fn cursor(&self, cursor: Cursor) -> Option<f64> {
-        match cursor {
-            Cursor::A => self.cursors[0],
-            Cursor::B => self.cursors[1],
-        }
-    }
-
-    /// Puts a cursor somewhere (s), or away.
-    pub const fn set_cursor(&mut self, cursor: Cursor, at_s: Option<f64>) {
-        match cursor {
-            Cursor::A => self.cursors[0] = at_s,
-            Cursor::B => self.cursors[1] = at_s,
-        }
     }
 
     /// The stretch between both cursors, where there are both.

@@ -166,7 +166,7 @@ pub fn has_array(model: &Model) -> bool {
 mod tests {
     use super::{StripId, enclosure, wanted};
     use grip_link::message::daemon::{GripState, Reading, Scene};
-    use grip_scope::feed::{DerivedBlock, EscPoint, EvidencePoint, Feed};
+    use grip_scope::feed::{DerivedBlock, EvidencePoint, Feed};
     use grip_scope::{Channel, Model};
     use slip_core::PipelineState;
     use slip_core::units::Micros;
@@ -183,7 +183,6 @@ mod tests {
     /// A source that states other values than the scope's own observer.
     fn disagreeing() -> Model {
         let kind = Reading::Literal;
-        let esc = |value: f32| EscPoint { kind, value, low: 0.4, high: 0.6, flags: 0 };
         let mut model = Model::new(1 << 20);
         model.take(Feed::State(PipelineState {
             t: Micros(1_000_000),
@@ -198,7 +197,7 @@ mod tests {
             rate_hz: 1000,
             ..PipelineState::UNKNOWN
         }));
-        let (esc, estimate) = (Some(esc(0.5)), Some([9.0, 8.0, 10.0]));
+        let (esc, estimate) = (Some([0.5, 0.4, 0.6]), Some([9.0, 8.0, 10.0]));
         let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];
         model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
         model

@@ -22,7 +22,7 @@ pub struct ViewFile {
 #[serde(deny_unknown_fields, default)]
 pub struct LookAt {
     /// At the first event of this name after `from_s`; the newest data where absent.
-    pub event: Option<String>,
+    pub event: Option<EventKind>,
     /// Only data from here on count (s).
     pub from_s: f64,
     /// Wait until there is so much data (s).
@@ -43,13 +43,12 @@ pub struct LookAt {
 
 impl Default for LookAt {
     fn default() -> Self {
-        let (event, length_s, cursors) = (None, None, Vec::new());
         Self {
-            event,
+            event: None,
             from_s: f64::NEG_INFINITY,
             after_s: 0.0,
-            length_s,
-            cursors,
+            length_s: None,
+            cursors: Vec::new(),
             help: false,
             explain: false,
             tour: None,
@@ -68,16 +67,7 @@ impl ViewFile {
             .map_err(|source| LayoutError::File { path: path.to_owned(), source })?;
         let reported = |source| LayoutError::Text { path: path.to_owned(), source };
         let file: Self = toml::from_str(&text).map_err(|error| reported(Box::new(error)))?;
-        file.kind().map_err(|message| reported(Box::new(serde::de::Error::custom(message))))?;
         Ok(Self { layout: file.layout.within_limits(), ..file })
-    }
-
-    /// The event that is meant.
-    fn kind(&self) -> Result<Option<EventKind>, String> {
-        let Some(name) = &self.look.event else { return Ok(None) };
-        let found = EventKind::ALL.into_iter().find(|kind| kind.name() == name);
-        let names = EventKind::ALL.map(EventKind::name).join(", ");
-        found.map(Some).ok_or_else(|| format!("no event is called {name:?}; there are {names}"))
     }
 
     /// Puts the state there, where the data have come so far; `false` where they have not.
@@ -110,7 +100,7 @@ impl ViewFile {
 
     /// The left edge; `None` while what is to be seen is not there.
     fn left_edge_s(&self, model: &Model, length_s: f64, data: Span) -> Option<f64> {
-        let Ok(Some(kind)) = self.kind() else { return Some(data.to_s - length_s) };
+        let Some(kind) = self.look.event else { return Some(data.to_s - length_s) };
         let rest = Span { from_s: self.look.from_s, to_s: f64::INFINITY };
         let mark = model.events().in_span(rest).find(|mark| mark.kind == kind)?;
         let from_s = mark.t_s - length_s / 3.0;

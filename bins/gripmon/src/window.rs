@@ -1,24 +1,22 @@
 //! The system's window around [`Scope`]: its thread, its files, its pictures.
 
 use crate::cli::WindowArgs;
-use crate::desk::{Ask, Desk, Picture};
+use crate::desk::Desk;
 use crate::engine::Engine;
 use crate::job::Job;
 use crate::layout::{self, Layout, LayoutError};
-use crate::pump::Pump;
 use crate::remember::Remember;
+use crate::repaint::{self, Watch};
 use crate::scope::{self, Scope, Shared};
 use crate::state::ViewState;
 use crate::view_file::ViewFile;
 use anyhow::{Context as _, bail};
 use core::sync::atomic::Ordering;
-use eframe::egui::{self, ColorImage, Ui, ViewportCommand};
+use eframe::egui::{self, Ui, ViewportCommand};
 use grip_scope::{Model, SourceHandle, SourceSpec};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::low_level::emulate_default_handler;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::thread::Thread;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Opens the window and runs until it is closed.
 ///
@@ -27,9 +25,8 @@ use std::thread::Thread;
 pub fn run(args: &WindowArgs, spec: SourceSpec) -> anyhow::Result<()> {
     let start = Start::of(args)?;
     let outcome = Arc::clone(&start.outcome);
-    let parts = start.parts(spec);
-    show(&title(&parts.spec), parts.layout.window, &outcome, move |ctx| {
-        let mut screen = Screen::open(ctx, parts)?;
+    show(&title(&spec), start.layout.window, &outcome, move |ctx| {
+        let mut screen = Screen::open(ctx, spec, &start)?;
         // Pictures and views that are given show what they ask for.
         if start.job.is_none() {
             screen.desk.scope.state.tour_once();
@@ -112,18 +109,6 @@ impl Start {
         let outcome = Arc::default();
         Ok(Self { layout, remember, memory_bytes: args.memory_bytes(), job, outcome })
     }
-
-    /// What a screen of this source begins with.
-    #[must_use]
-    pub fn parts(&self, spec: SourceSpec) -> Parts {
-        Parts {
-            spec,
-            layout: self.layout.clone(),
-            remember: self.remember.clone(),
-            memory_bytes: self.memory_bytes,
-            job: self.job.clone(),
-        }
-    }
 }
 
 /// The last part of a library's message: what stands before it are places in its source.
@@ -145,29 +130,13 @@ fn reported_last(error: &LayoutError) {
     eprintln!("gripmon: the arrangement of the window is not remembered: {error}");
 }
 
-/// What is to be opened.
-#[derive(Debug)]
-pub struct Parts {
-    /// The source.
-    pub spec: SourceSpec,
-    /// The arrangement.
-    pub layout: Layout,
-    /// Where it is remembered.
-    pub remember: Remember,
-    /// Bytes for the history.
-    pub memory_bytes: usize,
-    /// The view and picture that are asked for.
-    pub job: Option<Job>,
-}
-
-/// One source with the threads that fill its model: everything in the window, but not the window.
+/// One source with the thread that fills its model: everything in the window, but not the window.
 #[derive(Debug)]
 pub struct Screen {
     /// What is shown of it.
     pub desk: Desk,
-    pump: Pump,
-    made: Receiver<(Picture, Arc<ColorImage>)>,
-    make: Sender<(Picture, Arc<ColorImage>)>,
+    watch: Arc<Watch>,
+    _source: SourceHandle,
 }
 
 impl Screen {
@@ -175,66 +144,32 @@ impl Screen {
     ///
     /// # Errors
     /// Where the system starts no thread.
-    pub fn open(ctx: &egui::Context, parts: Parts) -> anyhow::Result<Self> {
-        scope::prepare(ctx, parts.layout.theme);
-        let pumping: Arc<OnceLock<Thread>> = Arc::default();
-        let woken = Arc::clone(&pumping);
-        let wake = move || woken.get().into_iter().for_each(Thread::unpark);
-        let source = SourceHandle::spawn(parts.spec.clone(), grip_sim::mcu::peer, wake)
-            .context("the source's thread")?;
-        let engine = Engine::new(Model::new(parts.memory_bytes), Some(source));
-        let shared = Arc::new(Shared::new(engine));
-        let pump = Pump::start(Arc::clone(&shared), ctx.clone()).context("the pump's thread")?;
-        let _first = pump.thread().map(|thread| pumping.set(thread.clone()));
-        let mut state = ViewState::new(parts.layout);
-        state.no_pointer = parts.job.as_ref().is_some_and(|job| job.picture.is_some());
-        if !parts.spec.is_live() {
+    pub fn open(ctx: &egui::Context, spec: SourceSpec, start: &Start) -> anyhow::Result<Self> {
+        scope::prepare(ctx, start.layout.theme);
+        let shared = Arc::new(Shared::new(Engine::new(Model::new(start.memory_bytes), None)));
+        let watch = Arc::default();
+        let source = repaint::open(spec.clone(), &shared, ctx, &watch);
+        let source = source.context("the source's thread")?;
+        let mut state = ViewState::new(start.layout.clone());
+        state.no_pointer = start.job.as_ref().is_some_and(|job| job.picture.is_some());
+        if !spec.is_live() {
             state.window.all();
         }
-        let (make, made) = channel();
-        let desk = Desk::new(Scope::new(shared, state), parts.spec, parts.job, parts.remember);
-        Ok(Self { desk, pump, made, make })
+        let (job, remember) = (start.job.clone(), start.remember.clone());
+        let desk = Desk::new(Scope::new(shared, state), spec, job, remember);
+        Ok(Self { desk, watch, _source: source })
     }
 
     /// Whether nobody can see it.
     pub fn set_hidden(&self, hidden: bool) {
-        self.pump.watch().hidden.store(hidden, Ordering::Relaxed);
+        self.watch.hidden.store(hidden, Ordering::Relaxed);
     }
 
     /// Draws a frame; what is to be opened instead.
     pub fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
-        let mut opens = None;
-        let ctx = ui.ctx().clone();
-        while let Ok((picture, image)) = self.made.try_recv() {
-            self.desk.pictured(&ctx, picture, image);
-        }
-        for ask in self.desk.ui(ui) {
-            match ask {
-                Ask::Open(spec) => opens = Some(spec),
-                ask => fulfil(&ctx, ask, &self.make),
-            }
-        }
-        let paused = self.desk.scope.state.is_paused();
-        self.pump.watch().paused.store(paused, Ordering::Relaxed);
+        let opens = self.desk.ui(ui);
+        self.watch.paused.store(self.desk.scope.state.is_paused(), Ordering::Relaxed);
         opens
-    }
-}
-
-/// Asks the system for what only it can do; pictures come back through `make`.
-pub fn fulfil(ctx: &egui::Context, ask: Ask, make: &Sender<(Picture, Arc<ColorImage>)>) {
-    match ask {
-        Ask::Picture(picture) => {
-            let (make, again) = (make.clone(), ctx.clone());
-            ctx.request_screenshot(move |image| {
-                // Nobody waits for it any more where the window is closing.
-                let _sent = make.send((picture, image));
-                again.request_repaint();
-            });
-        }
-        Ask::Close => ctx.send_viewport_cmd(ViewportCommand::Close),
-        Ask::Repaint(time) => ctx.request_repaint_after(time),
-        // A window that shows many sources has no place for another one.
-        Ask::Open(_) => {}
     }
 }
 
@@ -256,9 +191,8 @@ impl App {
     /// Another source in this window, with the arrangement as it is.
     fn open(&mut self, ctx: &egui::Context, spec: SourceSpec) {
         let title = title(&spec);
-        let layout = self.screen.desk.scope.layout().clone();
-        let parts = Parts { layout, job: None, ..self.start.parts(spec) };
-        match Screen::open(ctx, parts) {
+        (self.start.layout, self.start.job) = (self.screen.desk.scope.layout(), None);
+        match Screen::open(ctx, spec, &self.start) {
             Ok(screen) => {
                 let mut before = core::mem::replace(&mut self.screen, screen);
                 if let Some(sentence) = before.desk.close() {

@@ -63,7 +63,7 @@ slip_msg::named! {
         "E_sc, lower bound", "esc_low", "W";
     EscHigh: "Upper end of the enclosure of the observer's E_sc.",
         "E_sc, upper bound", "esc_high", "W";
-    EscFlags: "Flags of E_sc as a whole number, see `EscPoint::flags`: no curve.",
+    EscFlags: "Flags of E_sc as a whole number, see `feed::esc_flags`: no curve.",
         "E_sc, flags", "esc_flags", "";
     SlipSpeed: "Slip speed as the observer has it (m/s).",
         "slip speed", "slip_speed_m_s", "m/s";

@@ -2,7 +2,7 @@
 
 use crate::feed::{causes_text, confidence_text};
 use crate::format::with_unit;
-use crate::{Channel, EventKind, EventMark, Model, Span};
+use crate::{Channel, EventKind, EventMark, Model, Series, Span};
 use slip_core::{SlipReport, alarm::Method};
 
 /// A force that differs by less than this share is the same one.
@@ -218,22 +218,24 @@ fn estimates(model: &Model, span: Span, marks: &[&EventMark]) -> Vec<[f64; 2]> {
         return reported;
     };
     let before_n = series.at(span.from_s.next_down()).map(f64::from);
-    let mut points = Vec::new();
-    series.copy(span, &mut points);
-    let is_old = |point: &&[f64; 2]| !point[1].is_finite() || Some(point[1]) == before_n;
+    let mut points = numbers(series, span);
+    let is_old = |point: &&[f64; 2]| Some(point[1]) == before_n;
     let old = points.iter().take_while(is_old).count();
     points.drain(..old);
-    points.retain(|point| point[1].is_finite());
     if points.is_empty() { reported } else { points }
+}
+
+/// The values of a span that are numbers.
+fn numbers(series: &Series, span: Span) -> Vec<[f64; 2]> {
+    let points = series.samples(span).map(|(t_s, value, _)| [t_s, f64::from(value)]);
+    points.filter(|point| point[1].is_finite()).collect()
 }
 
 /// Commands of a slip (s, N), the last one before it first.
 fn commands(model: &Model, span: Span) -> Vec<[f64; 2]> {
     let Some(series) = model.series(Channel::Command) else { return Vec::new() };
-    let mut points = Vec::new();
     let from_s = span.from_s - BEFORE_S;
-    series.copy(Span::new(from_s, span.to_s), &mut points);
-    points.retain(|point| point[1].is_finite());
+    let mut points = numbers(series, Span::new(from_s, span.to_s));
     let before = points.iter().take_while(|point| point[0] < span.from_s).count();
     points.drain(..before.saturating_sub(1));
     points

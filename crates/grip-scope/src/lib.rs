@@ -1,7 +1,7 @@
-//! A daemon, a recording, a study or the simulator in; everything that a live scope shows of it out, without a window.
+//! Everything that a live scope shows of a daemon, a recording, a study or the simulator, without a window.
 //!
 //! ```text
-//! source's thread -> bounded ring -> Model -> views that take &Model
+//! source's thread -> Model -> views that take &Model
 //! ```
 //!
 //! [`SourceHandle`] runs a source on a thread of its own. [`Model`] holds hours of history in bounded memory and never loses a spike
@@ -15,6 +15,7 @@ pub mod export;
 pub mod feed;
 pub mod format;
 pub mod model;
+pub mod num;
 pub mod report;
 pub mod source;
 mod span;

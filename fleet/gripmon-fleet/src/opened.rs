@@ -18,7 +18,7 @@ pub enum Lead {
 pub fn opened(ui: &mut Ui, scope: &Scope, name: &str) -> Lead {
     let palette = Palette::now(ui.ctx());
     let escape = ui.input(|input| input.key_pressed(Key::Escape)) && !is_taken(ui, &scope.state);
-    let every_nth = scope.shared.engine_first().model.info().daemon.as_ref().map(|of| of.every_nth);
+    let every_nth = scope.shared.engine().model.info().daemon.as_ref().map(|of| of.every_nth);
     let bar = Frame::new().fill(palette.plot).inner_margin(Margin::symmetric(8, 4));
     let clicked = Panel::top("gripper of a fleet").frame(bar).show(ui, |ui| {
         ui.horizontal(|ui| {

@@ -9,19 +9,14 @@ use crate::grippers::{Member, Roster};
 use crate::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use anyhow::Context as _;
 use core::time::Duration;
-use eframe::egui::{self, ColorImage, Ui};
-use grip_scope::{Model, SourceSpec};
+use eframe::egui::{self, Ui, ViewportCommand};
+use grip_scope::SourceSpec;
 use grip_session::exit::WrongArgument;
-use gripmon::desk::{Ask, Picture};
-use gripmon::engine::Engine;
-use gripmon::exports::{Exports, Work};
+use gripmon::exports::Exports;
 use gripmon::files;
-use gripmon::layout::Layout;
-use gripmon::scope::{self, Shared};
+use gripmon::scope;
 use gripmon::state::Message;
-use gripmon::window::{self, Outcome, Parts, Screen, Start};
-use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use gripmon::window::{self, Screen, Start};
 use std::sync::{Arc, OnceLock, PoisonError};
 use std::thread::Thread;
 
@@ -48,25 +43,17 @@ struct Opened {
     screen: Screen,
 }
 
-/// What is remembered, and what a screen begins with.
-struct Keep {
-    network: Network,
-    layout: Layout,
-    remember: gripmon::remember::Remember,
-    memory_bytes: usize,
-}
-
 struct FleetApp {
     lobby: Lobby,
     pump: FleetPump,
     open: Option<Opened>,
-    keep: Keep,
+    network: Network,
+    start: Start,
     shots: Shots,
-    outcome: Outcome,
 }
 
 impl FleetApp {
-    fn new(ctx: &egui::Context, place: FleetPlace, start: Start) -> anyhow::Result<Self> {
+    fn new(ctx: &egui::Context, place: FleetPlace, mut start: Start) -> anyhow::Result<Self> {
         scope::prepare(ctx, start.layout.theme);
         let hall = Arc::new(Hall::new(Roster::default(), None));
         let pump = FleetPump::start(Arc::clone(&hall), ctx.clone()).context("the pump's thread")?;
@@ -76,14 +63,9 @@ impl FleetApp {
         let network = place.network.clone();
         let lobby = Lobby::new(Arc::clone(&hall), start.layout.theme, place.to_string());
         hall.watch(FleetHandle::spawn(place, wake).context("the network's thread")?);
-        let keep = Keep {
-            network,
-            layout: start.layout,
-            remember: start.remember,
-            memory_bytes: start.memory_bytes,
-        };
-        let shots = Shots::new(start.job);
-        Ok(Self { lobby, pump, open: None, keep, shots, outcome: start.outcome })
+        // The picture is one of the table.
+        let shots = Shots::new(start.job.take());
+        Ok(Self { lobby, pump, open: None, network, start, shots })
     }
 
     fn table(&mut self, ui: &mut Ui) {
@@ -96,23 +78,16 @@ impl FleetApp {
             }
         }
         let size = ctx.content_rect().size();
-        self.keep.layout.window = [size.x, size.y];
-        self.keep.layout.theme = self.lobby.theme;
-        self.keep.remember.note(self.keep.layout.clone());
+        self.start.layout.window = [size.x, size.y];
+        self.start.layout.theme = self.lobby.theme;
+        self.start.remember.note(self.start.layout.clone());
         self.shots.step(&self.lobby, &ctx);
     }
 
     fn enter(&mut self, ctx: &egui::Context, member: Member) {
         let name = member.to_string();
-        let at = GripperAt { network: self.keep.network.clone(), member };
-        let parts = Parts {
-            spec: SourceSpec::Other(Arc::new(at)),
-            layout: self.keep.layout.clone(),
-            remember: self.keep.remember.clone(),
-            memory_bytes: self.keep.memory_bytes,
-            job: None,
-        };
-        match Screen::open(ctx, parts) {
+        let at = GripperAt { network: self.network.clone(), member };
+        match Screen::open(ctx, SourceSpec::Other(Arc::new(at)), &self.start) {
             Ok(screen) => self.open = Some(Opened { name, screen }),
             Err(error) => {
                 let text = format!("{name} cannot be opened: {error:#}");
@@ -125,8 +100,8 @@ impl FleetApp {
     /// Leads back to the table; what is being written is ended first.
     fn leave(&mut self, ctx: &egui::Context) {
         if let Some(mut open) = self.open.take() {
-            self.keep.layout = open.screen.desk.scope.layout();
-            self.lobby.theme = self.keep.layout.theme;
+            self.start.layout = open.screen.desk.scope.layout();
+            self.lobby.theme = self.start.layout.theme;
             if let Some(text) = open.screen.desk.close() {
                 self.lobby.message = Some(Message { text, is_error: true });
             }
@@ -161,60 +136,41 @@ impl eframe::App for FleetApp {
         let failed = match &mut self.open {
             Some(open) => open.screen.desk.close(),
             None => self.shots.close().or_else(|| {
-                self.keep.remember.write().err().map(|error| {
+                self.start.remember.write().err().map(|error| {
                     format!("the arrangement of the window is not remembered: {error}")
                 })
             }),
         };
-        *self.outcome.lock().unwrap_or_else(PoisonError::into_inner) = failed;
+        *self.start.outcome.lock().unwrap_or_else(PoisonError::into_inner) = failed;
     }
 }
 
 /// Pictures of the table: by key, and the one of the command line.
 struct Shots {
     job: Option<gripmon::job::Job>,
-    made: Receiver<(Picture, Arc<ColorImage>)>,
-    make: Sender<(Picture, Arc<ColorImage>)>,
     exports: Exports,
     failed: Option<String>,
 }
 
 impl Shots {
     fn new(job: Option<gripmon::job::Job>) -> Self {
-        let (make, made) = channel();
-        Self { job, made, make, exports: Exports::default(), failed: None }
+        Self { job, exports: Exports::default(), failed: None }
     }
 
     /// The key for a picture.
     fn begin(&self, lobby: &mut Lobby, ctx: &egui::Context) {
         match files::free_name("gripmon", "png") {
-            Ok(path) => self.ask(ctx, path, false),
+            Ok(path) => self.exports.picture(ctx, path, false),
             Err(error) => lobby.message = Some(Message { text: error.to_string(), is_error: true }),
         }
     }
 
-    fn ask(&self, ctx: &egui::Context, path: PathBuf, is_last: bool) {
-        window::fulfil(ctx, Ask::Picture(Picture { path, is_last }), &self.make);
-    }
-
-    /// Writes what was made, and reports what was written.
+    /// Reports what was written.
     fn written(&mut self, lobby: &mut Lobby, ctx: &egui::Context) {
-        while let Ok((picture, image)) = self.made.try_recv() {
-            let work =
-                if picture.is_last { Work::LastPicture(image) } else { Work::Picture(image) };
-            // A picture needs no model.
-            let shared = Arc::new(Shared::new(Engine::new(Model::new(0), None)));
-            let again = ctx.clone();
-            let wake = move || again.request_repaint();
-            if let Err(error) = self.exports.begin(work, picture.path, shared, wake) {
-                let text = format!("no thread to write with: {error}");
-                lobby.message = Some(Message { text, is_error: true });
-            }
-        }
-        while let Some(written) = self.exports.written() {
+        while let Some(written) = self.exports.written(ctx) {
             if written.is_last {
                 self.failed = Some(&written.message).filter(|m| m.is_error).map(|m| m.text.clone());
-                window::fulfil(ctx, Ask::Close, &self.make);
+                ctx.send_viewport_cmd(ViewportCommand::Close);
             }
             lobby.message = Some(written.message);
         }
@@ -229,15 +185,15 @@ impl Shots {
             lobby.hall.look(|roster| !roster.rows().is_empty() && roster.now_s() >= look.after_s);
         if ready {
             self.job = None;
-            self.ask(ctx, path, true);
+            self.exports.picture(ctx, path, true);
         } else if ctx.input(|input| input.time) >= look.patience_s {
             let status = lobby.hall.look(|roster| roster.status().sentence());
             self.failed =
                 Some(format!("no picture: no gripper came within {} s: {status}", look.patience_s));
             self.job = None;
-            window::fulfil(ctx, Ask::Close, &self.make);
+            ctx.send_viewport_cmd(ViewportCommand::Close);
         } else {
-            window::fulfil(ctx, Ask::Repaint(LOOK), &self.make);
+            ctx.request_repaint_after(LOOK);
         }
     }
 

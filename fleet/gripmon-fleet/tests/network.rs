@@ -202,7 +202,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     assert!(watch.handle.command(slip_core::ClientCommand::Stop).is_ok());
     watch.until(
         || daemon.turn(),
-        |model| model.notices().any(|line| line.text.contains("sends no command")),
+        |model| model.notices().any(|line| line.contains("sends no command")),
     );
     drop(daemon);
     watch.until(|| {}, absent);

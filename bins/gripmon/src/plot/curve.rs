@@ -139,7 +139,6 @@ mod tests {
             to_s: f64::from(i) + 1.0,
             min,
             max,
-            mean: f32::midpoint(min, max),
             count: u32::from(min.is_finite()).into(),
             broken: false,
         };

@@ -20,7 +20,7 @@ pub enum Following {
 }
 
 /// The part of the time axis that every view shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeWindow {
     from_s: f64,
     length_s: f64,

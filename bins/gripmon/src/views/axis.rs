@@ -1,9 +1,9 @@
 //! The time axis under the plots: its labels, the flags of the cursors, and what found no room above it.
 
 use super::Seen;
-use crate::action::{Action, Cursor};
 use crate::palette::{Palette, Tone};
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
+use crate::state::ViewState;
 use eframe::egui::{Align2, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// Height of the time axis with the cursors' flags (points).
@@ -29,64 +29,43 @@ pub(super) fn left_out(ui: &Ui, axis: Rect, no_room: usize, empty: &[String], se
     let place = Rect::from_min_max(pos2(axis.left() - GUTTER, axis.top()), axis.left_bottom());
     let response = ui.interact(place, ui.scope_id().with("left out"), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("{text}\n{why}")));
-    ui.painter().text(
-        place.left_center(),
-        Align2::LEFT_CENTER,
-        &text,
-        FontId::proportional(11.0),
-        tone,
-    );
+    let font = FontId::proportional(11.0);
+    ui.painter().text(place.left_center(), Align2::LEFT_CENTER, &text, font, tone);
     response.on_hover_text(why);
 }
 
 /// Labels of the time, and the flags by which cursors are moved.
-pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
+pub(super) fn axis(ui: &Ui, rect: Rect, seen: &Seen<'_>, state: &mut ViewState) {
     let frame = time_frame(rect, seen);
     plot::time_labels(ui.painter(), &frame, &seen.palette);
     let unit = pos2(rect.right() + 24.0, rect.top() + 5.0);
-    ui.painter().text(
-        unit,
-        Align2::LEFT_TOP,
-        // After a restart of the device the axis goes on where it was.
-        if seen.model.is_device_time() { "s, device time" } else { "s, over restarts" },
-        crate::palette::axis_font(),
-        seen.palette.weak,
-    );
-    let mut actions = Vec::new();
-    for (cursor, name) in [(Cursor::A, "A"), (Cursor::B, "B")] {
-        let Some(at_s) = seen.state.cursor(cursor) else { continue };
-        actions.extend(flag(ui, &frame, cursor, name, at_s, &seen.palette));
+    // After a restart of the device the axis goes on where it was.
+    let text = if seen.model.is_device_time() { "s, device time" } else { "s, over restarts" };
+    let font = crate::palette::axis_font();
+    ui.painter().text(unit, Align2::LEFT_TOP, text, font, seen.palette.weak);
+    for (cursor, name) in state.cursors.iter_mut().zip(["A", "B"]) {
+        if let Some(at_s) = cursor {
+            flag(ui, &frame, name, at_s, &seen.palette);
+        }
     }
-    pointer_time(ui, &frame, seen);
-    actions
+    pointer_time(ui, &frame, state.hover_s, seen);
 }
 
-fn flag(
-    ui: &Ui,
-    frame: &Frame,
-    cursor: Cursor,
-    name: &str,
-    at_s: f64,
-    palette: &Palette,
-) -> Option<Action> {
-    let x = frame.x(at_s).clamp(frame.rect.left(), frame.rect.right());
+fn flag(ui: &Ui, frame: &Frame, name: &str, at_s: &mut f64, palette: &Palette) {
+    let x = frame.x(*at_s).clamp(frame.rect.left(), frame.rect.right());
     let rect = Rect::from_center_size(pos2(x, frame.rect.top() + 8.0), vec2(15.0, 15.0));
     let response = ui.interact(rect, ui.scope_id().with(("cursor", name)), Sense::drag());
     response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, format!("Cursor {name}")));
     ui.painter().rect_filled(rect, 3, palette.cursor);
-    ui.painter().text(
-        rect.center(),
-        Align2::CENTER_CENTER,
-        name,
-        FontId::proportional(11.5),
-        palette.plot,
-    );
-    let pointer = response.interact_pointer_pos().filter(|_| response.dragged())?;
-    Some(Action::PlaceCursor(cursor, frame.time(pointer.x)))
+    let font = FontId::proportional(11.5);
+    ui.painter().text(rect.center(), Align2::CENTER_CENTER, name, font, palette.plot);
+    if let Some(pointer) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+        *at_s = frame.time(pointer.x);
+    }
 }
 
-fn pointer_time(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
-    let Some(t_s) = seen.state.hover_s else { return };
+fn pointer_time(ui: &Ui, frame: &Frame, hover_s: Option<f64>, seen: &Seen<'_>) {
+    let Some(t_s) = hover_s else { return };
     let decimals = crate::time::ticks(frame.span.from_s, frame.span.to_s, 200).decimals;
     let text = format!("{t_s:.*} s", decimals.min(7));
     let galley = ui.painter().layout_no_wrap(text, crate::palette::axis_font(), seen.palette.plot);

@@ -1,8 +1,9 @@
 //! Commands to the gripper: locked until they are armed, and a question before it lets go.
 
 use super::{Seen, heading, row, sentence};
-use crate::action::{Action, Order};
+use crate::apply::{Effect, Order};
 use crate::palette::Tone;
+use crate::state::ViewState;
 use eframe::egui::{self, Button, RichText, Slider, Ui, vec2};
 use grip_scope::SourceStatus;
 use grip_scope::format;
@@ -10,115 +11,86 @@ use grip_scope::format;
 /// Largest force that can be entered where the gripper reports no limit (N).
 const MODEST_N: f64 = 10.0;
 
-pub(super) fn command(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
+pub(super) fn command(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "Commands to the gripper");
-    let Some(reason) = refusal(seen) else { return allowed(ui, seen) };
-    sentence(ui, reason);
-    Vec::new()
+    match refusal(seen) {
+        Some(reason) => sentence(ui, reason),
+        None => allowed(ui, seen, state),
+    }
 }
 
 /// Why there can be no commands, a sentence.
 fn refusal(seen: &Seen<'_>) -> Option<&'static str> {
-    let daemon = seen.model.info().daemon.as_ref();
     let status = seen.model.status();
-    match daemon {
-        None if matches!(
-            status,
-            SourceStatus::Connecting { .. } | SourceStatus::Waiting { .. }
-        ) =>
-        {
-            Some("No gripd has answered yet.")
-        }
-        None => Some("Only a running gripd takes commands; this source is none."),
+    let awaited = matches!(status, SourceStatus::Connecting { .. } | SourceStatus::Waiting { .. });
+    Some(match seen.model.info().daemon.as_ref() {
+        None if awaited => "No gripd has answered yet.",
+        None => "Only a running gripd takes commands; this source is none.",
         Some(daemon) if daemon.dry_run => {
-            Some("This gripd only observes (dry run): it commands nothing.")
+            "This gripd only observes (dry run): it commands nothing."
         }
-        Some(daemon) if !daemon.may_command => Some(
-            "This gripd takes no commands of clients. Its configuration allows them with allow_commands = true.",
-        ),
-        Some(_) if status.is_disconnected() => Some("There is no connection to gripd now."),
-        Some(_) => None,
-    }
+        Some(daemon) if !daemon.may_command => {
+            "This gripd takes no commands of clients. Its configuration allows them with allow_commands = true."
+        }
+        Some(_) if status.is_disconnected() => "There is no connection to gripd now.",
+        Some(_) => return None,
+    })
 }
 
-fn allowed(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
-    let form = seen.state.command;
-    let mut actions = Vec::new();
+fn allowed(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     sentence(
         ui,
         "A software stop is not a safety function: whoever may be hurt needs an emergency stop that does not pass through this program.",
     );
     ui.add_space(4.0);
     let stop = RichText::new("Stop").strong().color(seen.palette.tone(Tone::Red));
-    if ui
-        .add(Button::new(stop).min_size(vec2(160.0, 24.0)))
-        .on_hover_text("Stops in software, latched by the gripper. Works without arming.")
-        .clicked()
-    {
-        actions.push(Action::Send(Order::Stop));
+    let stop = ui.add(Button::new(stop).min_size(vec2(160.0, 24.0)));
+    let about = "Stops in software, latched by the gripper. Works without arming.";
+    if stop.on_hover_text(about).clicked() {
+        state.ask(Effect::Send(Order::Stop));
     }
     ui.add_space(4.0);
-    let mut armed = form.armed;
-    if ui
-        .checkbox(&mut armed, "Arm commands")
-        .on_hover_text("The buttons below work only while this is set.")
-        .changed()
-    {
-        actions.push(Action::Arm(armed));
-    }
-    ui.add_enabled_ui(form.armed, |ui| {
-        force(ui, seen, &mut actions);
-        others(ui, seen, &mut actions);
+    ui.checkbox(&mut state.command.armed, "Arm commands")
+        .on_hover_text("The buttons below work only while this is set.");
+    ui.add_enabled_ui(state.command.armed, |ui| {
+        force(ui, seen, state);
+        others(ui, seen, state);
     });
-    actions
 }
 
-/// The largest force that may be entered (N).
-#[must_use]
-pub(super) fn limit_n(seen: &Seen<'_>) -> f64 {
-    let reported = seen.model.info().gripper.and_then(|gripper| gripper.force_max_n);
-    reported.filter(|n| n.is_finite() && *n > 0.0).map_or(MODEST_N, f64::from)
-}
-
-fn force(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
+fn force(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "Force");
-    let limit_n = limit_n(seen);
-    let mut force_n = seen.state.command.force_n.min(limit_n);
-    let slider =
-        Slider::new(&mut force_n, 0.0..=limit_n).suffix(" N").text("At least").max_decimals(2);
-    if ui.add(slider).changed() {
-        actions.push(Action::ForceEntry(force_n));
-    }
+    let reported = seen.model.info().gripper.and_then(|gripper| gripper.force_max_n);
+    let limit_n = reported.filter(|n| n.is_finite() && *n > 0.0).map_or(MODEST_N, f64::from);
+    let force_n = &mut state.command.force_n;
+    *force_n = force_n.clamp(0.0, limit_n);
+    ui.add(Slider::new(force_n, 0.0..=limit_n).suffix(" N").text("At least").max_decimals(2));
+    let order = Order::AtLeast(*force_n);
     row(ui, "limit", format::with_unit(limit_n, "N"));
-    if ui
-        .button("Hold with this force")
-        .on_hover_text("The answer to a slip stays free to press harder.")
-        .clicked()
-    {
-        actions.push(Action::Send(Order::AtLeast(force_n)));
+    let hold = ui.button("Hold with this force");
+    if hold.on_hover_text("The answer to a slip stays free to press harder.").clicked() {
+        state.ask(Effect::Send(order));
     }
 }
 
-fn others(ui: &mut Ui, seen: &Seen<'_>, actions: &mut Vec<Action>) {
+fn others(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "Fingers");
     ui.horizontal(|ui| {
         if ui.button("Grasp").on_hover_text("Close again after a release.").clicked() {
-            actions.push(Action::Send(Order::Grasp));
+            state.ask(Effect::Send(Order::Grasp));
         }
         if ui.button("Release ..").on_hover_text("Let go; asks first.").clicked() {
-            actions.push(Action::AskRelease(true));
+            state.command.asks_release = true;
         }
     });
     let fault = seen.model.info().state.map_or(0, |state| state.fault.0);
-    let clear = ui.add_enabled(fault != 0, Button::new("Clear the fault"));
-    if clear.clicked() {
-        actions.push(Action::Send(Order::ClearFault));
+    if ui.add_enabled(fault != 0, Button::new("Clear the fault")).clicked() {
+        state.ask(Effect::Send(Order::ClearFault));
     }
 }
 
 /// The question before a release.
-pub(super) fn question(ctx: &egui::Context) -> Vec<Action> {
-    let mut actions = Vec::new();
+pub(super) fn question(ctx: &egui::Context, state: &mut ViewState) {
     let modal = egui::Modal::new(egui::Id::unique("release")).show(ctx, |ui| {
         ui.set_width(320.0);
         ui.heading("Let go of the object?");
@@ -126,15 +98,14 @@ pub(super) fn question(ctx: &egui::Context) -> Vec<Action> {
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             if ui.button("Keep holding").clicked() {
-                actions.push(Action::AskRelease(false));
+                state.command.asks_release = false;
             }
             if ui.button("Yes, release").clicked() {
-                actions.push(Action::Send(Order::Release));
+                state.ask(Effect::Send(Order::Release));
             }
         });
     });
     if modal.should_close() {
-        actions.push(Action::AskRelease(false));
+        state.command.asks_release = false;
     }
-    actions
 }

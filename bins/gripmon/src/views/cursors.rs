@@ -1,57 +1,49 @@
 //! Both cursors, and of every curve that is shown: its values there, what lies between.
 
 use super::{Seen, heading, readout, row, sentence};
-use crate::action::{Action, Cursor};
 use crate::palette;
+use crate::state::ViewState;
 use crate::strip;
-use eframe::egui::{Grid, RichText, Ui};
+use eframe::egui::{Button, Grid, RichText, Ui};
 use grip_scope::Channel;
 use grip_scope::format;
 
-pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
-    let mut actions = Vec::new();
+pub(super) fn cursors(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "Cursors");
     ui.horizontal(|ui| {
-        for (cursor, name) in [(Cursor::A, "Set A"), (Cursor::B, "Set B")] {
-            if ui
-                .button(name)
-                .on_hover_text("In the middle of the view; the keys A and B set it at the pointer.")
-                .clicked()
-            {
-                actions.push(Action::CursorHere(cursor));
+        for (cursor, name) in ["Set A", "Set B"].into_iter().enumerate() {
+            let about = "In the middle of the view; the keys A and B set it at the pointer.";
+            if ui.button(name).on_hover_text(about).clicked() {
+                state.put_cursor(cursor, seen.model);
             }
         }
-        let any = seen.state.cursors.iter().any(Option::is_some);
-        if ui.add_enabled(any, eframe::egui::Button::new("Clear")).clicked() {
-            actions.push(Action::ClearCursors);
+        let any = state.cursors.iter().any(Option::is_some);
+        if ui.add_enabled(any, Button::new("Clear")).clicked() {
+            state.cursors = [None; 2];
         }
-        if ui
-            .add_enabled(seen.state.between().is_some(), eframe::egui::Button::new("Zoom"))
-            .clicked()
-        {
-            actions.push(Action::ZoomToCursors);
+        if ui.add_enabled(state.between().is_some(), Button::new("Zoom")).clicked() {
+            state.zoom_to_cursors();
         }
     });
     let time = |at_s: Option<f64>| at_s.map_or(format::NOTHING.to_owned(), |s| format!("{s:.6} s"));
-    row(ui, "A", time(seen.state.cursors[0]));
-    row(ui, "B", time(seen.state.cursors[1]));
-    let [Some(a_s), Some(b_s)] = seen.state.cursors else {
+    row(ui, "A", time(state.cursors[0]));
+    row(ui, "B", time(state.cursors[1]));
+    let [Some(a_s), Some(b_s)] = state.cursors else {
         sentence(ui, "Set both cursors to measure what lies between them.");
-        return actions;
+        return;
     };
     row(ui, "B - A", format::with_unit(b_s - a_s, "s"));
     if (b_s - a_s).abs() > 0.0 {
         row(ui, "1 / (B - A)", format::with_unit(1.0 / (b_s - a_s).abs(), "Hz"));
     }
-    for channel in shown(seen) {
+    for channel in shown(seen, state) {
         between(ui, channel, a_s, b_s, seen);
     }
-    actions
 }
 
 /// The curves of the plots that are shown.
-fn shown(seen: &Seen<'_>) -> Vec<Channel> {
-    let plots = seen.state.layout.plots.iter().filter(|plot| plot.shown);
+fn shown(seen: &Seen<'_>, state: &ViewState) -> Vec<Channel> {
+    let plots = state.layout.plots.iter().filter(|plot| plot.shown);
     // The curve drawn last lies on top; it is also reported first, as beside the plot.
     let curves = plots.flat_map(|plot| strip::curves(plot.plot, seen.model).into_iter().rev());
     curves.map(|curve| curve.channel).collect()

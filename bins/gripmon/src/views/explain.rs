@@ -1,12 +1,12 @@
 //! Why a slip was noticed and why the force moved, over everything else.
 
 use super::{heading, row_in};
-use crate::action::Action;
+use crate::state::ViewState;
 use eframe::egui::{self, Align, Layout, RichText, Ui};
 use grip_scope::{Model, explain};
 
 /// Explains the slip at or before a time (s).
-pub(super) fn explain(ctx: &egui::Context, model: &Model, at_s: f64) -> Option<Action> {
+pub(super) fn explain(ctx: &egui::Context, model: &Model, at_s: f64, state: &mut ViewState) {
     let found = explain::slip(model, at_s);
     let mut closed = false;
     let modal = egui::Modal::new(egui::Id::unique("explain")).show(ctx, |ui| {
@@ -26,7 +26,9 @@ pub(super) fn explain(ctx: &egui::Context, model: &Model, at_s: f64) -> Option<A
             None => super::sentence(ui, "There is no slip at or before what is looked at."),
         }
     });
-    (closed || modal.should_close()).then_some(Action::ToggleExplain)
+    if closed || modal.should_close() {
+        state.explain = None;
+    }
 }
 
 fn part(ui: &mut Ui, title: &str, lines: &[String]) {

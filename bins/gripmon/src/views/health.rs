@@ -1,7 +1,6 @@
 //! The health of the link: rates, losses, clocks, latency, stages, sensors.
 
 use super::{Seen, heading, row, row_in, sentence};
-use crate::action::Action;
 use crate::num;
 use crate::palette::Tone;
 use core::ops::RangeInclusive;
@@ -15,7 +14,7 @@ use grip_scope::format;
 /// Height of the histogram (points).
 const HIGH: f32 = 74.0;
 
-pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
+pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) {
     source(ui, seen);
     sensors(ui, seen);
     match seen.model.health().latest.as_deref() {
@@ -30,7 +29,6 @@ pub(super) fn health(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
     }
     scope(ui, seen);
     notices(ui, seen);
-    Vec::new()
 }
 
 fn source(ui: &mut Ui, seen: &Seen<'_>) {
@@ -254,7 +252,6 @@ fn scope(ui: &mut Ui, seen: &Seen<'_>) {
     heading(ui, "This program");
     let health = seen.model.health();
     row(ui, "history", format::with_unit(num::count(seen.model.bytes()), "B"));
-    counted(ui, "dropped here", seen.dropped, seen);
     counted(ui, "gaps", seen.model.events().gapped(), seen);
     if let Some(settings) = seen.model.info().observer {
         let settings = match settings {
@@ -282,7 +279,7 @@ fn notices(ui: &mut Ui, seen: &Seen<'_>) {
     }
     heading(ui, "Last notices");
     for line in seen.model.notices().rev().take(6) {
-        sentence(ui, line.text.clone());
+        sentence(ui, line);
     }
 }
 

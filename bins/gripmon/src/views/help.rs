@@ -1,10 +1,10 @@
 //! The keys, over everything else.
 
-use crate::action::Action;
-use crate::keys::{MOUSE, bindings};
+use crate::keys::{BINDINGS, MOUSE};
+use crate::state::ViewState;
 use eframe::egui::{self, Grid, RichText, Ui};
 
-pub(super) fn help(ctx: &egui::Context) -> Option<Action> {
+pub(super) fn help(ctx: &egui::Context, state: &mut ViewState) {
     let (mut closed, mut tour) = (false, false);
     let modal = egui::Modal::new(egui::Id::unique("keys")).show(ctx, |ui| {
         ui.set_width(720.0);
@@ -18,39 +18,31 @@ pub(super) fn help(ctx: &egui::Context) -> Option<Action> {
         });
         ui.columns(2, |columns| {
             if let [left, right] = columns {
-                part(left, "Time");
-                part(left, "Measure");
-                part(right, "Window");
-                mouse(right);
+                part(left, "Time", keys("Time"));
+                part(left, "Measure", keys("Measure"));
+                part(right, "Window", keys("Window"));
+                part(right, "Mouse", MOUSE.into_iter());
             }
         });
     });
     if tour {
-        return Some(Action::Tour(Some(0)));
+        state.show_hint(Some(0));
+    } else if closed || modal.should_close() {
+        state.help = false;
     }
-    (closed || modal.should_close()).then_some(Action::ToggleHelp)
 }
 
-fn part(ui: &mut Ui, title: &str) {
+fn keys(part: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    BINDINGS.iter().filter(move |key| key.part == part).map(|key| (key.shown, key.does))
+}
+
+fn part(ui: &mut Ui, title: &str, rows: impl Iterator<Item = (&'static str, &'static str)>) {
     super::heading(ui, title);
     Grid::new(("keys", title)).num_columns(2).spacing([12.0, 3.0]).show(ui, |ui| {
-        for binding in bindings().iter().filter(|binding| binding.part == title) {
-            line(ui, binding.shown, binding.does);
+        for (shown, does) in rows {
+            ui.label(RichText::new(shown).monospace().strong());
+            ui.label(does);
+            ui.end_row();
         }
     });
-}
-
-fn mouse(ui: &mut Ui) {
-    super::heading(ui, "Mouse");
-    Grid::new("mouse").num_columns(2).spacing([12.0, 3.0]).show(ui, |ui| {
-        for (shown, does) in MOUSE {
-            line(ui, shown, does);
-        }
-    });
-}
-
-fn line(ui: &mut Ui, shown: &str, does: &str) {
-    ui.label(RichText::new(shown).monospace().strong());
-    ui.label(does);
-    ui.end_row();
 }

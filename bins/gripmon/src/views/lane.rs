@@ -1,13 +1,12 @@
 //! What happened: a band that says whether the object is held, under it stretches of slips, faults and gaps, and a tick for every event.
 
-use super::joined::{fill, joined};
-use super::{Seen, gestures, strips};
-use crate::action::Action;
+use super::joined::{Piece, fill, joined};
+use super::{Seen, axis, gestures, strips};
 use crate::palette::{Palette, Tone};
-use crate::plot::{Frame, Kind, Scale};
+use crate::plot::Frame;
+use crate::state::ViewState;
 use eframe::egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Stroke, Ui, WidgetInfo,
-    pos2, vec2,
+    Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2,
 };
 use grip_scope::format;
 use grip_scope::model::Doing;
@@ -77,8 +76,14 @@ fn ticks<'a>(marks: impl Iterator<Item = &'a EventMark>, frame: &Frame) -> Vec<T
     ticks
 }
 
-pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
-    let frame = Frame { rect, span: seen.span, scale: Scale::new(Kind::Linear, 0.0, 1.0) };
+pub(super) fn lane(
+    ui: &Ui,
+    rect: Rect,
+    pieces: &[Piece<EventKind>],
+    seen: &Seen<'_>,
+    state: &mut ViewState,
+) {
+    let frame = axis::time_frame(rect, seen);
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
     let ticks = ticks(seen.model.events().in_span(frame.span), &frame);
     let count: u64 = ticks.iter().map(|tick| tick.count).sum();
@@ -89,26 +94,19 @@ pub(super) fn lane(ui: &Ui, rect: Rect, seen: &Seen<'_>) -> Vec<Action> {
         ..WidgetInfo::labeled(Role::Figure, true, "Object and events")
     });
     let painter = ui.painter();
-    painter.rect(
-        rect,
-        0,
-        seen.palette.plot,
-        Stroke::new(1.0, seen.palette.edge),
-        eframe::egui::StrokeKind::Outside,
-    );
+    super::ground(painter, rect, &seen.palette);
     names(ui, rect, &seen.palette);
     let beside = pos2(rect.right() + 12.0, rect.bottom() - 12.0);
     let font = crate::palette::axis_font();
     painter.text(beside, Align2::LEFT_CENTER, reported, font, seen.palette.weak);
     doings(ui, &frame, seen);
-    stretches(ui, &frame, seen);
+    stretches(ui, &frame, pieces, seen);
     marks(ui, &frame, &ticks, seen);
-    strips::lines(painter, &frame, seen);
-    let actions = gestures::over_plot(ui, &response, &frame, seen);
+    strips::lines(painter, &frame, seen, state);
+    gestures::over_plot(ui, &response, &frame, seen, state);
     if let Some(tick) = response.hover_pos().and_then(|at| nearest(&ticks, at.x)) {
         response.on_hover_text_at_pointer(about(&tick));
     }
-    actions
 }
 
 /// The tick at the pointer.
@@ -164,16 +162,11 @@ fn doings(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 }
 
 /// Bars under the scenes: slips, faults and gaps as long as they last.
-fn stretches(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
-    let events = seen.model.events();
+fn stretches(ui: &Ui, frame: &Frame, pieces: &[Piece<EventKind>], seen: &Seen<'_>) {
     let top = frame.rect.top() + BAND + 2.0;
-    let kinds = [
-        joined(events.slips(frame.span), frame, worst),
-        joined(events.faults(frame.span), frame, worst),
-        joined(events.gaps(frame.span), frame, worst),
-    ];
-    let pieces = kinds.into_iter().flatten();
-    let coloured = pieces.map(|piece| (piece.across, seen.palette.tone(tone(piece.what))));
+    let faults = joined(seen.model.events().faults(frame.span), frame, worst);
+    let coloured = pieces.iter().chain(&faults);
+    let coloured = coloured.map(|piece| (piece.across, seen.palette.tone(tone(piece.what))));
     fill(ui.painter(), Rangef::new(top, top + 6.0), coloured);
 }
 

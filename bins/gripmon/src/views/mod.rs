@@ -1,4 +1,4 @@
-//! What is seen in; pictures on the screen and requests of the user out. Views change nothing themselves.
+//! What is seen of the model, and what a user changes of the view.
 
 mod axis;
 mod command;
@@ -30,44 +30,29 @@ pub use study::study;
 pub use toolbar::toolbar;
 pub use tour::HINTS;
 
-use crate::action::Action;
 use crate::layout::Panel;
 use crate::palette::Palette;
 use crate::state::ViewState;
-use eframe::egui::{self, Ui};
-use grip_scope::{Bucket, Model, Span};
+use eframe::egui::{self, Painter, Rect, Ui};
+use grip_scope::{EventKind, Model, Span};
 
 /// What a view may look at.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<'a> {
     /// The data.
     pub model: &'a Model,
-    /// What the user has changed.
-    pub state: &'a ViewState,
     /// The colours.
     pub palette: Palette,
     /// The time that is seen.
     pub span: Span,
-    /// Items that were lost between the source and this program.
-    pub dropped: u64,
-}
-
-impl Seen<'_> {
     /// The time that numbers beside the plots belong to (s): that of the pointer, else the newest that is seen.
-    #[must_use]
-    pub fn looked_at_s(&self) -> f64 {
-        let newest_s =
-            self.model.span().map_or(self.span.to_s, |data| data.to_s.min(self.span.to_s));
-        self.state.hover_s.unwrap_or(newest_s)
-    }
+    pub looked_at_s: f64,
 }
 
 /// Memory that frames use again, and pictures that are on the graphics card.
 #[derive(Default)]
 pub struct Scratch {
-    buckets: Vec<Bucket>,
-    points: Vec<[f64; 2]>,
-    washes: Vec<strips::Wash>,
+    pieces: Vec<joined::Piece<EventKind>>,
     spectrogram: picture::Picture,
     pressure: picture::Picture,
 }
@@ -79,44 +64,47 @@ impl core::fmt::Debug for Scratch {
 }
 
 /// The panel at the right.
-pub fn panel(ui: &mut Ui, panel: Panel, seen: &Seen<'_>) -> Vec<Action> {
-    let contents = |ui: &mut Ui| {
+pub fn panel(ui: &mut Ui, panel: Panel, seen: &Seen<'_>, state: &mut ViewState) {
+    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().interact_size.y = 16.0;
         ui.spacing_mut().item_spacing.y = 3.0;
-        contents(ui, panel, seen)
-    };
-    let area = egui::ScrollArea::vertical().auto_shrink([false, false]);
-    area.show(ui, contents).inner
-}
-
-fn contents(ui: &mut Ui, panel: Panel, seen: &Seen<'_>) -> Vec<Action> {
-    match panel {
-        Panel::Health => health::health(ui, seen),
-        Panel::Events => events::events(ui, seen),
-        Panel::Cursors => cursors::cursors(ui, seen),
-        Panel::Trigger => trigger::trigger(ui, seen),
-        Panel::Export => export::export(ui, seen),
-        Panel::Command => command::command(ui, seen),
-    }
+        match panel {
+            Panel::Health => health::health(ui, seen),
+            Panel::Events => events::events(ui, seen, state),
+            Panel::Cursors => cursors::cursors(ui, seen, state),
+            Panel::Trigger => trigger::trigger(ui, seen, state),
+            Panel::Export => export::export(ui, seen, state),
+            Panel::Command => command::command(ui, seen, state),
+        }
+    });
 }
 
 /// What lies over the plots.
-#[must_use]
-pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>) -> Vec<Action> {
-    let mut actions = Vec::new();
-    if seen.state.help {
-        actions.extend(help::help(ctx));
+pub fn overlay(ctx: &egui::Context, seen: &Seen<'_>, state: &mut ViewState) {
+    if state.help {
+        help::help(ctx, state);
     }
-    if let Some(at_s) = seen.state.explain {
-        actions.extend(explain::explain(ctx, seen.model, at_s));
+    if let Some(at_s) = state.explain {
+        explain::explain(ctx, seen.model, at_s, state);
     }
-    if let Some(hint) = seen.state.tour {
-        actions.extend(tour::tour(ctx, hint));
+    if let Some(hint) = state.tour {
+        tour::tour(ctx, hint, state);
     }
-    if seen.state.command.asks_release {
-        actions.extend(command::question(ctx));
+    if state.command.asks_release {
+        command::question(ctx, state);
     }
-    actions
+}
+
+/// The ground of a plot.
+fn ground(painter: &Painter, rect: Rect, palette: &Palette) {
+    let edge = egui::Stroke::new(1.0, palette.edge);
+    painter.rect(rect, 0, palette.plot, edge, egui::StrokeKind::Outside);
+}
+
+/// A button of a panel, as wide as others: whether it was clicked.
+fn wide_button(ui: &mut Ui, enabled: bool, name: &str, about: &str) -> bool {
+    let button = egui::Button::new(name).min_size(egui::vec2(160.0, 22.0));
+    ui.add_enabled(enabled, button).on_hover_text(about).clicked()
 }
 
 /// A heading of a part of a panel.

@@ -64,7 +64,7 @@ fn range<'a>(values: impl Iterator<Item = &'a f32>) -> (f32, f32) {
 
 /// The frame at the time that is looked at, as square as its number of taxels allows.
 pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
-    let Some(frame) = seen.model.taxels(seen.looked_at_s()) else {
+    let Some(frame) = seen.model.taxels(seen.looked_at_s) else {
         ui.label(RichText::new("no frame").weak());
         return;
     };

@@ -6,7 +6,7 @@ use crate::plot::{Kind, Scale};
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align, Color32, Label, Layout, Response, RichText, Sense, Ui, vec2};
 use grip_scope::Channel;
-use grip_scope::feed::EscPoint;
+use grip_scope::feed::esc_flags;
 use grip_scope::format::{self, Shown};
 
 /// Room for the values right of a plot (points).
@@ -23,12 +23,13 @@ pub(super) fn readout(
     strip: StripId,
     scale: &Scale,
     curves: &[Curve],
+    by_hand: bool,
     seen: &Seen<'_>,
 ) {
     ui.spacing_mut().item_spacing = vec2(5.0, 0.0);
     ui.spacing_mut().interact_size.y = LINE;
     // The button that gives the scale back stands below.
-    let below = if seen.state.chosen(strip).is_some() { LINE } else { 0.0 };
+    let below = if by_hand { LINE } else { 0.0 };
     let lines = crate::num::whole(f64::from((ui.available_height() - below) / LINE)).max(1);
     let mut left = lines.saturating_sub(curves.len());
     // The curve drawn last lies on top; it is also reported first.
@@ -137,7 +138,7 @@ fn swatch(ui: &mut Ui, colour: Color32, dashed: bool) {
 
 /// The value of a channel at the time that is looked at; of slow ones the last one that still holds.
 pub(super) fn value(channel: Channel, seen: &Seen<'_>) -> Option<f64> {
-    value_at(channel, seen, seen.looked_at_s())
+    value_at(channel, seen, seen.looked_at_s)
 }
 
 /// The same at another time (s).
@@ -152,7 +153,7 @@ pub(super) fn value_at(channel: Channel, seen: &Seen<'_>, t_s: f64) -> Option<f6
 fn flags(ui: &mut Ui, seen: &Seen<'_>) {
     let flags = value(Channel::EscFlags, seen).filter(|flags| flags.fract() == 0.0);
     let flags = flags.and_then(|flags| u8::try_from(crate::num::whole(flags)).ok());
-    for name in flags.map(EscPoint::flag_names).unwrap_or_default() {
+    for name in flags.map(esc_flags).unwrap_or_default() {
         let text = RichText::new(format!("! {name}")).size(11.0);
         ui.label(text.color(seen.palette.tone(Tone::Orange)));
     }

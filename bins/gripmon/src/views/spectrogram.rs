@@ -98,7 +98,7 @@ fn level(byte: u8, strongest: u8) -> f32 {
 
 pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
     let spectra = seen.model.spectrogram();
-    let at_s = seen.looked_at_s();
+    let at_s = seen.looked_at_s;
     let here = spectra.in_span(Span { from_s: at_s, to_s: at_s + 0.05 }).next();
     let Some(column) = here.or_else(|| spectra.in_span(seen.span).next_back()) else {
         ui.label(RichText::new("no spectrum").weak());

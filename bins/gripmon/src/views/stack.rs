@@ -3,10 +3,10 @@
 use super::{
     Scratch, Seen, axis, gestures, lane, overview, pressure, readout, spectrogram, strips,
 };
-use crate::action::Action;
-use crate::layout::StripLayout;
+use crate::layout::{HEIGHTS, StripLayout};
 use crate::palette::Palette;
 use crate::plot::{self, Frame, GUTTER, Kind, Scale};
+use crate::state::ViewState;
 use crate::strip::{self, Curve, StripId};
 use eframe::egui::{
     self, Align2, FontId, Rect, Response, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
@@ -23,15 +23,18 @@ const BETWEEN: f32 = 5.0;
 const TITLE: f32 = 15.0;
 
 /// Draws everything that shares the time axis.
-pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action> {
+pub fn stack(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState, scratch: &mut Scratch) {
     let all = ui.available_rect_before_wrap().shrink2(vec2(8.0, 4.0));
-    let (shown, empty_ones) = chosen(seen);
+    let (shown, empty_ones) = chosen(seen, state);
     // A narrow window has no room for values beside the plots.
     let beside = if all.width() > NARROW { readout::WIDTH } else { 4.0 };
     let left = all.left() + GUTTER;
     let inside = left..=(all.right() - beside).max(left + 20.0);
     let row = |top: f32, height: f32| Rect::from_x_y_ranges(inside.clone(), top..=top + height);
-    let mut actions = lane::lane(ui, row(all.top(), lane::HEIGHT), seen);
+    state.pointed_s = None;
+    let lane = row(all.top(), lane::HEIGHT);
+    scratch.pieces = strips::pieces(&axis::time_frame(lane, seen), seen);
+    lane::lane(ui, lane, &scratch.pieces, seen, state);
     let top = all.top() + lane::HEIGHT + BETWEEN;
     let bottom = all.bottom() - overview::HEIGHT - BETWEEN - axis::HIGH;
     if shown.is_empty() && empty_ones.is_empty() {
@@ -40,29 +43,22 @@ pub fn stack(ui: &mut Ui, seen: &Seen<'_>, scratch: &mut Scratch) -> Vec<Action>
     }
     let room = crate::num::whole(f64::from((bottom - top) / LEAST)).clamp(1, shown.len().max(1));
     let (fitting, others) = shown.split_at(room.min(shown.len()));
-    scratch.washes = strips::washes(&axis::time_frame(row(top, 1.0), seen), seen);
     for (plot, top, height) in heights(fitting, top, bottom) {
-        actions.extend(one(ui, &plot, row(top, height), seen, scratch));
+        one(ui, &plot, row(top, height), seen, state, scratch);
     }
     axis::left_out(ui, row(bottom, axis::HIGH), others.len(), &empty_ones, seen);
-    let hovered = actions.iter().any(|action| matches!(action, Action::Hover(_)));
-    if !hovered && seen.state.hover_s.is_some() && !ui.ctx().input(|i| i.pointer.any_down()) {
-        actions.push(Action::Hover(None));
+    axis::axis(ui, row(bottom, axis::HIGH), seen, state);
+    overview::overview(ui, row(all.bottom() - overview::HEIGHT, overview::HEIGHT), seen, state);
+    // What is dragged beyond the plots stays where it was last over them.
+    if state.pointed_s.is_some() || !ui.ctx().input(|i| i.pointer.any_down()) {
+        state.hover_s = state.pointed_s.filter(|_| !state.no_pointer);
     }
-    actions.extend(axis::axis(ui, row(bottom, axis::HIGH), seen));
-    actions.extend(overview::overview(
-        ui,
-        row(all.bottom() - overview::HEIGHT, overview::HEIGHT),
-        seen,
-        scratch,
-    ));
     ui.advance_cursor_after_rect(all);
-    actions
 }
 
 /// The plots that the user has chosen, and those of them that have no data: where any has some, the others leave their room to it.
-fn chosen(seen: &Seen<'_>) -> (Vec<StripLayout>, Vec<String>) {
-    let chosen = seen.state.layout.plots.iter().filter(|plot| plot.shown).copied();
+fn chosen(seen: &Seen<'_>, state: &ViewState) -> (Vec<StripLayout>, Vec<String>) {
+    let chosen = state.layout.plots.iter().filter(|plot| plot.shown).copied();
     let (full, empty): (Vec<_>, Vec<_>) =
         chosen.partition(|plot| strip::has_data(plot.plot, seen.model));
     if full.is_empty() {
@@ -91,32 +87,45 @@ fn one(
     plot: &StripLayout,
     rect: Rect,
     seen: &Seen<'_>,
+    state: &mut ViewState,
     scratch: &mut Scratch,
-) -> Vec<Action> {
+) {
     let strip = plot.plot;
     let wanted = strip::curves(strip, seen.model);
+    let by_hand = state.chosen(strip);
     let scale = match strip {
         StripId::Spectrogram => Scale::new(Kind::Linear, 0.0, spectrogram::top_hz(seen).into()),
         StripId::Pressure if strip::has_array(seen.model) => {
             Scale::new(Kind::Linear, 0.0, pressure::count(seen))
         }
-        _ => strips::scale(strip, &wanted, seen),
+        _ => by_hand.unwrap_or_else(|| strips::scale(strip, &wanted, seen)),
     };
     let frame = Frame { rect, span: seen.span, scale };
     let inside = draw(ui, strip, &frame, &wanted, seen, scratch);
-    let mut actions = interact(ui, strip, &frame, &inside, seen);
+    strips::lines(ui.painter(), &frame, seen, state);
+    title(ui, rect, strip, seen);
+    interact(ui, strip, &frame, &inside, seen, state);
     let beside = Rect::from_min_max(
         pos2(rect.right() + 10.0, rect.top()),
         pos2(rect.right() + readout::WIDTH, rect.bottom()),
     );
     if beside.right() > ui.max_rect().right() {
-        return actions;
+        return;
     }
     let mut child = ui.new_child(UiBuilder::new().max_rect(beside).id_salt((strip, "values")));
     child.set_clip_rect(beside.expand(2.0).intersect(ui.clip_rect()));
-    actions.extend(beside_plot(&mut child, strip, &scale, &wanted, seen));
-    actions.extend(edge(ui, plot, rect, seen));
-    actions
+    match strip {
+        StripId::Spectrogram => spectrogram::readout(&mut child, seen),
+        StripId::Pressure if strip::has_array(seen.model) => pressure::readout(&mut child, seen),
+        _ => readout::readout(&mut child, strip, &scale, &wanted, by_hand.is_some(), seen),
+    }
+    if by_hand.is_some() {
+        let button = child.small_button("values by hand");
+        if button.on_hover_text("Click to scale to what is seen again.").clicked() {
+            state.set_values(strip, None);
+        }
+    }
+    edge(ui, plot, rect, seen, state);
 }
 
 fn interact(
@@ -125,22 +134,19 @@ fn interact(
     frame: &Frame,
     inside: &Response,
     seen: &Seen<'_>,
-) -> Vec<Action> {
+    state: &mut ViewState,
+) {
     inside.widget_info(|| WidgetInfo::labeled(Role::Figure, true, name(strip, seen)));
-    let labels = Rect::from_min_max(
-        pos2(frame.rect.left() - GUTTER, frame.rect.top()),
-        frame.rect.left_bottom(),
-    );
-    let mut actions = gestures::over_plot(ui, inside, frame, seen);
-    if strip.has_curves(seen.model) {
-        let axis =
-            ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
-        axis.widget_info(|| {
-            WidgetInfo::labeled(Role::Figure, true, format!("{} axis", strip.title()))
-        });
-        actions.extend(gestures::over_axis(ui, &axis, frame, strip));
+    gestures::over_plot(ui, inside, frame, seen, state);
+    if !strip.has_curves(seen.model) {
+        return;
     }
-    actions
+    let across = frame.rect.left() - GUTTER..=frame.rect.left();
+    let labels = Rect::from_x_y_ranges(across, frame.rect.y_range());
+    let axis = ui.interact(labels, ui.scope_id().with((strip, "axis")), Sense::click_and_drag());
+    let title = format!("{} axis", strip.title());
+    axis.widget_info(|| WidgetInfo::labeled(Role::Figure, true, &title));
+    gestures::over_axis(ui, &axis, frame, strip, state);
 }
 
 /// A sentence for the place of a plot without data.
@@ -174,16 +180,13 @@ fn draw(
         StripId::Spectrogram => "Hz",
         _ => strips::unit(wanted, seen),
     };
-    let border = Stroke::new(1.0, seen.palette.edge);
-    let painter = ui.painter();
-    painter.rect(frame.rect, 0, seen.palette.plot, border, egui::StrokeKind::Outside);
+    super::ground(ui.painter(), frame.rect, &seen.palette);
     let is_picture = !strip.has_curves(seen.model);
     if !is_picture {
-        strips::spans(painter, frame, &scratch.washes);
+        strips::washes(ui.painter(), frame, &scratch.pieces, &seen.palette);
     }
-    let drawn = strips::drawn(ui.pixels_per_point(), frame, wanted, seen, scratch);
     let inside = plot::show(ui, (strip, "plot"), frame, unit, |plot| {
-        drawn.put(plot, frame);
+        strips::curves(plot, frame, wanted, seen);
         match strip {
             StripId::Stylus => strips::turns(plot, frame, seen),
             StripId::Statistic => strips::interval(plot, frame, seen),
@@ -198,32 +201,7 @@ fn draw(
         pressure::draw(ui, frame, seen, scratch);
     }
     strips::words(ui.painter(), strip, frame, seen);
-    strips::lines(ui.painter(), frame, seen);
-    title(ui, frame.rect, strip, seen);
     inside
-}
-
-fn beside_plot(
-    ui: &mut Ui,
-    strip: StripId,
-    scale: &Scale,
-    wanted: &[Curve],
-    seen: &Seen<'_>,
-) -> Vec<Action> {
-    match strip {
-        StripId::Spectrogram => spectrogram::readout(ui, seen),
-        StripId::Pressure if strip::has_array(seen.model) => pressure::readout(ui, seen),
-        _ => readout::readout(ui, strip, scale, wanted, seen),
-    }
-    if seen.state.chosen(strip).is_some() {
-        let by_hand = ui
-            .small_button("values by hand")
-            .on_hover_text("Click to scale to what is seen again.");
-        if by_hand.clicked() {
-            return vec![Action::Values(strip, None)];
-        }
-    }
-    Vec::new()
 }
 
 fn title(ui: &Ui, rect: Rect, strip: StripId, seen: &Seen<'_>) {
@@ -244,33 +222,26 @@ fn title(ui: &Ui, rect: Rect, strip: StripId, seen: &Seen<'_>) {
 }
 
 /// The lower edge of a plot, which makes it higher.
-fn edge(ui: &Ui, plot: &StripLayout, rect: Rect, seen: &Seen<'_>) -> Option<Action> {
-    let zone = Rect::from_min_max(
-        pos2(rect.left(), rect.bottom()),
-        pos2(rect.right(), rect.bottom() + BETWEEN),
-    );
+fn edge(ui: &Ui, plot: &StripLayout, rect: Rect, seen: &Seen<'_>, state: &mut ViewState) {
+    let zone = Rect::from_x_y_ranges(rect.x_range(), rect.bottom()..=rect.bottom() + BETWEEN);
     let response = ui.interact(zone, ui.scope_id().with((plot.plot, "edge")), Sense::drag());
-    response.widget_info(|| {
-        WidgetInfo::labeled(Role::Splitter, true, format!("{} height", plot.plot.title()))
-    });
+    let title = format!("{} height", plot.plot.title());
+    response.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &title));
     if response.hovered() || response.dragged() {
         ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeVertical);
         ui.painter().hline(zone.x_range(), zone.center().y, Stroke::new(1.0, seen.palette.weak));
     }
-    let by = response.drag_delta().y;
-    (response.dragged() && by != 0.0)
-        .then(|| Action::Height(plot.plot, plot.height * (1.0 + by / rect.height())))
+    let by = response.drag_delta().y / rect.height();
+    if response.dragged() && by.is_finite() {
+        let found = state.layout.plots.iter_mut().find(|other| other.plot == plot.plot);
+        let height = (plot.height * (1.0 + by)).clamp(HEIGHTS.0, HEIGHTS.1);
+        found.into_iter().for_each(|plot| plot.height = height);
+    }
 }
 
 /// A sentence in an empty place.
 pub fn empty(ui: &Ui, rect: Rect, text: &str, palette: &Palette) {
-    let painter = ui.painter();
+    let (painter, font) = (ui.painter(), FontId::proportional(12.0));
     painter.rect_filled(rect, 0, palette.plot);
-    painter.text(
-        rect.center(),
-        Align2::CENTER_CENTER,
-        text,
-        FontId::proportional(12.0),
-        palette.weak,
-    );
+    painter.text(rect.center(), Align2::CENTER_CENTER, text, font, palette.weak);
 }

@@ -1,14 +1,15 @@
 //! Curves of a plot: what of them is drawn, their scale, peaks and valleys, cursors.
 
-use super::joined::{fill, joined};
-use super::{Scratch, Seen, lane, readout};
-use crate::palette::Tone;
+use super::joined::{Piece, fill, joined};
+use super::{Seen, lane, readout};
+use crate::palette::{Palette, Tone};
 use crate::plot::{self, Frame, Kind, Scale, Style};
+use crate::state::ViewState;
 use crate::strip::{Curve, StripId, enclosure};
-use eframe::egui::{Align2, Color32, FontId, Painter, Rangef, Rect, Stroke};
+use eframe::egui::{Align2, FontId, Painter, Rect, Stroke};
 use egui_plot::{HLine, MarkerShape, PlotPoint, PlotPoints, PlotUi, Points};
 use grip_scope::feed::ObserverSettings;
-use grip_scope::{Bucket, Channel, EventKind, Series, Span};
+use grip_scope::{Channel, EventKind, Series, Span};
 
 /// Up to so many samples of a curve are drawn one by one.
 const FEW: usize = 700;
@@ -23,11 +24,8 @@ const LARGE: f64 = 1e9;
 /// The upper edge of the needed force is seen up to so many times the highest curve.
 const MOST_FAN: f64 = 1.5;
 
-/// The scale of a plot: chosen by hand, or what is seen of its curves.
+/// The scale of a plot: what is seen of its curves.
 pub(super) fn scale(strip: StripId, curves: &[Curve], seen: &Seen<'_>) -> Scale {
-    if let Some(chosen) = seen.state.chosen(strip) {
-        return chosen;
-    }
     let mut range: Option<(f64, f64)> = None;
     let mut join = |low: f64, high: f64| {
         range = Some(range.map_or((low, high), |(l, h): (f64, f64)| (l.min(low), h.max(high))));
@@ -81,57 +79,29 @@ pub(super) fn extremes(series: &Series, span: Span) -> Option<(f32, f32)> {
     series.robust_range(span)
 }
 
-/// Points of a line, its colour and how it is drawn.
-type Polyline = (Vec<[f64; 2]>, (Color32, Style));
-
-/// What of the curves of a plot is drawn: the wash behind each, and its points.
-pub(super) struct Drawn {
-    areas: Vec<([Vec<Bucket>; 2], Color32)>,
-    lines: Vec<Polyline>,
-}
-
-/// Looks at the curves of a plot, at most two points of each for a column of pixels.
-pub(super) fn drawn(
-    pixels_per_point: f32,
-    frame: &Frame,
-    wanted: &[Curve],
-    seen: &Seen<'_>,
-    scratch: &mut Scratch,
-) -> Drawn {
-    let (span, columns) = frame.whole_columns(pixels_per_point);
+/// Puts the curves of a plot into it, at most two points of each for a column of pixels; behind each the wash between its bounds.
+pub(super) fn curves(plot: &mut PlotUi<'_>, frame: &Frame, wanted: &[Curve], seen: &Seen<'_>) {
+    let (span, columns) = frame.whole_columns(plot.ctx().pixels_per_point());
     let buckets = |series: &Series| {
         let mut found = Vec::new();
         series.envelope(span, columns, &mut found);
         found
     };
-    let area = |curve: &Curve| {
-        let (low, high) = enclosure(curve.channel)?;
-        let (low, high) = (seen.model.series(low)?, seen.model.series(high)?);
-        Some(([buckets(low), buckets(high)], seen.palette.wash(curve.tone)))
-    };
-    let line = |curve: &Curve| {
-        let series = seen.model.series(curve.channel)?;
-        let look = (seen.palette.tone(curve.tone), curve.style);
-        if series.points(frame.span, FEW, &mut scratch.points) {
-            return Some((scratch.points.clone(), look));
+    let known = |channel| seen.model.series(channel);
+    for curve in wanted {
+        let bounds = enclosure(curve.channel);
+        if let Some((low, high)) = bounds.and_then(|(low, high)| known(low).zip(known(high))) {
+            let ends = [&*buckets(low), &*buckets(high)];
+            plot::area(plot, frame, ends, seen.palette.wash(curve.tone));
         }
-        Some((plot::runs(&buckets(series)), look))
-    };
-    Drawn {
-        areas: wanted.iter().filter_map(area).collect(),
-        lines: wanted.iter().filter_map(line).collect(),
     }
-}
-
-impl Drawn {
-    /// Puts them into a plot.
-    pub(super) fn put(&self, plot: &mut PlotUi<'_>, frame: &Frame) {
-        for ([low, high], colour) in &self.areas {
-            plot::area(plot, frame, [low, high], *colour);
+    for curve in wanted {
+        let Some(series) = known(curve.channel) else { continue };
+        let mut points = Vec::new();
+        if !series.points(frame.span, FEW, &mut points) {
+            points = plot::runs(&buckets(series));
         }
-        for (points, look) in &self.lines {
-            plot::line(plot, frame, points, *look);
-        }
+        plot::line(plot, frame, &points, (seen.palette.tone(curve.tone), curve.style));
     }
 }
 
@@ -179,48 +149,48 @@ pub(super) fn words(painter: &Painter, strip: StripId, frame: &Frame, seen: &See
 }
 
 /// Cursors, the pointer's line, the stretch that is being dragged over, gaps and slips, through the whole height of a plot.
-pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>) {
+pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>, state: &ViewState) {
     let inside = painter.with_clip_rect(painter.clip_rect().intersect(frame.rect));
     let line = |t_s: f64, stroke: Stroke| {
         inside.vline(inside.round_to_pixel_center(frame.x(t_s)), frame.rect.y_range(), stroke)
     };
-    if let (Some(from_s), Some(to_s)) = (seen.state.select_s, seen.state.hover_s) {
-        inside.rect_filled(
-            stretch(frame, Span::new(from_s, to_s)),
-            0,
-            seen.palette.wash(Tone::Blue),
-        );
+    if let (Some(from_s), Some(to_s)) = (state.select_s, state.hover_s) {
+        let selected = stretch(frame, Span::new(from_s, to_s));
+        inside.rect_filled(selected, 0, seen.palette.wash(Tone::Blue));
     }
-    if let Some(between) = seen.state.between() {
+    if let Some(between) = state.between() {
         inside.rect_filled(stretch(frame, between), 0, seen.palette.cursor.gamma_multiply(0.045));
     }
-    if let Some(t_s) = seen.state.hover_s {
+    if let Some(t_s) = state.hover_s {
         line(t_s, Stroke::new(1.0, seen.palette.weak.gamma_multiply(0.6)));
     }
-    for t_s in seen.state.cursors.into_iter().flatten() {
+    for t_s in state.cursors.into_iter().flatten() {
         line(t_s, Stroke::new(1.2, seen.palette.cursor));
     }
 }
 
-/// From the left to the right edge of a wash (points), and its colour.
-pub(super) type Wash = (Rangef, Color32);
-
-/// Slips and gaps behind the curves: the same in every plot, so they are looked for once.
-pub(super) fn washes(frame: &Frame, seen: &Seen<'_>) -> Vec<Wash> {
+/// Slips and gaps, the same in the lane and behind the curves of every plot: they are looked for once.
+pub(super) fn pieces(frame: &Frame, seen: &Seen<'_>) -> Vec<Piece<EventKind>> {
     let events = seen.model.events();
-    let colour = |kind| match kind {
-        EventKind::Gross => seen.palette.tone(Tone::Red).gamma_multiply(0.10),
-        EventKind::Gap => seen.palette.tone(Tone::Quiet).gamma_multiply(0.22),
-        _ => seen.palette.tone(Tone::Orange).gamma_multiply(0.10),
-    };
     let slips = joined(events.slips(frame.span), frame, lane::worst);
     let gaps = joined(events.gaps(frame.span), frame, lane::worst);
-    slips.into_iter().chain(gaps).map(|piece| (piece.across, colour(piece.what))).collect()
+    slips.into_iter().chain(gaps).collect()
 }
 
-/// Draws them.
-pub(super) fn spans(painter: &Painter, frame: &Frame, washes: &[Wash]) {
-    fill(painter, frame.rect.y_range(), washes.iter().copied());
+/// Draws them behind curves.
+pub(super) fn washes(
+    painter: &Painter,
+    frame: &Frame,
+    pieces: &[Piece<EventKind>],
+    palette: &Palette,
+) {
+    let colour = |kind| match kind {
+        EventKind::Gross => palette.tone(Tone::Red).gamma_multiply(0.10),
+        EventKind::Gap => palette.tone(Tone::Quiet).gamma_multiply(0.22),
+        _ => palette.tone(Tone::Orange).gamma_multiply(0.10),
+    };
+    let coloured = pieces.iter().map(|piece| (piece.across, colour(piece.what)));
+    fill(painter, frame.rect.y_range(), coloured);
 }
 
 /// What that line is called: also whether the source does not show its settings.

@@ -1,7 +1,6 @@
 //! The curves of a study, two plots beside each other.
 
 use super::Seen;
-use crate::action::Action;
 use crate::palette::{SERIES, Tone};
 use crate::plot::Style;
 use eframe::egui::{self, Role, Ui, WidgetInfo, vec2};
@@ -12,7 +11,7 @@ use grip_scope::feed::{StudyCurve, StudyCurves, StudyPlot};
 const HIGH: f32 = 270.0;
 
 /// Draws the page.
-pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) -> Vec<Action> {
+pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) {
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.heading(&study.title);
         for note in &study.notes {
@@ -30,26 +29,21 @@ pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) -> Vec<Action> {
             });
         }
     });
-    Vec::new()
 }
 
 fn draw(ui: &mut Ui, one: &StudyPlot, seen: &Seen<'_>) {
     ui.vertical(|ui| {
         ui.label(&one.title);
-        let log_y = one.log_y;
-        let mut plot = Plot::new(&one.title)
+        let plot = Plot::new(&one.title)
             .height(HIGH - 24.0)
             .legend(Legend::default().position(Corner::RightTop))
-            .x_axis_label(&one.x_label)
-            .y_axis_label(&one.y_label)
+            .x_axis_label("epoch")
+            .y_axis_label("mean squared error")
+            .y_axis_formatter(|mark, _| format!("1e{:.1}", mark.value).replace(".0", ""))
             .allow_scroll(false);
-        if log_y {
-            plot =
-                plot.y_axis_formatter(|mark, _| format!("1e{:.1}", mark.value).replace(".0", ""));
-        }
         let shown = plot.show(ui, |plot| {
             for (curve, (tone, style)) in one.curves.iter().zip(looks(&one.curves)) {
-                let points = PlotPoints::Owned(drawn(curve, log_y));
+                let points = PlotPoints::Owned(drawn(curve));
                 let line = Line::new(&curve.name, points).color(seen.palette.tone(tone));
                 plot.line(line.style(style.line()));
             }
@@ -59,11 +53,10 @@ fn draw(ui: &mut Ui, one: &StudyPlot, seen: &Seen<'_>) {
     });
 }
 
-/// The points that can be shown; on a logarithmic axis their logarithms.
-fn drawn(curve: &StudyCurve, log_y: bool) -> Vec<PlotPoint> {
-    let finite = curve.points.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
-    let shown = finite.filter(|[_, y]| !log_y || *y > 0.0);
-    shown.map(|[x, y]| PlotPoint::new(*x, if log_y { y.log10() } else { *y })).collect()
+/// The points that can be shown, errors by their logarithms.
+fn drawn(curve: &StudyCurve) -> Vec<PlotPoint> {
+    let shown = curve.points.iter().filter(|[x, y]| x.is_finite() && y.is_finite() && *y > 0.0);
+    shown.map(|[x, y]| PlotPoint::new(*x, y.log10())).collect()
 }
 
 /// The net of a curve, and whether its errors are those of rows that were not trained on.
@@ -111,6 +104,6 @@ mod tests {
     fn nonsense_is_left_out() {
         let points = vec![[1.0, 0.1], [2.0, f64::NAN], [100.0, 0.0], [f64::INFINITY, 1.0]];
         let curve = StudyCurve { name: "a".into(), points };
-        assert_eq!((drawn(&curve, true).len(), drawn(&curve, false).len()), (1, 2));
+        assert_eq!(drawn(&curve).len(), 1);
     }
 }

@@ -1,160 +1,139 @@
 //! The line at the top: source, time, measuring, plots, panels.
 
 use super::Seen;
-use crate::action::{Action, Cursor};
 use crate::layout::{Look, Panel};
-use eframe::egui::{Align, Button, DragValue, Layout, RichText, Role, Ui, WidgetInfo};
+use crate::state::ViewState;
+use eframe::egui::{Align, Button, DragValue, Layout, RichText, Role, Ui, WidgetInfo, vec2};
 
 /// From this width on everything stands in one line, the panels at the right (points).
 const ONE_LINE: f32 = 1240.0;
 
 /// Draws the line, or several where the window is narrow.
-pub fn toolbar(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
-    let mut actions = Vec::new();
-    let out = &mut actions;
+pub fn toolbar(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     if ui.available_width() < ONE_LINE {
         ui.horizontal_wrapped(|ui| {
-            controls(ui, seen, out);
-            panels(ui, seen, false, out);
+            controls(ui, seen, state);
+            panels(ui, state, false);
         });
     } else {
         ui.horizontal(|ui| {
-            controls(ui, seen, out);
+            controls(ui, seen, state);
             let right = Layout::right_to_left(Align::Center);
-            ui.with_layout(right, |ui| panels(ui, seen, true, out));
+            ui.with_layout(right, |ui| panels(ui, state, true));
         });
     }
-    actions
 }
 
-fn controls(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    time(ui, seen, out);
-    events(ui, seen, out);
-    measure(ui, seen, out);
-    plots(ui, seen, out);
+fn controls(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
+    time(ui, seen, state);
+    events(ui, seen, state);
+    measure(ui, seen, state);
+    ui.menu_button("Plots", |ui| plots(ui, state));
 }
 
-fn time(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    let held = seen.state.is_paused();
-    let name = if held { "Follow" } else { "Pause" };
-    let button = Button::new(RichText::new(name).strong()).min_size(eframe::egui::vec2(58.0, 21.0));
-    if ui
-        .add(button.selected(held))
-        .on_hover_text("Space. Recording goes on while the view is paused.")
-        .clicked()
-    {
-        out.push(Action::TogglePause);
+fn time(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
+    let held = state.is_paused();
+    let name = RichText::new(if held { "Follow" } else { "Pause" }).strong();
+    let button = ui.add(Button::new(name).min_size(vec2(58.0, 21.0)).selected(held));
+    if button.on_hover_text("Space. Recording goes on while the view is paused.").clicked() {
+        state.toggle_pause(seen.model);
     }
     let mut seconds = seen.span.length_s();
-    let speed = seconds * 0.01;
     let decimals = crate::num::whole((2.0 - seconds.max(1e-6).log10().floor()).clamp(0.0, 6.0));
+    let speed = seconds * 0.01;
     let label = ui.weak("View");
     let value = DragValue::new(&mut seconds)
         .speed(speed)
         .range(2e-4..=1e6)
         .suffix(" s")
         .fixed_decimals(decimals);
-    if ui
-        .add(value)
-        .labelled_by(label.id)
-        .on_hover_text("Seconds that are seen: drag, or click and type.")
-        .changed()
-    {
-        out.push(Action::Length(seconds));
+    let value = ui.add(value).labelled_by(label.id);
+    if value.on_hover_text("Seconds that are seen: drag, or click and type.").changed() {
+        state.view().resize(seconds, seen.model.span());
     }
-    for (name, about, action) in [
-        ("-", "Zoom out (Down)", Action::ZoomKey(2.0)),
-        ("+", "Zoom in (Up)", Action::ZoomKey(0.5)),
-        ("All", "Show everything (Home)", Action::ShowAll),
-    ] {
-        if ui.button(name).on_hover_text(about).clicked() {
-            out.push(action);
-        }
+    if ui.button("-").on_hover_text("Zoom out (Down)").clicked() {
+        state.zoom(2.0, seen.model);
+    }
+    if ui.button("+").on_hover_text("Zoom in (Up)").clicked() {
+        state.zoom(0.5, seen.model);
+    }
+    if ui.button("All").on_hover_text("Show everything (Home)").clicked() {
+        state.view().all();
     }
 }
 
-fn events(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
+fn events(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     let any = !seen.model.events().is_empty();
-    for (name, about, action) in [
-        ("< Event", "Previous event (P)", Action::PreviousEvent),
-        ("Event >", "Next event (N)", Action::NextEvent),
-    ] {
+    for (name, about, later) in
+        [("< Event", "Previous event (P)", false), ("Event >", "Next event (N)", true)]
+    {
         if ui.add_enabled(any, Button::new(name)).on_hover_text(about).clicked() {
-            out.push(action);
+            state.step(later, seen.model);
         }
     }
-    if ui
-        .button("Mark")
-        .on_hover_text("Marker at the newest sample; the key M sets it at the pointer.")
-        .clicked()
-    {
-        out.push(Action::MarkHere);
+    let about = "Marker at the newest sample; the key M sets it at the pointer.";
+    if ui.button("Mark").on_hover_text(about).clicked() {
+        state.mark(seen.model);
     }
 }
 
-fn measure(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    for (name, cursor) in [("A", Cursor::A), ("B", Cursor::B)] {
-        let set = seen.state.cursor(cursor).is_some();
+fn measure(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
+    for (cursor, name) in ["A", "B"].into_iter().enumerate() {
         let about = format!(
             "Cursor {name} in the middle of the view; the key {name} sets it at the pointer."
         );
+        let set = state.cursors[cursor].is_some();
         if ui.selectable_label(set, name).on_hover_text(about).clicked() {
-            out.push(Action::CursorHere(cursor));
+            state.put_cursor(cursor, seen.model);
         }
     }
-    let any = seen.state.cursors.iter().any(Option::is_some);
+    let any = state.cursors.iter().any(Option::is_some);
     if any && ui.button("Clear cursors").on_hover_text("C").clicked() {
-        out.push(Action::ClearCursors);
+        state.cursors = [None; 2];
     }
 }
 
-fn plots(ui: &mut Ui, seen: &Seen<'_>, out: &mut Vec<Action>) {
-    ui.menu_button("Plots", |ui| {
-        for (place, plot) in seen.state.layout.plots.iter().enumerate() {
-            ui.horizontal(|ui| {
-                let mut shown = plot.shown;
-                if ui.checkbox(&mut shown, plot.plot.title()).changed() {
-                    out.push(Action::ToggleStrip(plot.plot));
+fn plots(ui: &mut Ui, state: &mut ViewState) {
+    let mut moved = None;
+    for (place, plot) in state.layout.plots.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut plot.shown, plot.plot.title());
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let up = Button::new(RichText::new("up").small());
+                let up = ui.add_enabled(place > 0, up);
+                let about = format!("Move {} up", plot.plot.title());
+                up.widget_info(|| WidgetInfo::labeled(Role::Button, place > 0, &about));
+                if up.on_hover_text(about).clicked() {
+                    moved = Some(place);
                 }
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    let up = Button::new(RichText::new("up").small());
-                    let up = ui.add_enabled(place > 0, up);
-                    let about = format!("Move {} up", plot.plot.title());
-                    up.widget_info(|| WidgetInfo::labeled(Role::Button, place > 0, &about));
-                    if up.on_hover_text(about).clicked() {
-                        out.push(Action::MoveStrip(plot.plot, 1));
-                    }
-                });
             });
-        }
-        ui.separator();
-        if ui.button("Scale values to what is seen").clicked() {
-            out.push(Action::AutoValues);
-        }
-    });
+        });
+    }
+    if let Some(place) = moved {
+        state.layout.plots.swap(place, place.saturating_sub(1));
+    }
+    ui.separator();
+    if ui.button("Scale values to what is seen").clicked() {
+        state.values.clear();
+    }
 }
 
-fn panels(ui: &mut Ui, seen: &Seen<'_>, from_right: bool, out: &mut Vec<Action>) {
-    let mut buttons: Vec<(&str, bool, &str, Action)> = Panel::ALL
-        .into_iter()
-        .map(|panel| {
-            let open = seen.state.layout.panel == Some(panel);
-            (panel.name(), open, "", Action::TogglePanel(panel))
-        })
-        .collect();
-    let theme = if seen.state.layout.theme == Look::Dark { "Light" } else { "Dark" };
-    buttons.push((theme, false, "Other colours (L)", Action::ToggleTheme));
-    buttons.push(("?", false, "Keys and mouse", Action::ToggleHelp));
-    if from_right {
-        buttons.reverse();
-    }
-    for (name, open, about, action) in buttons {
-        let is_panel = about.is_empty();
-        let button = if is_panel { Button::selectable(open, name) } else { Button::new(name) };
-        let response = ui.add(button);
-        let response = if is_panel { response } else { response.on_hover_text(about) };
-        if response.clicked() {
-            out.push(action);
+fn panels(ui: &mut Ui, state: &mut ViewState, from_right: bool) {
+    let count = Panel::ALL.len() + 2;
+    for place in 0..count {
+        let place = if from_right { count - 1 - place } else { place };
+        if let Some(panel) = Panel::ALL.get(place).copied() {
+            let open = state.layout.panel == Some(panel);
+            if ui.add(Button::selectable(open, panel.name())).clicked() {
+                state.toggle_panel(panel);
+            }
+        } else if place == Panel::ALL.len() {
+            let other = if state.layout.theme == Look::Dark { "Light" } else { "Dark" };
+            if ui.button(other).on_hover_text("Other colours (L)").clicked() {
+                state.toggle_theme();
+            }
+        } else if ui.button("?").on_hover_text("Keys and mouse").clicked() {
+            state.help = !state.help;
         }
     }
 }

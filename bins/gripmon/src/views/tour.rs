@@ -1,6 +1,6 @@
 //! The tour of the first start: three hints over the lower edge of the plots, which stay in use.
 
-use crate::action::Action;
+use crate::state::ViewState;
 use eframe::egui::{self, Align2, Key, Label, RichText, vec2};
 
 /// Title and text of each hint.
@@ -19,10 +19,9 @@ pub const HINTS: [(&str, &str); 3] = [
     ),
 ];
 
-pub(super) fn tour(ctx: &egui::Context, hint: usize) -> Option<Action> {
-    let (title, text) = HINTS.get(hint)?;
+pub(super) fn tour(ctx: &egui::Context, hint: usize, state: &mut ViewState) {
+    let Some((title, text)) = HINTS.get(hint) else { return };
     let last = hint + 1 == HINTS.len();
-    let mut action = None;
     let area = egui::Area::new(egui::Id::unique("tour"))
         .order(egui::Order::Foreground)
         .anchor(Align2::CENTER_BOTTOM, vec2(0.0, -60.0));
@@ -35,13 +34,12 @@ pub(super) fn tour(ctx: &egui::Context, hint: usize) -> Option<Action> {
                 let next = ui.button(if last { "Done (Enter)" } else { "Next (Enter)" });
                 let enter = !ctx.text_edit_focused() && ui.input(|i| i.key_pressed(Key::Enter));
                 if next.clicked() || enter {
-                    action = Some(Action::Tour(Some(hint + 1)));
+                    state.show_hint(Some(hint + 1));
                 }
                 if !last && ui.button("End the tour (Esc)").clicked() {
-                    action = Some(Action::Tour(None));
+                    state.show_hint(None);
                 }
             });
         });
     });
-    action
 }

@@ -1,11 +1,11 @@
 //! When the view shall stop and show: level and edge of a channel, or an event.
 
 use super::{Seen, heading, row, sentence};
-use crate::action::Action;
-use crate::form::{Condition, TriggerForm};
-use eframe::egui::{ComboBox, DragValue, Ui};
+use crate::apply::Effect;
+use crate::state::ViewState;
+use eframe::egui::{ComboBox, DragValue, Response, Ui};
 use grip_scope::format::{self, Typed};
-use grip_scope::trigger::TriggerMode;
+use grip_scope::trigger::{Condition, TriggerMode, TriggerSettings};
 use grip_scope::{Channel, EventKind};
 
 /// Events that are worth waiting for.
@@ -22,10 +22,6 @@ const EVENTS: [EventKind; 7] = [
 /// Height of a list of choices (points): all conditions are seen.
 const CHOICES: f32 = 320.0;
 
-/// What a channel can be waited for.
-const OF_A_CHANNEL: [Condition; 4] =
-    [Condition::RisingEdge, Condition::FallingEdge, Condition::Above, Condition::Below];
-
 const fn name(condition: Condition, event: EventKind) -> &'static str {
     match condition {
         Condition::RisingEdge => "rising edge",
@@ -36,37 +32,31 @@ const fn name(condition: Condition, event: EventKind) -> &'static str {
     }
 }
 
-pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>) -> Vec<Action> {
-    let before = seen.state.trigger;
-    let mut form = before;
+pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
+    let before = state.layout.trigger;
     heading(ui, "Trigger");
     sentence(ui, "Stops the view where something happens; recording goes on.");
     ui.add_space(4.0);
-    let name = if form.armed { "Disarm" } else { "Arm" };
-    let mut actions = Vec::new();
-    if ui.button(name).on_hover_text("Key T").clicked() {
-        actions.push(Action::ToggleTrigger);
+    let armed = state.armed;
+    if ui.button(if armed { "Disarm" } else { "Arm" }).on_hover_text("Key T").clicked() {
+        state.toggle_trigger();
     }
-    kind(ui, &mut form);
+    let form = &mut state.layout.trigger;
+    kind(ui, form);
     if form.condition != Condition::Event {
-        level(ui, &mut form, seen);
+        level(ui, form, seen);
     }
-    mode(ui, &mut form);
-    window(ui, &mut form);
+    mode(ui, form);
+    window(ui, form);
     heading(ui, "State");
-    row(ui, "trigger", state(&before));
-    row(ui, "found", format::count(seen.state.triggered));
-    if form != before {
-        actions.push(Action::SetTrigger(form));
+    row(ui, "trigger", if armed { "armed, waiting" } else { "not armed" });
+    row(ui, "found", format::count(state.triggered));
+    if state.layout.trigger != before {
+        state.ask(Effect::Watch);
     }
-    actions
 }
 
-const fn state(form: &TriggerForm) -> &'static str {
-    if form.armed { "armed, waiting" } else { "not armed" }
-}
-
-fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> eframe::egui::Response) {
+fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response) {
     ui.horizontal(|ui| {
         let left = eframe::egui::Layout::left_to_right(eframe::egui::Align::Center);
         let label = ui.allocate_ui_with_layout(eframe::egui::vec2(84.0, 20.0), left, |ui| {
@@ -77,10 +67,15 @@ fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> eframe::egui::
     });
 }
 
-fn kind(ui: &mut Ui, form: &mut TriggerForm) {
+fn choices(ui: &mut Ui, id: &str, chosen: &str, choose: impl FnOnce(&mut Ui)) -> Response {
+    let list = ComboBox::from_id_salt(id).selected_text(chosen).width(150.0).height(CHOICES);
+    list.show_ui(ui, choose).response
+}
+
+fn kind(ui: &mut Ui, form: &mut TriggerSettings) {
     heading(ui, "Waits for");
     let mut chosen = (form.condition, form.event);
-    let of_a_channel = OF_A_CHANNEL.map(|condition| (condition, form.event));
+    let of_a_channel = Condition::OF_A_CHANNEL.map(|condition| (condition, form.event));
     let events = EVENTS.map(|event| (Condition::Event, event));
     let text = name(form.condition, form.event);
     labelled(ui, "Condition", |ui| {
@@ -89,17 +84,12 @@ fn kind(ui: &mut Ui, form: &mut TriggerForm) {
                 ui.selectable_value(&mut chosen, (condition, event), name(condition, event));
             }
         };
-        ComboBox::from_id_salt("condition")
-            .selected_text(text)
-            .width(150.0)
-            .height(CHOICES)
-            .show_ui(ui, choose)
-            .response
+        choices(ui, "condition", text, choose)
     });
     (form.condition, form.event) = chosen;
 }
 
-fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
+fn level(ui: &mut Ui, form: &mut TriggerSettings, seen: &Seen<'_>) {
     let before = form.channel;
     labelled(ui, "Channel", |ui| {
         let channels: Vec<Channel> =
@@ -111,12 +101,7 @@ fn level(ui: &mut Ui, form: &mut TriggerForm, seen: &Seen<'_>) {
                 ui.selectable_value(&mut form.channel, channel, info.name(channel));
             }
         };
-        ComboBox::from_id_salt("channel")
-            .selected_text(chosen)
-            .width(150.0)
-            .height(CHOICES)
-            .show_ui(ui, choose)
-            .response
+        choices(ui, "channel", chosen, choose)
     });
     if form.channel != before {
         form.level = middle(form.channel, seen);
@@ -166,7 +151,7 @@ fn middle(channel: Channel, seen: &Seen<'_>) -> f64 {
     if step.is_finite() && step > 0.0 { (middle / step).round() * step } else { 0.0 }
 }
 
-fn mode(ui: &mut Ui, form: &mut TriggerForm) {
+fn mode(ui: &mut Ui, form: &mut TriggerSettings) {
     heading(ui, "Mode");
     ui.horizontal(|ui| {
         for (mode, name, about) in [
@@ -179,7 +164,7 @@ fn mode(ui: &mut Ui, form: &mut TriggerForm) {
     });
 }
 
-fn window(ui: &mut Ui, form: &mut TriggerForm) {
+fn window(ui: &mut Ui, form: &mut TriggerSettings) {
     heading(ui, "Shows");
     let seconds =
         |value| DragValue::new(value).speed(0.01).range(0.001..=600.0).suffix(" s").max_decimals(3);

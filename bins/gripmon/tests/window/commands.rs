@@ -10,7 +10,7 @@ use gripmon::Scope;
 use gripmon::layout::Panel;
 
 #[test]
-fn commands_are_locked_limited_and_a_release_is_asked_for() {
+fn a_locked_button_does_nothing_and_a_refusal_is_reported() {
     let mut harness = window(fixture::grasp(), Panel::Command);
     // A locked button does nothing.
     harness.get_by_label("Hold with this force").click();
@@ -19,28 +19,8 @@ fn commands_are_locked_limited_and_a_release_is_asked_for() {
     click(&mut harness, "Arm commands");
     click(&mut harness, "Hold with this force");
     // This model has no source behind it: the refusal is reported.
-    assert!(
-        harness
-            .state()
-            .state
-            .message
-            .as_ref()
-            .unwrap()
-            .text
-            .starts_with("Not sent: only a running daemon")
-    );
-    click(&mut harness, "Release ..");
-    click(&mut harness, "Keep holding");
-    assert!(!harness.state().state.command.asks_release);
-    click(&mut harness, "Release ..");
-    click(&mut harness, "Yes, release");
-    assert!(harness.state().state.message.as_ref().unwrap().is_error);
-    // The connection is lost: the lock is on again.
-    let gone = SourceStatus::Waiting { reason: "gone".into(), again_in_s: 1.0 };
-    harness.state().shared.engine().model.take(Feed::Status(gone));
-    harness.run();
-    assert!(!harness.state().state.command.armed);
-    harness.get_by_label("There is no connection to gripd now.");
+    let message = harness.state().state.message.clone().unwrap();
+    assert!(message.text.starts_with("Not sent: only a running daemon"), "{message:?}");
 }
 
 fn report(harness: &mut Harness<'_, Scope>, status: SourceStatus) {

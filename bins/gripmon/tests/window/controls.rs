@@ -5,9 +5,9 @@ use eframe::egui::Key;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use grip_scope::feed::{EventKind, EventMark, Feed};
+use grip_scope::trigger::Condition;
 use grip_scope::trigger::TriggerMode;
 use gripmon::Scope;
-use gripmon::form::Condition;
 use gripmon::layout::{Look, Panel};
 use gripmon::time::Following;
 
@@ -104,26 +104,26 @@ fn cursors_measure_what_lies_between_them() {
 fn a_trigger_stops_at_what_it_waits_for_once() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
     click(&mut harness, "Single");
-    assert_eq!(harness.state().state.trigger.mode, TriggerMode::Single);
-    let form = harness.state().state.trigger;
+    assert_eq!(harness.state().state.layout.trigger.mode, TriggerMode::Single);
+    let form = harness.state().state.layout.trigger;
     assert_eq!((form.condition, form.event), (Condition::Event, EventKind::Gross));
     click(&mut harness, "Arm");
     harness.get_by_label("armed, waiting");
     {
         let mut engine = harness.state().shared.engine();
-        engine.take_in(1);
+        engine.look();
         let rows =
             |from, to| Feed::Rows(fixture::rows(&[grip_scope::Channel::Stylus], 10_000, from, to));
         engine.model.take(rows(20_000, 21_000));
         engine.model.take(Feed::Event(EventMark::plain(2.05, EventKind::Gross, "x")));
-        engine.take_in(1);
+        engine.look();
         engine.model.take(rows(21_000, 30_000));
-        engine.take_in(1);
+        engine.look();
     }
     harness.run();
     let (from_s, to_s) = seen(&harness);
     assert!((from_s - 1.95).abs() < 1e-6 && (to_s - 2.45).abs() < 1e-6, "{from_s} {to_s}");
-    assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+    assert!(!harness.state().state.armed && harness.state().state.triggered == 1);
 }
 
 /// A tenth of a second more, and what the trigger makes of it.
@@ -133,7 +133,7 @@ fn tenth(harness: &mut Harness<'_, Scope>, number: usize) {
     {
         let mut engine = harness.state().shared.engine();
         engine.model.take(Feed::Rows(rows));
-        engine.take_in(1);
+        engine.look();
     }
     harness.run();
 }
@@ -175,12 +175,12 @@ fn a_trigger_searches_a_recording_from_the_left_edge_and_states_where_there_is_n
     press(&mut harness, Key::T);
     harness.run();
     assert!((seen(&harness).0 - 0.85).abs() < 1e-6, "{:?}", seen(&harness));
-    assert!(!harness.state().state.trigger.armed && harness.state().state.triggered == 1);
+    assert!(!harness.state().state.armed && harness.state().state.triggered == 1);
     press(&mut harness, Key::T);
     harness.run();
     let message = harness.state().state.message.clone().unwrap();
     assert_eq!(message.text, "The trigger finds nothing after 0.9500 s.");
-    assert!(!harness.state().state.trigger.armed);
+    assert!(!harness.state().state.armed);
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn keys_do_nothing_behind_a_dialog_but_close_it() {
         press(&mut harness, key);
     }
     let state = &harness.state().state;
-    assert!(!state.trigger.armed && state.command.asks_release);
+    assert!(!state.armed && state.command.asks_release);
     assert_eq!((state.layout.panel, state.layout.theme), (Some(Panel::Command), Look::Dark));
     assert_eq!(seen(&harness), before);
     press(&mut harness, Key::Escape);

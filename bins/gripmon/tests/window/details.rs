@@ -4,11 +4,9 @@ use super::labels::{control, painted};
 use super::{fixture, window};
 use eframe::egui::vec2;
 use egui_kittest::kittest::Queryable as _;
-use grip_scope::feed::{
-    DerivedBlock, EscPoint, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock,
-};
+use grip_scope::feed::{DerivedBlock, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock};
+use grip_scope::trigger::Condition;
 use grip_scope::{Channel, EventKind, Model, Span};
-use gripmon::form::Condition;
 use gripmon::layout::Panel;
 use gripmon::strip::StripId;
 
@@ -17,8 +15,7 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
     let mut model = fixture::grasp();
     // The source states 0.2, the scope's own observer 0.5 with its enclosure.
     model.take(Feed::State(fixture::state(1.05)));
-    let kind = grip_link::message::daemon::Reading::Literal;
-    let esc = Some(EscPoint { kind, value: 0.5, low: 0.4, high: 0.6, flags: 0 });
+    let esc = Some([0.5, 0.4, 0.6]);
     let evidence = vec![EvidencePoint { t_s: 1.99, esc, speed: None, estimate: None }];
     model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
     let mut harness = window(model, Panel::Events);
@@ -93,22 +90,22 @@ fn a_pointer_over_the_events_is_over_them_in_every_frame() {
 #[test]
 fn a_level_that_is_typed_means_the_same_whatever_it_was_before() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
-    harness.state_mut().state.trigger.condition = Condition::RisingEdge;
+    harness.state_mut().state.layout.trigger.condition = Condition::RisingEdge;
     for (channel, unit, factor) in [
         (Channel::Stylus, "\u{b5}m", 1e-6),
         (Channel::NormalForce, "N", 1.0),
         (Channel::SlipSpeed, "mm/s", 1e-3),
         (Channel::Statistic, "s", 1.0),
     ] {
-        harness.state_mut().state.trigger.channel = channel;
+        harness.state_mut().state.layout.trigger.channel = channel;
         for level in [0.0, 2e-9, 0.5, 40.0, 1e6] {
-            harness.state_mut().state.trigger.level = level;
+            harness.state_mut().state.layout.trigger.level = level;
             harness.run();
             let shown = control(&harness, "Level").value().unwrap();
             assert_eq!(shown.trim_start_matches(|c: char| "0123456789.,-e ".contains(c)), unit);
             control(&harness, "Level").set_value_accesskit(3.0);
             harness.run();
-            let is = harness.state().state.trigger.level;
+            let is = harness.state().state.layout.trigger.level;
             assert!((is / factor - 3.0).abs() < 1e-9, "{channel:?} from {level}: {is}");
         }
     }
@@ -117,8 +114,8 @@ fn a_level_that_is_typed_means_the_same_whatever_it_was_before() {
 #[test]
 fn a_level_may_be_typed_with_its_unit() {
     let mut harness = window(fixture::grasp(), Panel::Trigger);
-    harness.state_mut().state.trigger.condition = Condition::Above;
-    harness.state_mut().state.trigger.channel = Channel::Stylus;
+    harness.state_mut().state.layout.trigger.condition = Condition::Above;
+    harness.state_mut().state.layout.trigger.channel = Channel::Stylus;
     harness.run();
     control(&harness, "Level").click();
     harness.run();
@@ -126,7 +123,7 @@ fn a_level_may_be_typed_with_its_unit() {
     harness.run();
     harness.key_press(eframe::egui::Key::Enter);
     harness.run();
-    let level = harness.state().state.trigger.level;
+    let level = harness.state().state.layout.trigger.level;
     assert!((level / 2e-4 - 1.0).abs() < 1e-9, "{level}");
 }
 

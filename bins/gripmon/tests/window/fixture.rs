@@ -6,8 +6,8 @@ use grip_link::message::daemon::{
     Reading, RealTime, Scene, SensorHealth,
 };
 use grip_scope::feed::{
-    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, Level,
-    NoticeLine, RowBlock, SpectrumColumn, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock,
+    SpectrumColumn, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -70,7 +70,6 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         place: "tcp:127.0.0.1:7747".to_owned(),
         may_command,
         dry_run: false,
-        records: false,
         real_time: RealTime::Granted,
         every_nth: 1,
     }));
@@ -84,8 +83,7 @@ pub(crate) fn greet(model: &mut Model, may_command: bool) {
         stylus: Unit::Metre,
     };
     model.take(Feed::Gripper(gripper));
-    model
-        .take(Feed::Notice(NoticeLine { level: Level::Info, text: "the link streams".to_owned() }));
+    model.take(Feed::Notice("the link streams".to_owned()));
 }
 
 /// The pipeline at a time; it slips from 0.9 s to 1.1 s.
@@ -203,9 +201,6 @@ pub(crate) fn study() -> Model {
     };
     let plot = StudyPlot {
         title: "Learning of surface2".to_owned(),
-        x_label: "epoch".to_owned(),
-        y_label: "mean squared error".to_owned(),
-        log_y: true,
         curves: vec![curve("gd"), curve("lm")],
     };
     let curves = StudyCurves {

@@ -6,10 +6,10 @@ use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
 use egui_kittest::{Harness, Node};
 use grip_link::message::FaultCode;
 use grip_scope::feed::Feed;
+use grip_scope::trigger::Condition;
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
 use gripmon::Scope;
-use gripmon::form::Condition;
 use gripmon::labels::Place;
 use gripmon::layout::{Look, Panel};
 use gripmon::plot::{Kind, Scale};
@@ -181,40 +181,40 @@ fn panels() -> Vec<Case> {
 }
 
 fn waits_for(scope: &Scope, event: EventKind) -> bool {
-    let form = scope.state.trigger;
+    let form = scope.state.layout.trigger;
     (form.condition, form.event) == (Condition::Event, event)
 }
 
 fn trigger() -> Vec<Case> {
     use Use::{Choose, Click, Set};
     let at = Panel::Trigger;
-    let rising = |s: &mut Scope| s.state.trigger.condition = Condition::RisingEdge;
+    let rising = |s: &mut Scope| s.state.layout.trigger.condition = Condition::RisingEdge;
     let mut cases = vec![
-        case(at, "Arm", nothing, Click, |s| s.state.trigger.armed),
-        case(at, "Disarm", |s| s.state.trigger.armed = true, Click, |s| !s.state.trigger.armed),
+        case(at, "Arm", nothing, Click, |s| s.state.armed),
+        case(at, "Disarm", |s| s.state.armed = true, Click, |s| !s.state.armed),
         case(at, "Channel", rising, Choose("normal force"), |s| {
             // The level is one of the new channel.
-            let form = s.state.trigger;
+            let form = s.state.layout.trigger;
             form.channel == Channel::NormalForce && (4.0..6.0).contains(&form.level)
         }),
-        case(at, "Level", rising, Set(2.5), |s| near(s.state.trigger.level, 2.5)),
-        case(at, "Single", nothing, Click, |s| s.state.trigger.mode == TriggerMode::Single),
-        case(at, "Auto", nothing, Click, |s| s.state.trigger.mode == TriggerMode::Auto),
+        case(at, "Level", rising, Set(2.5), |s| near(s.state.layout.trigger.level, 2.5)),
+        case(at, "Single", nothing, Click, |s| s.state.layout.trigger.mode == TriggerMode::Single),
+        case(at, "Auto", nothing, Click, |s| s.state.layout.trigger.mode == TriggerMode::Auto),
         case(
             at,
             "Normal",
-            |s| s.state.trigger.mode = TriggerMode::Auto,
+            |s| s.state.layout.trigger.mode = TriggerMode::Auto,
             Click,
-            |s| s.state.trigger.mode == TriggerMode::Normal,
+            |s| s.state.layout.trigger.mode == TriggerMode::Normal,
         ),
-        case(at, "Before it", nothing, Set(0.25), |s| near(s.state.trigger.before_s, 0.25)),
-        case(at, "In all", nothing, Set(2.0), |s| near(s.state.trigger.window_s, 2.0)),
+        case(at, "Before it", nothing, Set(0.25), |s| near(s.state.layout.trigger.before_s, 0.25)),
+        case(at, "In all", nothing, Set(2.0), |s| near(s.state.layout.trigger.window_s, 2.0)),
     ];
     let conditions: [(&'static str, Done); 10] = [
-        ("rising edge", |s| s.state.trigger.condition == Condition::RisingEdge),
-        ("falling edge", |s| s.state.trigger.condition == Condition::FallingEdge),
-        ("above the level", |s| s.state.trigger.condition == Condition::Above),
-        ("below the level", |s| s.state.trigger.condition == Condition::Below),
+        ("rising edge", |s| s.state.layout.trigger.condition == Condition::RisingEdge),
+        ("falling edge", |s| s.state.layout.trigger.condition == Condition::FallingEdge),
+        ("above the level", |s| s.state.layout.trigger.condition == Condition::Above),
+        ("below the level", |s| s.state.layout.trigger.condition == Condition::Below),
         ("incipient slip", |s| waits_for(s, EventKind::Incipient)),
         ("slip ended", |s| waits_for(s, EventKind::Ended)),
         ("reflex", |s| waits_for(s, EventKind::Reflex)),
@@ -422,7 +422,7 @@ fn no_control_is_without_a_label_or_missing_in_the_table() {
         |s| {
             s.state.command.armed = true;
             s.state.command.asks_release = true;
-            s.state.trigger.condition = Condition::Above;
+            s.state.layout.trigger.condition = Condition::Above;
             s.state.report("x");
             s.state.values = vec![(StripId::Force, Scale::new(Kind::Linear, 0.0, 1.0))];
         },

@@ -7,10 +7,10 @@ use eframe::egui::{Context, ViewportId};
 use grip_scope::{Feed, Model, SourceHandle, SourceSpec, SourceStatus};
 use gripmon::engine::Engine;
 use gripmon::layout::Panel;
-use gripmon::pump::Pump;
+use gripmon::repaint::{self, Watch};
 use gripmon::scope::Shared;
-use std::sync::{Arc, Mutex, OnceLock};
-use std::thread::{self, Thread};
+use std::sync::{Arc, Mutex};
+use std::thread;
 
 #[test]
 fn a_window_without_updates_asks_for_no_further_frame() {
@@ -24,12 +24,18 @@ fn a_window_without_updates_asks_for_no_further_frame() {
     }
 }
 
+fn paint(ctx: &Context) {
+    let mut output = ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
+    output.textures_delta.clear();
+}
+
 /// The simulator runs; whoever asks for a frame gets one, and they are counted.
 struct Running {
-    pump: Pump,
     shared: Arc<Shared>,
+    watch: Arc<Watch>,
     ctx: Context,
     requests: Arc<AtomicU64>,
+    _source: SourceHandle,
 }
 
 #[expect(clippy::unwrap_used, clippy::panic, reason = "part of a test")]
@@ -37,19 +43,14 @@ impl Running {
     fn start() -> Self {
         let requests: Arc<AtomicU64> = Arc::default();
         let (counted, ctx) = (Arc::clone(&requests), Context::default());
-
         ctx.set_request_repaint_callback(move |_| {
             counted.fetch_add(1, Ordering::Relaxed);
         });
-        let thread: Arc<OnceLock<Thread>> = Arc::default();
-        let woken = Arc::clone(&thread);
-        let wake = move || woken.get().into_iter().for_each(Thread::unpark);
-        let spec = SourceSpec::parse("demo").unwrap();
-        let source = SourceHandle::spawn(spec, grip_sim::mcu::peer, wake).unwrap();
-        let shared = Arc::new(Shared::new(Engine::new(Model::new(64 << 20), Some(source))));
-        let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
-        thread.set(pump.thread().unwrap().clone()).unwrap();
-        Self { pump, shared, ctx, requests }
+        let watch = Arc::default();
+        let shared = Arc::new(Shared::new(Engine::new(Model::new(64 << 20), None)));
+        let demo = SourceSpec::parse("demo").unwrap();
+        let source = repaint::open(demo, &shared, &ctx, &watch).unwrap();
+        Self { shared, watch, ctx, requests, _source: source }
     }
 
     /// Frames until the model has this much more news, however long a busy machine takes for it.
@@ -58,8 +59,7 @@ impl Running {
         let (mut frames, until) = (0, revision() + updates);
         for _ in 0..6000 {
             if self.requests.swap(0, Ordering::Relaxed) > 0 {
-                let mut output = self.ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
-                output.textures_delta.clear();
+                paint(&self.ctx);
                 frames += 1;
             }
             if revision() >= until {
@@ -75,16 +75,14 @@ impl Running {
 fn data_paint_a_view_that_follows_and_none_that_is_paused_or_hidden() {
     let running = Running::start();
     assert!(running.after_updates(50) > 0);
-    let live = running.after_updates(1);
-    running.pump.watch().paused.store(true, Ordering::Relaxed);
-    // What was under way when the view was paused.
-    let _settling = running.after_updates(5);
-    assert_eq!(running.after_updates(50), 0, "paused, after {live}");
-    running.pump.watch().paused.store(false, Ordering::Relaxed);
-    assert!(running.after_updates(50) > 0);
-    running.pump.watch().hidden.store(true, Ordering::Relaxed);
-    let _settling = running.after_updates(5);
-    assert_eq!(running.after_updates(50), 0, "hidden");
+    for (unseen, name) in [(&running.watch.paused, "paused"), (&running.watch.hidden, "hidden")] {
+        unseen.store(true, Ordering::Relaxed);
+        // What was under way.
+        let _settling = running.after_updates(5);
+        assert_eq!(running.after_updates(50), 0, "{name}");
+        unseen.store(false, Ordering::Relaxed);
+        assert!(running.after_updates(50) > 0, "{name} no more");
+    }
 }
 
 #[test]
@@ -92,28 +90,18 @@ fn a_file_that_is_loaded_paints_a_view_that_stands_still_a_few_times_a_second() 
     let (ctx, asked) = (Context::default(), Arc::<Mutex<Option<Duration>>>::default());
     let received = Arc::clone(&asked);
     ctx.set_request_repaint_callback(move |info| *received.lock().unwrap() = Some(info.delay));
-    let shared = Arc::new(Shared::new(Engine::new(Model::new(1 << 20), None)));
-    let pump = Pump::start(Arc::clone(&shared), ctx.clone()).unwrap();
-    pump.watch().paused.store(true, Ordering::Relaxed);
-    let frame = || {
-        let mut output = ctx.run_ui(eframe::egui::RawInput::default(), |_| {});
-        output.textures_delta.clear();
-    };
-    let reported = |done: f32| {
-        frame();
+    let shared = Shared::new(Engine::new(Model::new(1 << 20), None));
+    let watch = Watch::default();
+    watch.paused.store(true, Ordering::Relaxed);
+    // The first frames of a window ask for more of them; the first state is another one.
+    shared.engine().model.take(Feed::Status(SourceStatus::Loading { done: 0.0 }));
+    repaint::look(&shared, &ctx, &watch);
+    for done in [0.1, 0.11] {
+        (0..3).for_each(|_| paint(&ctx));
         *asked.lock().unwrap() = None;
         shared.engine().model.take(Feed::Status(SourceStatus::Loading { done }));
-        pump.thread().unwrap().unpark();
-        // However long a busy machine takes for it.
-        (0..6000).find_map(|_| {
-            thread::park_timeout(Duration::from_millis(10));
-            asked.lock().unwrap().take()
-        })
-    };
-    // The first frames of a window ask for more of them.
-    (0..3).for_each(|_| frame());
-    for done in [0.1, 0.11] {
-        let delay = reported(done).unwrap();
+        repaint::look(&shared, &ctx, &watch);
+        let delay = asked.lock().unwrap().take().unwrap();
         assert!((0.1..0.5).contains(&delay.as_secs_f32()), "{done}: {delay:?}");
     }
 }

@@ -6,7 +6,7 @@
 
 mod spectrum;
 
-use crate::feed::{BandPoint, DerivedBlock, EscPoint, EvidencePoint, Turn};
+use crate::feed::{BandPoint, DerivedBlock, EvidencePoint, Turn};
 
 use grip_session::HostEstimator;
 
@@ -215,13 +215,11 @@ impl Looks {
     }
 }
 
-/// E_sc as the scope shows it.
-pub(crate) fn esc_point(esc: &Esc) -> EscPoint {
-    let (kind, flags) = (esc.reading, esc.flags.bits());
-    #[expect(clippy::cast_possible_truncation, reason = "shown with seven digits")]
-    let [value, low, high] = [esc.value as f32, esc.lo as f32, esc.hi as f32];
+/// E_sc and the ends of its enclosure as the scope shows them: with seven digits.
+fn esc_point(esc: &Esc) -> [f32; 3] {
+    let [value, low, high] = [esc.value, esc.lo, esc.hi].map(crate::num::narrow);
     // Rounding must not put the value outside its own enclosure.
-    EscPoint { kind, value, low: low.next_down(), high: high.next_up(), flags }
+    [value, low.next_down(), high.next_up()]
 }
 
 #[cfg(test)]

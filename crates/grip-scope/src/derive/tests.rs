@@ -75,9 +75,9 @@ fn evidence_holds_its_own_value_and_what_the_network_states_of_it() {
     let known: Vec<_> = block.evidence.iter().filter(known).collect();
     assert!(known.len() > 20, "{}", known.len());
     for point in known {
-        let (esc, [value, low, high]) = (point.esc.unwrap(), point.estimate.unwrap());
-        assert!(esc.low <= esc.value && esc.value <= esc.high, "{esc:?}");
-        assert!(low <= value && value <= high && low > 0.0, "{point:?}");
+        let known = [point.esc.unwrap(), point.estimate.unwrap()];
+        assert!(known.iter().all(|[value, low, high]| low <= value && value <= high), "{point:?}");
+        assert!(known[1][1] > 0.0, "{point:?}");
         let (speed, sigma) = point.speed.unwrap();
         assert!((speed - 0.05).abs() < 0.01 && sigma > 0.0, "{point:?}");
     }

@@ -1,19 +1,16 @@
-//! The model and a span in, files out: CSV of what is kept, an MCAP slice of a recording or of what is kept, a page about a grasp.
-//!
-//! The model is borrowed for a piece at a time: nothing waits for a file.
+//! Files of a span: CSV of what is kept, an MCAP slice of a recording or of what is kept, a page about a grasp.
 
 mod csv;
 mod mcap;
-mod pieces;
+mod part;
 mod slice;
 
 pub use csv::csv;
 pub use mcap::mcap;
+pub use part::Part;
 pub use slice::mcap_slice;
 
-use crate::{model::Model, report, span::Span};
-use core::ops::Deref;
-use grip_plot::report::ReportError;
+use grip_plot::report::{Report, ReportError};
 use grip_record::mcap::{McapError, McapWriteError};
 use grip_record::outputs::{OutputError, OutputFile, OutputKind, OutputPath};
 use std::io::{self, Write as _};
@@ -69,26 +66,14 @@ pub enum ExportError {
     /// There are no samples.
     #[error("there are no samples in this span to write")]
     Empty,
-    /// The oldest samples of the span were dropped between two looks.
-    #[error(
-        "the oldest samples of this span were dropped while it was written, because the memory for the history is full; try again, or begin later"
-    )]
-    Dropped,
 }
 
-/// Writes a page about a span of `source` as one HTML file that needs nothing from elsewhere: the bytes of it.
+/// Writes a page as one HTML file that needs nothing from elsewhere: the bytes of it.
 ///
 /// # Errors
-/// Where there is no sample, there is a file of this name, or it cannot be written.
-pub fn html<G: Deref<Target = Model>>(
-    look: impl Fn() -> G,
-    span: Span,
-    source: &str,
-    path: &Path,
-) -> Result<usize, ExportError> {
-    // The model is given back before the charts are drawn.
-    let report = report::grasp(&look(), span, source).ok_or(ExportError::Empty)?;
-    let page = report.html();
+/// Where there is no page, there is a file of this name, or it cannot be written.
+pub fn html(page: Option<&Report>, path: &Path) -> Result<usize, ExportError> {
+    let page = page.ok_or(ExportError::Empty)?.html();
     let page = page.map_err(|source| ExportError::Page { file: path.to_owned(), source })?;
     fill(path, None, |file| {
         let failed = |source| ExportError::Write { file: path.to_owned(), source };

@@ -1,10 +1,12 @@
-//! A recording and a span in; a recording of that span out.
+//! A recording of a span of another one.
 
 use super::{ExportError, PROGRAM, Sliced, fill};
 use crate::damage::Damage;
 use crate::model::{Axis, Placed};
 use crate::span::Span;
-use grip_record::mcap::{Attached, Entry, McapIndex, McapReader, McapWriter, Record};
+use grip_record::mcap::{
+    Attached, Entry, McapIndex, McapReader, McapWriteError, McapWriter, PipelineRecord, Record,
+};
 use grip_record::outputs::OutputFile;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -21,15 +23,17 @@ const SLICE: &str = "slice";
 /// # Errors
 /// Where the recording cannot be opened, or not be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
 pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
+    let failed = |source| ExportError::Record { file: path.to_owned(), source };
     fill(path, Some(from), |file| {
-        let mut slice = Slice::new(path, file, span)?;
+        // Log times of the slice are those of the recording: host time 0 is 1970.
+        let mut slice = Slice::new(McapWriter::new(file, PROGRAM, 0).map_err(failed)?, span);
         let mut reader = McapReader::open(from)?;
         // Without an index damage is passed over as far as the file itself reports where it ends.
         let index = File::open(from).ok().and_then(|file| McapIndex::read(file).ok().flatten());
         let mut damage = Damage::default();
         loop {
             match reader.next_entry() {
-                Ok(Some(entry)) if slice.take(&entry)? => {}
+                Ok(Some(entry)) if slice.take(&entry).map_err(failed)? => {}
                 Ok(_) => break,
                 Err(error) if error.damaged_at().is_none() => return Err(error.into()),
                 Err(error) => {
@@ -41,12 +45,16 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
                 }
             }
         }
-        slice.finish(damage)
+        if slice.sliced.samples == 0 {
+            // Damage is why nothing was found, where there is any.
+            return Err(damage.end.or(damage.first).map_or(ExportError::Empty, ExportError::Read));
+        }
+        slice.out.finish().map_err(failed)?;
+        Ok(slice.sliced)
     })
 }
 
 struct Slice<'a> {
-    path: &'a Path,
     span: Span,
     /// Where the model puts the rows.
     axis: Axis,
@@ -62,38 +70,32 @@ struct Slice<'a> {
 struct Held {
     log_us: u64,
     config: String,
-    record: grip_record::mcap::PipelineRecord<'static>,
+    record: PipelineRecord<'static>,
 }
 
 impl<'a> Slice<'a> {
-    fn new(path: &'a Path, file: &'a mut OutputFile, span: Span) -> Result<Self, ExportError> {
-        // Log times of the slice are those of the recording: host time 0 is 1970.
-        let out = McapWriter::new(file, PROGRAM, 0)
-            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
-        let sliced = Sliced::default();
-        let axis = Axis::default();
-        Ok(Self { path, span, axis, out, inside: false, pipeline: None, sliced })
+    fn new(out: McapWriter<&'a mut OutputFile>, span: Span) -> Self {
+        let (axis, sliced) = (Axis::default(), Sliced::default());
+        Self { span, axis, out, inside: false, pipeline: None, sliced }
     }
 
     /// Takes the next entry; `false` once the span is over.
-    fn take(&mut self, entry: &Entry<'_>) -> Result<bool, ExportError> {
+    fn take(&mut self, entry: &Entry<'_>) -> Result<bool, McapWriteError> {
         match entry {
             Entry::Message { log_ns, record } => return self.message(log_ns / 1000, record),
             Entry::Attachment { name, media_type, data } => {
                 let [name, media_type] = [name, media_type].map(String::clone);
                 let file = Attached { name, media_type, data: data.to_vec() };
-                let attached = self.out.attach(0, &file);
-                self.reported(attached)?;
+                self.out.attach(0, &file)?;
             }
             Entry::Metadata { name, values } => {
-                let written = self.out.metadata(name, values);
-                self.reported(written)?;
+                self.out.metadata(name, values)?;
             }
         }
         Ok(true)
     }
 
-    fn message(&mut self, log_us: u64, record: &Record<'_>) -> Result<bool, ExportError> {
+    fn message(&mut self, log_us: u64, record: &Record<'_>) -> Result<bool, McapWriteError> {
         match record {
             Record::Sample(row) => {
                 let at_s = match self.axis.row(row.sample.t.as_seconds()) {
@@ -112,44 +114,30 @@ impl<'a> Slice<'a> {
                 self.sliced.samples += u64::from(self.inside);
             }
             Record::Pipeline(begun) if !self.inside => {
-                let record = grip_record::mcap::PipelineRecord { config: "", ..*begun };
+                let record = PipelineRecord { config: "", ..*begun };
                 self.pipeline = Some(Held { log_us, config: begun.config.to_owned(), record });
             }
             _ => {}
         }
         if self.inside {
             self.sliced.messages += 1;
-            let written = self.out.write(log_us, record);
-            self.reported(written)?;
+            self.out.write(log_us, record)?;
         }
         Ok(true)
     }
 
     /// The settings under which the first sample was taken.
-    fn begin(&mut self) -> Result<(), ExportError> {
+    fn begin(&mut self) -> Result<(), McapWriteError> {
         let about = BTreeMap::from([
             ("from_s".to_owned(), self.span.from_s.to_string()),
             ("to_s".to_owned(), self.span.to_s.to_string()),
         ]);
-        let written = self.out.metadata(SLICE, &about);
-        self.reported(written)?;
+        self.out.metadata(SLICE, &about)?;
         let Some(held) = self.pipeline.take() else { return Ok(()) };
         // It has a past that is not in this file.
-        let record = grip_record::mcap::PipelineRecord {
-            continued: true,
-            config: &held.config,
-            ..held.record
-        };
+        let record = PipelineRecord { continued: true, config: &held.config, ..held.record };
         self.sliced.messages += 1;
-        let written = self.out.write(held.log_us, &Record::Pipeline(record));
-        self.reported(written)
-    }
-
-    fn reported<T>(
-        &self,
-        done: Result<T, grip_record::mcap::McapWriteError>,
-    ) -> Result<T, ExportError> {
-        done.map_err(|source| ExportError::Record { file: self.path.to_owned(), source })
+        self.out.write(held.log_us, &Record::Pipeline(record))
     }
 
     /// Parts that cannot be read; those before the span are nobody's loss.
@@ -157,17 +145,5 @@ impl<'a> Slice<'a> {
         if self.inside {
             self.sliced.damaged += parts;
         }
-    }
-
-    fn finish(self, damage: Damage) -> Result<Sliced, ExportError> {
-        if self.sliced.samples == 0 {
-            // Damage is why nothing was found, where there is any.
-            return Err(damage.end.or(damage.first).map_or(ExportError::Empty, ExportError::Read));
-        }
-        let path = self.path;
-        self.out
-            .finish()
-            .map_err(|source| ExportError::Record { file: path.to_owned(), source })?;
-        Ok(self.sliced)
     }
 }

@@ -1,22 +1,28 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
 use crate::format::number;
+use serde::{Deserialize, Serialize};
 use slip_core::{Cause, CauseSet, Phase, SlipReport, alarm::Method};
 
 slip_msg::named! {
     /// Kinds of events.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
     #[non_exhaustive]
     pub enum EventKind {
         fn name: "Its name.";
     }
+    #[serde(rename = "incipient slip")]
     Incipient: "Shear and first movements.", "incipient slip";
+    #[serde(rename = "gross slip")]
     Gross: "The object slides.", "gross slip";
+    #[serde(rename = "slip ended")]
     Ended: "A slip has ended.", "slip ended";
     Reflex: "The force was raised to stop a slip.", "reflex";
     Gap: "Samples are missing.", "gap";
     Fault: "A sensor or the gripper reports a fault.", "fault";
     Recovered: "The fault is over.", "recovered";
+    #[serde(rename = "pipeline begins")]
     Reload: "A pipeline begins, with other settings or another gripper.", "pipeline begins";
     Clock: "The device's time went backwards or leapt.", "clock";
     Client: "A client's command.", "client";

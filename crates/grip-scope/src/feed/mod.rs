@@ -8,9 +8,9 @@ mod study;
 pub use event::{EventKind, EventMark, causes_text, confidence_text};
 pub use slip_core::PipelineState;
 pub use state::{
-    BandPoint, DerivedBlock, EscPoint, EvidencePoint, ObserverSettings, SpectrumColumn, Turn,
+    BandPoint, DerivedBlock, EvidencePoint, ObserverSettings, SpectrumColumn, Turn, esc_flags,
 };
-pub use status::{DaemonInfo, Level, NoticeLine, SourceStatus};
+pub use status::{DaemonInfo, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};
 
 use crate::channel::Channel;
@@ -51,7 +51,7 @@ pub enum Feed {
     /// Which gripper it is.
     Gripper(Gripper),
     /// A line for people.
-    Notice(NoticeLine),
+    Notice(String),
     /// Curves of a study.
     Study(Box<StudyCurves>),
     /// Where a recording begins and ends (device time, s), before all of it is loaded; what file it is.

@@ -1,31 +1,13 @@
 //! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
 
-use grip_link::message::daemon::Reading;
 use slip_core::detector::{BANDS, DetectorConfig};
 
-/// A value of E_sc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EscPoint {
-    /// Which reading.
-    pub kind: Reading,
-    /// Its value (W or J).
-    pub value: f32,
-    /// The exact value is not below this; NaN where no enclosure is known, minus infinity where a pole may be inside.
-    pub low: f32,
-    /// The exact value is not above this.
-    pub high: f32,
-    /// b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
-    pub flags: u8,
-}
-
-impl EscPoint {
-    /// Names of the flags that are set.
-    #[must_use]
-    pub fn flag_names(flags: u8) -> Vec<&'static str> {
-        let names = ["pole inside", "sign unknown", "no information", "degenerate"];
-        let set = names.into_iter().enumerate().filter(|(bit, _)| flags >> bit & 1 == 1);
-        set.map(|(_, name)| name).collect()
-    }
+/// Names of the flags of E_sc that are set: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
+#[must_use]
+pub fn esc_flags(flags: u8) -> Vec<&'static str> {
+    let names = ["pole inside", "sign unknown", "no information", "degenerate"];
+    let set = names.into_iter().enumerate().filter(|(bit, _)| flags >> bit & 1 == 1);
+    set.map(|(_, name)| name).collect()
 }
 
 /// Whose settings the scope goes by: evidence of a slip, and E_sc, follow them.
@@ -94,8 +76,8 @@ pub struct Turn {
 pub struct EvidencePoint {
     /// Device time (s).
     pub t_s: f64,
-    /// E_sc with its enclosure.
-    pub esc: Option<EscPoint>,
+    /// E_sc (W or J) and the ends of its enclosure: value, low, high.
+    pub esc: Option<[f32; 3]>,
     /// Slip speed and its standard deviation (m/s).
     pub speed: Option<(f32, f32)>,
     /// Estimate (N), and the estimates one deviation of the acceleration away: value, low, high.

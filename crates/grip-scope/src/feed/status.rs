@@ -80,16 +80,6 @@ impl SourceStatus {
             | Self::Stalled { .. } => false,
         }
     }
-
-    /// Whether something is wrong.
-    #[must_use]
-    pub const fn is_trouble(&self) -> bool {
-        match self {
-            Self::Waiting { .. } | Self::Stalled { .. } | Self::Failed { .. } => true,
-            Self::Connecting { before, .. } => !before.is_empty(),
-            Self::Idle | Self::Live | Self::Loading { .. } | Self::Complete { .. } => false,
-        }
-    }
 }
 
 /// Who a daemon is.
@@ -103,30 +93,8 @@ pub struct DaemonInfo {
     pub may_command: bool,
     /// Whether it only observes.
     pub dry_run: bool,
-    /// Whether it was asked to record.
-    pub records: bool,
     /// What of real-time operation was granted.
     pub real_time: RealTime,
     /// Every n-th sample comes; 1: all, 0: none.
     pub every_nth: u16,
-}
-
-/// A line for people.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoticeLine {
-    /// How loud.
-    pub level: Level,
-    /// The sentence.
-    pub text: String,
-}
-
-/// How loud a notice is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Good to know.
-    Info,
-    /// Something is lost or odd.
-    Warning,
-    /// Something does not work.
-    Error,
 }

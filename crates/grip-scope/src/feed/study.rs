@@ -16,13 +16,7 @@ pub struct StudyCurves {
 pub struct StudyPlot {
     /// Title.
     pub title: String,
-    /// What x is.
-    pub x_label: String,
-    /// What y is.
-    pub y_label: String,
-    /// Whether y is to be drawn on a logarithmic axis.
-    pub log_y: bool,
-    /// Its curves.
+    /// Its curves: mean squared errors over epochs.
     pub curves: Vec<StudyCurve>,
 }
 

@@ -1,6 +1,6 @@
 //! Events and states in order of time in; what happened in a span, what comes next, and what happened to the object out.
 
-use crate::feed::{EventKind, EventMark, NoticeLine};
+use crate::feed::{EventKind, EventMark};
 use crate::span::Span;
 use std::collections::VecDeque;
 
@@ -47,7 +47,6 @@ pub struct Events {
     faulty: bool,
     /// Gaps so far, those included that were dropped.
     gapped: u64,
-    dropped: u64,
     text_bytes: usize,
 }
 
@@ -84,7 +83,6 @@ impl Events {
         if self.marks.len() > MOST {
             let gone = self.marks.pop_front();
             self.text_bytes -= gone.map_or(0, |mark| super::allocated(mark.text.capacity()));
-            self.dropped += 1;
         }
     }
 
@@ -141,12 +139,6 @@ impl Events {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.marks.is_empty()
-    }
-
-    /// Events that were dropped because there were too many.
-    #[must_use]
-    pub const fn dropped(&self) -> u64 {
-        self.dropped
     }
 
     /// Those in the span, its ends included.
@@ -244,20 +236,6 @@ fn extend<T: PartialEq>(list: &mut VecDeque<Stretch<T>>, t_s: f64, what: T, join
 fn within<T>(list: &VecDeque<Stretch<T>>, span: Span) -> impl Iterator<Item = &Stretch<T>> {
     let from = list.partition_point(|stretch| stretch.span.to_s < span.from_s);
     list.range(from..).take_while(move |stretch| stretch.span.from_s <= span.to_s)
-}
-
-/// Lines for people kept; the oldest go first.
-const MOST_NOTICES: usize = 200;
-
-/// Takes a line; the oldest one goes where there are too many.
-pub(super) fn note(list: &mut VecDeque<NoticeLine>, line: NoticeLine) {
-    if list.back() == Some(&line) {
-        return;
-    }
-    list.push_back(line);
-    if list.len() > MOST_NOTICES {
-        list.pop_front();
-    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::Model;
 use super::tests::{rows, state};
-use crate::feed::{BandPoint, DerivedBlock, EscPoint, EventKind, EvidencePoint, Feed, RowBlock};
+use crate::feed::{BandPoint, DerivedBlock, EventKind, EvidencePoint, Feed, RowBlock};
 use crate::{Channel, Span};
-use grip_link::message::daemon::{Gripper, Reading};
+use grip_link::message::daemon::Gripper;
 
 fn model(feeds: impl IntoIterator<Item = Feed>) -> Model {
     let mut model = Model::new(1 << 24);
@@ -74,8 +74,8 @@ fn band(t_s: f64) -> BandPoint {
 }
 
 fn evidence(t_s: f64) -> EvidencePoint {
-    let esc = EscPoint { kind: Reading::Literal, value: 1.0, low: 0.5, high: 2.0, flags: 0 };
-    EvidencePoint { t_s, esc: Some(esc), speed: Some((0.1, 0.01)), estimate: Some([2.0, 1.0, 3.0]) }
+    let esc = Some([1.0, 0.5, 2.0]);
+    EvidencePoint { t_s, esc, speed: Some((0.1, 0.01)), estimate: Some([2.0, 1.0, 3.0]) }
 }
 
 fn derived(broken: bool, bands: &[f64], evidences: &[f64]) -> Feed {

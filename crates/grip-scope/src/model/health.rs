@@ -7,8 +7,6 @@ use grip_link::message::daemon::Health;
 pub struct HealthBoard {
     /// The last numbers.
     pub latest: Option<Box<Health>>,
-    /// Items that the scope itself had no room for: shown as gaps.
-    pub lost_in_scope: u64,
     /// Rows that were not later than the one before and are not shown.
     pub late_rows: u64,
     /// States whose time is far from that of the samples, not shown.

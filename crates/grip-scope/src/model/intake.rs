@@ -1,9 +1,9 @@
 //! Items of a source in, the model that holds them out.
 
 use super::axis::Placed;
-use super::events::{Doing, note};
+use super::events::Doing;
 use super::series::Series;
-use super::{MOST_TURNS, Model};
+use super::{MOST_NOTICES, MOST_TURNS, Model};
 use crate::channel::Channel;
 use crate::feed::{
     BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
@@ -50,7 +50,13 @@ impl Model {
                 }
                 self.info.gripper = Some(info);
             }
-            Feed::Notice(line) => note(&mut self.notices, line),
+            Feed::Notice(line) if self.notices.back() == Some(&line) => {}
+            Feed::Notice(line) => {
+                self.notices.push_back(line);
+                if self.notices.len() > MOST_NOTICES {
+                    self.notices.pop_front();
+                }
+            }
             Feed::Study(study) => self.study = Some(*study),
             Feed::Extent { from_s, to_s, file } => {
                 self.info.recording = Some((file, Span::new(from_s, to_s)));
@@ -242,11 +248,13 @@ impl Model {
     }
 
     fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
-        let [estimate, low, high] = point.estimate.map_or([None; 3], |values| values.map(Some));
+        let three = |known: Option<[f32; 3]>| known.map_or([None; 3], |values| values.map(Some));
+        let [estimate, low, high] = three(point.estimate);
+        let [esc, esc_low, esc_high] = three(point.esc);
         let values = [
-            (Channel::OwnEsc, point.esc.map(|esc| esc.value)),
-            (Channel::EscLow, point.esc.map(|esc| esc.low)),
-            (Channel::EscHigh, point.esc.map(|esc| esc.high)),
+            (Channel::OwnEsc, esc),
+            (Channel::EscLow, esc_low),
+            (Channel::EscHigh, esc_high),
             (Channel::OwnEstimate, estimate),
             (Channel::EstimateLow, low),
             (Channel::EstimateHigh, high),

@@ -23,12 +23,12 @@ pub use events::{Doing, Events, Stretch};
 pub use health::HealthBoard;
 pub use series::{Bucket, Series, Stats};
 pub use spectrogram::{DB_BASE, DB_STEP, Spectrogram};
+pub(crate) use store::Samples;
 pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, NoticeLine, ObserverSettings, SourceStatus, StudyCurves,
-    StylusInfo, Turn,
+    DaemonInfo, EventKind, EventMark, ObserverSettings, SourceStatus, StudyCurves, StylusInfo, Turn,
 };
 use crate::span::Span;
 use gaps::Gaps;
@@ -41,6 +41,8 @@ use taxels::Taxels;
 
 /// Peaks and valleys kept; the oldest go first.
 const MOST_TURNS: usize = 500_000;
+/// Lines for people kept; the oldest go first.
+const MOST_NOTICES: usize = 200;
 
 /// Who and what is being watched.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -116,7 +118,7 @@ impl Info {
 }
 
 /// Everything that is known.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Model {
     limit_bytes: usize,
     series: BTreeMap<Channel, Series>,
@@ -127,7 +129,7 @@ pub struct Model {
     health: HealthBoard,
     status: SourceStatus,
     info: Info,
-    notices: VecDeque<NoticeLine>,
+    notices: VecDeque<String>,
     study: Option<StudyCurves>,
     axis: Axis,
     /// The next rows do not join the last ones.
@@ -145,25 +147,7 @@ impl Model {
     /// A model that takes at most `memory_bytes` for its history (some MB more for what is being worked on).
     #[must_use]
     pub fn new(memory_bytes: usize) -> Self {
-        Self {
-            limit_bytes: memory_bytes,
-            series: BTreeMap::new(),
-            events: Events::default(),
-            turns: VecDeque::new(),
-            spectrogram: Spectrogram::default(),
-            taxels: Taxels::default(),
-            health: HealthBoard::default(),
-            status: SourceStatus::default(),
-            info: Info::default(),
-            notices: VecDeque::new(),
-            study: None,
-            axis: Axis::default(),
-            restarted: false,
-            afresh: false,
-            truth: None,
-            gaps: Gaps::default(),
-            revision: 0,
-        }
+        Self { limit_bytes: memory_bytes, ..Self::default() }
     }
 
     /// From the first to the last sample of all channels; `None` while there is none.
@@ -231,8 +215,8 @@ impl Model {
 
     /// Lines for people, in order.
     #[must_use]
-    pub fn notices(&self) -> impl DoubleEndedIterator<Item = &NoticeLine> + ExactSizeIterator {
-        self.notices.iter()
+    pub fn notices(&self) -> impl DoubleEndedIterator<Item = &str> + ExactSizeIterator {
+        self.notices.iter().map(String::as_str)
     }
 
     /// The curves of a study.
@@ -278,12 +262,6 @@ impl Model {
         }
     }
 
-    /// Reports how many items the source had no room for.
-    pub fn set_dropped(&mut self, dropped: u64) {
-        let before = core::mem::replace(&mut self.health.lost_in_scope, dropped);
-        self.revision += u64::from(before != dropped);
-    }
-
     /// Bytes of the whole history.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -291,12 +269,6 @@ impl Model {
         let turns = self.turns.capacity() * size_of::<Turn>();
         let rest = self.events.bytes() + self.taxels.bytes();
         series + turns + rest + self.spectrogram.bytes()
-    }
-
-    /// Time of the last sample that was dropped for want of memory (s); `None` where none was.
-    #[must_use]
-    pub fn dropped_s(&self) -> Option<f64> {
-        self.series.values().filter_map(|series| series.store().dropped_s()).reduce(f64::max)
     }
 
     /// Drops the oldest samples until the history fits its memory.

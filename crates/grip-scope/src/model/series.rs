@@ -1,7 +1,8 @@
 //! History of one channel: its samples, and the numbers of any stretch of them.
 
 use super::node::Sum;
-use super::store::{LEAF, Store};
+use super::store::{LEAF, Samples, Store};
+use crate::num::{count, whole};
 use crate::{channel::Channel, span::Span};
 use core::ops::Range;
 use grip_record::HUGE_READING;
@@ -22,8 +23,6 @@ pub struct Bucket {
     pub min: f32,
     /// The highest one.
     pub max: f32,
-    /// Mean of the samples.
-    pub mean: f32,
     /// Finite samples.
     pub count: u64,
     /// Whether samples are missing in it or right before it.
@@ -43,8 +42,6 @@ pub struct Stats {
     pub rms: f64,
     /// Finite samples.
     pub count: u64,
-    /// Whether samples are missing.
-    pub broken: bool,
 }
 
 impl Stats {
@@ -164,34 +161,20 @@ impl Series {
         }
         // One more at each side, so that a line leaves the plot.
         let first = start.saturating_sub(1).max(self.store.first());
-        self.write(first..(end + 1).min(self.store.end()), out);
-        // What lies before the first point is not seen.
-        if out.first().is_some_and(|[_, value]| value.is_nan()) && self.store.is_break(first) {
-            out.remove(0);
-        }
-        true
-    }
-
-    /// Copies the samples of the span, both ends included, to `out`; a NaN stands before each that does not join the one before it.
-    pub fn copy(&self, span: Span, out: &mut Vec<[f64; 2]>) {
-        out.clear();
-        self.write(self.numbers(span), out);
-    }
-
-    fn write(&self, numbers: Range<u64>, out: &mut Vec<[f64; 2]>) {
-        for number in numbers {
+        for number in first..(end + 1).min(self.store.end()) {
             let t_s = self.store.time(number).unwrap_or(f64::NAN);
-            if self.store.is_break(number) {
+            // What lies before the first point is not seen.
+            if number > first && self.store.is_break(number) {
                 out.push([t_s, f64::NAN]);
             }
             out.push([t_s, f64::from(self.store.value(number))]);
         }
+        true
     }
 
-    /// The time (s) of the sample that is `count` behind the first one not before `from_s`; `None` where there are not so many.
-    #[must_use]
-    pub fn time_of(&self, from_s: f64, count: usize) -> Option<f64> {
-        self.store.time(self.store.index(from_s, 0) + count as u64)
+    /// The samples of the span, both ends included, whatever becomes of the series meanwhile.
+    pub(crate) fn samples(&self, span: Span) -> Samples {
+        self.store.samples(self.numbers(span))
     }
 
     /// The last sample at or before `t_s`. `None` before the first one, beyond the last, and in gaps.
@@ -218,9 +201,9 @@ impl Series {
     pub fn stats(&self, span: Span) -> Option<Stats> {
         let mut sum = Sum::default();
         self.store.fold(self.numbers(span), &mut sum);
-        let Sum { min, max, count, broken, .. } = sum;
+        let Sum { min, max, count, .. } = sum;
         let (mean, rms) = (sum.mean(), sum.rms());
-        (count > 0).then_some(Stats { min, max, mean, rms, count, broken })
+        (count > 0).then_some(Stats { min, max, mean, rms, count })
     }
 
     /// Writes what each of `columns` equal parts of the span shows to `out`, parts without samples left out.
@@ -285,20 +268,8 @@ fn part(store: &Store, next: &mut u64, to_s: f64, exact: bool) -> Sum {
     sum
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "kept with seven digits")]
 fn bucket(from_s: f64, to_s: f64, sum: &Sum) -> Bucket {
     let Sum { min, max, count, broken, .. } = *sum;
-    let (min, max, mean) =
-        if count == 0 { (f32::NAN, f32::NAN, f32::NAN) } else { (min, max, sum.mean() as f32) };
-    Bucket { from_s, to_s, min, max, mean, count, broken }
-}
-
-fn count(columns: usize) -> f64 {
-    columns as f64
-}
-
-/// Rounded down; 0 below.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast saturates")]
-fn whole(x: f64) -> usize {
-    x.max(0.0) as usize
+    let (min, max) = if count == 0 { (f32::NAN, f32::NAN) } else { (min, max) };
+    Bucket { from_s, to_s, min, max, count, broken }
 }

@@ -1,4 +1,4 @@
-//! Spectra in order of time in, as many of them as memory allows out: older ones are joined in pairs.
+//! Spectra in order of time, as many of them as memory allows; the oldest go first.
 
 use crate::feed::SpectrumColumn;
 use crate::span::Span;
@@ -24,39 +24,9 @@ impl Spectrogram {
         }
         self.bytes += size(&column);
         self.columns.push_back(column);
-        if self.bytes > most_bytes {
-            self.join_older_half();
-        }
-    }
-
-    /// Joins neighbours of the older half, the higher one of each bin; what does not join stays as it is.
-    fn join_older_half(&mut self) {
-        let half = self.columns.len() / 2;
-        let newer = self.columns.split_off(half);
-        let older = core::mem::replace(&mut self.columns, VecDeque::with_capacity(half));
-        let mut open: Option<SpectrumColumn> = None;
-        for column in older {
-            let Some(mut left) = open.take() else {
-                open = Some(column);
-                continue;
-            };
-            let alike = left.bins.len() == column.bins.len();
-            let near = column.span[0] - left.span[1] <= 2.0 * (left.span[1] - left.span[0]);
-            if alike && near {
-                left.bins.iter_mut().zip(&column.bins).for_each(|(l, r)| *l = (*l).max(*r));
-                left.span[1] = column.span[1];
-                self.columns.push_back(left);
-            } else {
-                self.columns.push_back(left);
-                open = Some(column);
-            }
-        }
-        self.columns.extend(open);
-        self.columns.extend(newer);
-        self.bytes = self.columns.iter().map(size).sum();
-        // Where nothing joins, the oldest go.
-        if self.columns.len() > half + half / 2 + 2 {
-            self.bytes -= self.columns.drain(..half / 2).map(|column| size(&column)).sum::<usize>();
+        while self.bytes > most_bytes {
+            let oldest = self.columns.pop_front();
+            self.bytes -= oldest.map_or(self.bytes, |column| size(&column));
         }
     }
 
@@ -96,4 +66,22 @@ impl Spectrogram {
 
 fn size(column: &SpectrumColumn) -> usize {
     size_of::<SpectrumColumn>() + super::allocated(column.bins.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Spectrogram, SpectrumColumn};
+
+    #[test]
+    fn the_oldest_spectra_go_where_there_are_too_many() {
+        let mut spectra = Spectrogram::default();
+        for k in 0..1000_u16 {
+            let span = [f64::from(k), f64::from(k) + 1.0];
+            spectra.push(SpectrumColumn { span, top_hz: 1.0, bins: vec![1; 100].into() }, 20_000);
+            assert!(spectra.bytes <= 20_000, "{} at {k}", spectra.bytes);
+        }
+        let first_s = spectra.columns.front().map(|column| column.span[0]);
+        assert_eq!(first_s, Some(1000.0 - spectra.len() as f64));
+        assert!(spectra.len() > 100, "{}", spectra.len());
+    }
 }

@@ -8,6 +8,7 @@ use super::allocated;
 use super::node::{Node, Sum};
 use core::ops::Range;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Samples of a block.
 pub(super) const BLOCK: usize = 1024;
@@ -85,7 +86,7 @@ impl Block {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Store {
     /// All full but the last.
-    blocks: VecDeque<Block>,
+    blocks: VecDeque<Arc<Block>>,
     /// Number of the first sample that is kept.
     first: u64,
     /// Numbers of the samples that do not join the one before them.
@@ -93,8 +94,6 @@ pub(super) struct Store {
     levels: Vec<Level>,
     /// Bytes of the full blocks.
     full_bytes: usize,
-    /// Time of the last sample that was dropped (s).
-    dropped_s: Option<f64>,
 }
 
 /// One level of the pyramid; its first node has the number `first`.
@@ -112,9 +111,10 @@ impl Store {
             self.breaks.push_back(number);
         }
         if self.blocks.back().is_none_or(|block| block.values.len() == BLOCK) {
-            self.blocks.push_back(Block::new(t_s));
+            self.blocks.push_back(Arc::new(Block::new(t_s)));
         }
-        let Some(block) = self.blocks.back_mut() else { return };
+        // Whoever copies out of it keeps the block as it was.
+        let Some(block) = self.blocks.back_mut().map(Arc::make_mut) else { return };
         block.times.push(t_s);
         block.values.push(value);
         block.last_s = t_s;
@@ -257,15 +257,16 @@ impl Store {
         let nodes: usize = self.levels.iter().map(|level| level.nodes.capacity()).sum();
         let open = self.blocks.back().filter(|block| block.values.len() < BLOCK);
         self.full_bytes
-            + open.map_or(0, Block::bytes)
-            + self.blocks.capacity() * size_of::<Block>()
+            + open.map_or(0, |block| block.bytes())
+            + self.blocks.len() * allocated(size_of::<Block>() + 16)
+            + self.blocks.capacity() * size_of::<Arc<Block>>()
             + nodes * size_of::<Node>()
             + self.breaks.capacity() * size_of::<u64>()
     }
 
     /// Time of the oldest samples, where they lie in a full block.
     pub(super) fn oldest_s(&self) -> Option<f64> {
-        let full = |block: &&Block| block.values.len() == BLOCK;
+        let full = |block: &&Arc<Block>| block.values.len() == BLOCK;
         self.blocks.front().filter(full).map(|block| block.from_s)
     }
 
@@ -276,7 +277,6 @@ impl Store {
         }
         let Some(block) = self.blocks.pop_front() else { return };
         self.full_bytes -= block.bytes();
-        self.dropped_s = Some(block.last_s);
         self.first += BLOCK as u64;
         while self.breaks.front().is_some_and(|number| *number < self.first) {
             self.breaks.pop_front();
@@ -290,9 +290,41 @@ impl Store {
         }
     }
 
-    /// Time of the last sample that was dropped (s); `None` where none was.
-    pub(super) const fn dropped_s(&self) -> Option<f64> {
-        self.dropped_s
+    /// The samples of these numbers, whatever becomes of the store meanwhile.
+    pub(super) fn samples(&self, numbers: Range<u64>) -> Samples {
+        let range = numbers.start.max(self.first)..numbers.end.min(self.end());
+        let block =
+            |number: u64| usize::try_from((number - self.first) / BLOCK as u64).unwrap_or(0);
+        if range.is_empty() {
+            return Samples::default();
+        }
+        let (from, to) = (block(range.start), block(range.end - 1) + 1);
+        let breaks = self.breaks.partition_point(|number| *number < range.start);
+        let store = Self {
+            blocks: self.blocks.range(from..to).cloned().collect(),
+            first: self.first + (from * BLOCK) as u64,
+            breaks: self.breaks.range(breaks..).copied().collect(),
+            ..Self::default()
+        };
+        Samples { store, range }
+    }
+}
+
+/// Samples of a channel in order of time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Samples {
+    store: Store,
+    range: Range<u64>,
+}
+
+/// Time (s), value, and whether something is missing before it.
+impl Iterator for Samples {
+    type Item = (f64, f32, bool);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let number = self.range.next()?;
+        let t_s = self.store.time(number)?;
+        Some((t_s, self.store.value(number), self.store.is_break(number)))
     }
 }
 

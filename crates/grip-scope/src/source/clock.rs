@@ -29,11 +29,6 @@ impl Clock {
         u64::try_from(self.now().as_micros()).unwrap_or(u64::MAX)
     }
 
-    /// The same in nanoseconds.
-    pub(super) fn now_ns(&self) -> u64 {
-        u64::try_from(self.now().as_nanos()).unwrap_or(u64::MAX)
-    }
-
     /// Waits, as only the thread of a source may.
     #[expect(clippy::disallowed_methods, reason = "as above")]
     pub fn wait(&self, time: Duration) {

@@ -3,16 +3,16 @@
 use super::outlet::Outlet;
 use super::reception::Reception;
 use super::reported;
-use crate::feed::{Feed, Level, SourceStatus};
+use crate::feed::{Feed, SourceStatus};
 use core::time::Duration;
 use grip_daemon::client::{Client, ClientError};
 use grip_daemon::clients::Listen;
 use grip_link::message::Versions;
 use grip_link::message::daemon::{Command, Operation, Subscribe, Topics};
 use grip_port::{Backoff, nonce};
-use rtrb::Consumer;
 use slip_core::ClientCommand;
 use std::io::ErrorKind;
+use std::sync::mpsc::Receiver;
 
 /// How long a connection may take.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -35,7 +35,7 @@ const LONGEST: Duration = Duration::from_secs(5);
 const STATE_MS: u16 = 10;
 
 /// Listens to the daemon until the scope lets go.
-pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
+pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &Receiver<ClientCommand>) {
     let mut backoff = Backoff::new(FIRST, LONGEST);
     let mut before = String::new();
     while !outlet.stops() {
@@ -51,7 +51,7 @@ pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<Cl
                 let reception = Reception::new(listen.to_string(), 1);
                 let mut talk = Talk { client, reception, orders };
                 let reason = talk.run(outlet);
-                if talk.reception.was_greeted() {
+                if talk.reception.greeted {
                     backoff.reset();
                 }
                 reason
@@ -59,7 +59,7 @@ pub(super) fn run(listen: &Listen, outlet: &mut Outlet, orders: &mut Consumer<Cl
             Err(error) => sentence(&error),
         };
         // What was asked for while nobody was there is old when somebody is.
-        while orders.pop().is_ok() {
+        while orders.try_recv().is_ok() {
             unsent(outlet, "there is no daemon to take the command");
         }
         pause(outlet, &before, backoff.pause());
@@ -72,7 +72,6 @@ pub fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
     outlet.status(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
     let until = outlet.clock.now() + time;
     while !outlet.stops() && outlet.clock.now() < until {
-        outlet.catch_up();
         outlet.clock.wait(STEP);
     }
 }
@@ -81,7 +80,7 @@ pub fn pause(outlet: &mut Outlet, reason: &str, time: Duration) {
 struct Talk<'a> {
     client: Client,
     reception: Reception,
-    orders: &'a mut Consumer<ClientCommand>,
+    orders: &'a Receiver<ClientCommand>,
 }
 
 impl Talk<'_> {
@@ -99,21 +98,23 @@ impl Talk<'_> {
             }
             let came = match self.look() {
                 Ok(came) => came,
-                Err(error) => return self.reception.farewell().unwrap_or_else(|| sentence(&error)),
+                Err(error) => {
+                    return self.reception.farewell.take().unwrap_or_else(|| sentence(&error));
+                }
             };
             if came {
                 received = outlet.clock.now();
             }
             self.reception.deliver(outlet);
             let now = outlet.clock.now();
-            if !self.reception.was_greeted() && now > begun + GREETING {
+            if !self.reception.greeted && now > begun + GREETING {
                 return "something answers there, but not as gripd does".to_owned();
             }
             if now > received + SILENCE {
                 let silence_s = SILENCE.as_secs();
                 return format!("the daemon has said nothing for {silence_s} s");
             }
-            if let Some(reason) = self.reception.refusal() {
+            if let Some(reason) = self.reception.refusal.take() {
                 return reason;
             }
             if let Err(error) = self.obey(outlet) {
@@ -140,13 +141,13 @@ impl Talk<'_> {
 
     /// Passes on what a person asks for.
     fn obey(&mut self, outlet: &mut Outlet) -> Result<(), ClientError> {
-        while let Ok(action) = self.orders.pop() {
-            let Some(token) = self.reception.token() else {
+        while let Ok(action) = self.orders.try_recv() {
+            let Some(token) = self.reception.token else {
                 unsent(outlet, "the daemon allows no commands");
                 continue;
             };
             self.client.command(&command(action, token))?;
-            self.reception.asked(self.client.link().last_request(), action);
+            self.reception.asked = Some((self.client.link().last_request(), action));
         }
         Ok(())
     }
@@ -170,7 +171,7 @@ fn command(action: ClientCommand, token: u32) -> Command {
 
 /// Why a command was not sent.
 pub fn unsent(outlet: &mut Outlet, why: &str) {
-    let feeds = reported::answer(Level::Warning, why.to_owned());
+    let feeds = reported::answer(why.to_owned());
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
 }
 

@@ -1,6 +1,4 @@
-//! The name of a source in; its items out, through a bounded ring, from a thread of its own that never waits for a window.
-//!
-//! Where the ring is full, samples of a live source are dropped, newest first, counted and shown as a gap; a file's thread waits for room.
+//! Where data come from: a thread of its own puts what a source reports into the model, item by item.
 
 mod clock;
 mod daemon;
@@ -24,12 +22,12 @@ use crate::feed::{Feed, SourceStatus};
 use crate::model::Model;
 use core::any::Any;
 use core::panic::AssertUnwindSafe;
-use core::sync::atomic::Ordering;
-use outlet::{FILE_RING, LIVE_RING, Shared};
-use rtrb::{Consumer, Producer, RingBuffer};
+use core::sync::atomic::{AtomicBool, Ordering};
 use slip_core::ClientCommand;
 use std::panic;
-use std::sync::Arc;
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 /// Commands that wait for the source's thread.
@@ -49,81 +47,67 @@ pub enum Refused {
     Busy,
 }
 
+/// The way of commands to a source.
+#[derive(Clone, Debug)]
+pub struct Orders {
+    is_live: bool,
+    commands: SyncSender<ClientCommand>,
+}
+
+impl Orders {
+    /// Passes a command on; what becomes of it comes back as a notice.
+    ///
+    /// # Errors
+    /// Where the source takes none.
+    pub fn send(&self, action: ClientCommand) -> Result<(), Refused> {
+        match action {
+            _ if !self.is_live => Err(Refused::NotLive),
+            ClientCommand::AtLeast(force_n) if !(force_n >= 0.0 && force_n.is_finite()) => {
+                Err(Refused::NoForce(force_n.to_string()))
+            }
+            action => self.commands.try_send(action).map_err(|_| Refused::Busy),
+        }
+    }
+}
+
 /// A running source. Dropping it ends its thread.
 #[derive(Debug)]
 pub struct SourceHandle {
-    spec: SourceSpec,
-    ring: Consumer<Feed>,
-    commands: Producer<ClientCommand>,
-    shared: Arc<Shared>,
+    /// Commands to it.
+    pub orders: Orders,
+    stop: Arc<AtomicBool>,
+    /// None where it may wait for something that takes long to report no: nobody waits for that.
     thread: Option<JoinHandle<()>>,
 }
 
 impl SourceHandle {
-    /// Starts the source. `grippers` are for the demo; `wake` is called from its thread whenever there is something to be seen; it must not wait.
+    /// Starts the source. Its thread gives items to `take`, which may wait for a short look at the model, and calls `wake` whenever there is
+    /// something to be seen. `grippers` are for the demo.
     ///
     /// # Errors
     /// Where the system starts no thread.
     pub fn spawn(
         spec: SourceSpec,
         grippers: Grippers,
+        take: impl FnMut(Feed) + Send + 'static,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
-        let (to_model, ring) = RingBuffer::new(if spec.is_live() { LIVE_RING } else { FILE_RING });
-        let (commands, mut orders) = RingBuffer::new(COMMANDS);
-        let shared = Arc::new(Shared::default());
-        let mut outlet = Outlet::new(to_model, Arc::clone(&shared), Box::new(wake));
-        let what = spec.clone();
+        let (commands, orders) = sync_channel(COMMANDS);
+        let (is_live, may_hang) = (spec.is_live(), matches!(spec, SourceSpec::Other(_)));
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut outlet = Outlet::new(take, wake, Arc::clone(&stop));
         let run = move || {
-            guarded(&mut outlet, |outlet| run(&what, grippers, outlet, &mut orders));
+            guarded(&mut outlet, |outlet| run(&spec, grippers, outlet, &orders));
         };
         let thread = thread::Builder::new().name("source".to_owned()).spawn(run)?;
-        Ok(Self { spec, ring, commands, shared, thread: Some(thread) })
-    }
-
-    /// Moves at most `budget` items into the model: how many. Never waits.
-    pub fn drain(&mut self, model: &mut Model, budget: usize) -> usize {
-        model.set_dropped(self.dropped());
-        let mut moved = 0;
-        while moved < budget
-            && let Ok(feed) = self.ring.pop()
-        {
-            model.take(feed);
-            moved += 1;
-        }
-        moved
-    }
-
-    /// Items that found no room.
-    #[must_use]
-    pub fn dropped(&self) -> u64 {
-        self.shared.dropped.load(Ordering::Relaxed)
-    }
-
-    /// Passes a command on; what becomes of it comes back as a notice.
-    ///
-    /// # Errors
-    /// Where the source takes none.
-    pub fn command(&mut self, action: ClientCommand) -> Result<(), Refused> {
-        if !self.spec.is_live() {
-            return Err(Refused::NotLive);
-        }
-        if let ClientCommand::AtLeast(force_n) = action
-            && !(force_n >= 0.0 && force_n.is_finite())
-        {
-            return Err(Refused::NoForce(force_n.to_string()));
-        }
-        self.commands.push(action).map_err(|_| Refused::Busy)
+        let thread = Some(thread).filter(|_| !may_hang);
+        Ok(Self { orders: Orders { is_live, commands }, stop, thread })
     }
 }
 
 impl Drop for SourceHandle {
     fn drop(&mut self) {
-        self.shared.stop.store(true, Ordering::Relaxed);
-        // Nobody waits for a router that does not answer.
-        if self.spec.may_hang() {
-            return;
-        }
+        self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             // A thread that has panicked has nothing left to report.
             let _ended = thread.join();
@@ -131,12 +115,27 @@ impl Drop for SourceHandle {
     }
 }
 
-/// A panic in a source is a fault of this program: reported as a state, so that nobody waits for data that never come.
+/// Reads a recording to its end, in this thread: the model, whose status is how it went.
+#[must_use]
+pub fn load(file: &Path, model: Model) -> Model {
+    let model = Arc::new(Mutex::new(model));
+    let filled = Arc::clone(&model);
+    let lock = |model: &Mutex<Model>, feed| {
+        model.lock().unwrap_or_else(PoisonError::into_inner).take(feed);
+    };
+    let mut outlet = Outlet::new(move |feed| lock(&filled, feed), || {}, Arc::default());
+    guarded(&mut outlet, |outlet| recording::run(file, outlet));
+    let mut model = model.lock().unwrap_or_else(PoisonError::into_inner);
+    core::mem::replace(&mut *model, Model::new(0))
+}
+
+/// A panic in a source, or while the model takes what it has, is a fault of this program: reported as a state, so that nobody waits for data
+/// that never come.
 fn guarded(outlet: &mut Outlet, run: impl FnOnce(&mut Outlet)) {
-    // What the source has left behind is not looked at again; the outlet is whole between two items.
+    // What the source has left behind is not looked at again; the model is whole between two items.
     let ended = panic::catch_unwind(AssertUnwindSafe(|| run(outlet)));
     if let Err(payload) = ended {
-        outlet.last(SourceStatus::Failed { sentence: fault(payload.as_ref()) });
+        outlet.status(SourceStatus::Failed { sentence: fault(payload.as_ref()) });
     }
 }
 
@@ -154,7 +153,7 @@ fn run(
     spec: &SourceSpec,
     grippers: Grippers,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientCommand>,
+    orders: &Receiver<ClientCommand>,
 ) {
     match spec {
         SourceSpec::Daemon(listen) => daemon::run(listen, outlet, orders),
@@ -167,42 +166,25 @@ fn run(
 
 #[cfg(test)]
 mod tests {
-    use super::outlet::{Outlet, Shared};
-    use super::{Feed, SourceStatus, guarded};
-    use core::time::Duration;
-    use rtrb::RingBuffer;
-    use std::sync::Arc;
+    use super::{Feed, Outlet, SourceStatus, guarded};
+    use std::sync::{Arc, Mutex};
 
     #[test]
-    fn a_panic_of_a_source_is_a_state_with_a_sentence_even_where_the_ring_is_full() {
-        for reported_before in [0, 4] {
-            let (to_model, mut ring) = RingBuffer::new(4);
-            let mut outlet = Outlet::new(to_model, Arc::<Shared>::default(), Box::new(|| {}));
-            let (sent, received) = std::sync::mpsc::channel();
-            let reader = std::thread::spawn(move || {
-                let _begun = received.recv();
-                let mut last = None;
-                for _ in 0..60_000 {
-                    last = ring.pop().ok().or(last);
-                    if matches!(last, Some(Feed::Status(_))) {
-                        break;
-                    }
-                    std::thread::park_timeout(Duration::from_millis(1));
-                }
-                last
-            });
-            guarded(&mut outlet, |outlet| {
-                (0..reported_before).for_each(|_| outlet.offer(Feed::Restart));
-                sent.send(()).unwrap();
-                let numbers: Vec<u32> = Vec::new();
-                assert_eq!(numbers.len(), 7, "seven were expected");
-            });
-            let Some(Feed::Status(SourceStatus::Failed { sentence })) = reader.join().unwrap()
-            else {
-                panic!("no state");
-            };
-            assert!(sentence.contains("please report it"), "{sentence}");
-            assert!(sentence.contains("seven were expected"), "{sentence}");
-        }
+    fn a_panic_of_a_source_is_a_state_with_a_sentence() {
+        let last = Arc::new(Mutex::new(None));
+        let seen = Arc::clone(&last);
+        let take = move |feed| *seen.lock().unwrap() = Some(feed);
+        let mut outlet = Outlet::new(take, || {}, Arc::default());
+        guarded(&mut outlet, |outlet| {
+            outlet.offer(Feed::Restart);
+            let numbers: Vec<u32> = Vec::new();
+            assert_eq!(numbers.len(), 7, "seven were expected");
+        });
+        let Some(Feed::Status(SourceStatus::Failed { sentence })) = last.lock().unwrap().take()
+        else {
+            panic!("no state");
+        };
+        assert!(sentence.contains("please report it"), "{sentence}");
+        assert!(sentence.contains("seven were expected"), "{sentence}");
     }
 }

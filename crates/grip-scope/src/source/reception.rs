@@ -3,9 +3,7 @@
 use super::outlet::Outlet;
 use super::reported;
 use super::stream::Stream;
-use crate::feed::{
-    DaemonInfo, EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, SourceStatus,
-};
+use crate::feed::{DaemonInfo, EventKind, EventMark, Feed, ObserverSettings, SourceStatus};
 use core::time::Duration;
 use grip_link::message::daemon::{
     Goodbye, Gripper, NoticeKind, RealTime, Rows, ToClient, Welcome, WelcomeFlags,
@@ -20,22 +18,24 @@ const STALL: Duration = Duration::from_secs(1);
 
 /// What was received and not passed on yet.
 #[expect(missing_debug_implementations, reason = "it holds what has none")]
+#[derive(Default)]
 pub struct Reception {
     place: String,
     every_nth: u16,
     stream: Stream,
-    updates: Vec<Feed>,
-    greeted: bool,
-    token: Option<u32>,
-    farewell: Option<String>,
-    refusal: Option<String>,
-    /// Number of the next row.
-    next_index: Option<u32>,
+    pub(super) greeted: bool,
+    /// What commands must bear, where they are allowed.
+    pub(super) token: Option<u32>,
+    /// Why the daemon closed the connection, where it said so.
+    pub(super) farewell: Option<String>,
+    /// Why this connection is of no use, where it is not.
+    pub(super) refusal: Option<String>,
     gripper: Option<Gripper>,
     rate_hz: u32,
     /// The rate that the observer was made for, or could not be.
     observed_hz: u32,
-    asked: Option<(u16, ClientCommand)>,
+    /// The last command, and the number of its request.
+    pub(super) asked: Option<(u16, ClientCommand)>,
     rows_at: Option<Duration>,
     rows_since: bool,
 }
@@ -47,58 +47,19 @@ impl Reception {
         // Whatever was there before this connection, something is missing since.
         let mut stream = Stream::default();
         stream.broken(0);
-        Self {
-            place,
-            every_nth,
-            stream,
-            updates: Vec::new(),
-            greeted: false,
-            token: None,
-            farewell: None,
-            refusal: None,
-            next_index: None,
-            gripper: None,
-            rate_hz: 0,
-            observed_hz: 0,
-            asked: None,
-            rows_at: None,
-            rows_since: false,
-        }
-    }
-
-    pub(super) const fn was_greeted(&self) -> bool {
-        self.greeted
-    }
-
-    /// What commands must bear, where they are allowed.
-    pub(super) const fn token(&self) -> Option<u32> {
-        self.token
-    }
-
-    /// Why the daemon closed the connection, where it said so.
-    pub(super) fn farewell(&mut self) -> Option<String> {
-        self.farewell.take()
-    }
-
-    /// Why this connection is of no use, where it is not.
-    pub(super) fn refusal(&mut self) -> Option<String> {
-        self.refusal.take()
-    }
-
-    pub(super) fn asked(&mut self, seq: u16, action: ClientCommand) {
-        self.asked = Some((seq, action));
+        Self { place, every_nth, stream, ..Self::default() }
     }
 
     /// Takes a message.
     pub fn take(&mut self, message: &ToClient<'_>) {
         match message {
             ToClient::Welcome(welcome) => self.greet(welcome),
-            ToClient::Slip(slip) => self.updates.push(Feed::Event(EventMark::slip(slip))),
+            ToClient::Slip(slip) => self.stream.mark(EventMark::slip(slip)),
             ToClient::State(state) => {
                 self.set_rate(state.rate_hz);
-                self.updates.push(Feed::State(*state));
+                self.stream.update(Feed::State(*state));
             }
-            ToClient::Health(health) => self.updates.push(Feed::Health(Box::new(*health))),
+            ToClient::Health(health) => self.stream.update(Feed::Health(Box::new(*health))),
             ToClient::Gripper(gripper) => self.meet(*gripper),
             ToClient::Rows(rows) => self.take_rows(rows),
             ToClient::Notice(notice) => {
@@ -108,12 +69,13 @@ impl Reception {
                     let text = format!("{}: the daemon closed the connection: {what}", self.place);
                     self.farewell = Some(if version { self.misfit(None) } else { text });
                 }
-                self.updates.push(Feed::Notice(reported::notice(notice)));
+                self.stream.update(Feed::Notice(notice.as_str().to_owned()));
                 self.event_of(notice.kind, notice.as_str());
             }
             ToClient::Nack(nack) if nack.kind == Kind::COMMAND => {
                 let text = format!("{}: refused, {}", self.what(nack.seq), refused(nack.reason));
-                self.updates.extend(reported::answer(Level::Warning, text));
+                let answer = reported::answer(text);
+                answer.into_iter().for_each(|feed| self.stream.update(feed));
             }
             ToClient::Nack(nack) if nack.reason == NackReason::Version => {
                 self.refusal = Some(self.misfit(None));
@@ -129,7 +91,7 @@ impl Reception {
             NoticeKind::Client => EventKind::Client,
             _ => return,
         };
-        self.updates.push(Feed::Event(EventMark::plain(f64::NAN, kind, text)));
+        self.stream.mark(EventMark::plain(f64::NAN, kind, text));
     }
 
     fn greet(&mut self, welcome: &Welcome<'_>) {
@@ -140,12 +102,11 @@ impl Reception {
         self.greeted = true;
         let flags = welcome.flags;
         self.token = flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token);
-        self.updates.push(Feed::Welcome(DaemonInfo {
+        self.stream.update(Feed::Welcome(DaemonInfo {
             name: welcome.daemon().to_owned(),
             place: self.place.clone(),
             may_command: self.token.is_some(),
             dry_run: flags.has(WelcomeFlags::DRY_RUN),
-            records: flags.has(WelcomeFlags::RECORDS),
             real_time: welcome.real_time,
             every_nth: self.every_nth,
         }));
@@ -158,19 +119,18 @@ impl Reception {
                 "every {}th sample comes: band energies, peaks, spectra and bounds of E_sc are not derived from decimated rows",
                 self.every_nth
             );
-            self.updates.push(Feed::Notice(NoticeLine { level: Level::Info, text }));
+            self.stream.update(Feed::Notice(text));
         }
     }
 
     /// Nobody greets over a network of many grippers: whose messages these are, and of which samples; 0: of none.
     pub fn greet_over_network(&mut self, name: &str, every_nth: u16) {
         self.every_nth = every_nth;
-        self.updates.push(Feed::Welcome(DaemonInfo {
+        self.stream.update(Feed::Welcome(DaemonInfo {
             name: name.to_owned(),
             place: self.place.clone(),
             may_command: false,
             dry_run: false,
-            records: false,
             real_time: RealTime::Other(u8::MAX),
             every_nth,
         }));
@@ -180,12 +140,11 @@ impl Reception {
     /// Something was missed: the next rows do not join.
     pub fn broken(&mut self) {
         self.stream.broken(0);
-        self.next_index = None;
     }
 
     /// Something happened to the connection.
     pub fn mark(&mut self, mark: EventMark) {
-        self.updates.push(Feed::Event(mark));
+        self.stream.mark(mark);
     }
 
     /// No version in common.
@@ -206,14 +165,14 @@ impl Reception {
     fn meet(&mut self, gripper: Gripper) {
         let before = self.gripper.replace(gripper);
         self.set_rate(gripper.rate_hz);
-        self.updates.push(Feed::Gripper(gripper));
+        self.stream.update(Feed::Gripper(gripper));
         let other = before.is_some_and(|before| {
             (before.uid, before.boot_id) != (gripper.uid, gripper.boot_id) && before.boot_id != 0
         });
         if other {
             self.observed_hz = 0;
             let text = "another gripper, or the same one after a restart";
-            self.updates.push(Feed::Event(EventMark::plain(f64::NAN, EventKind::Reload, text)));
+            self.stream.mark(EventMark::plain(f64::NAN, EventKind::Reload, text));
         }
     }
 
@@ -228,12 +187,7 @@ impl Reception {
         let step = u32::from(rows.header.every_nth);
         let mut taxels = Vec::with_capacity(usize::from(rows.header.taxels));
         for row in rows.iter() {
-            if let Some(expected) = self.next_index.filter(|next| *next != row.index) {
-                // A number that went back belongs to another start of the gripper.
-                let ahead = row.index.wrapping_sub(expected);
-                self.stream.broken(if ahead < 1 << 31 { ahead / step } else { 0 });
-            }
-            self.next_index = Some(row.index.wrapping_add(step));
+            self.stream.number(row.index, step);
             taxels.clear();
             taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
             self.stream.push(&reported::sample(&row), &taxels);
@@ -249,7 +203,7 @@ impl Reception {
         self.observed_hz = self.rate_hz;
         let none = self.stream.observe(shipped(self.rate_hz), model::default_estimator());
         // The protocol does not carry the settings of the daemon.
-        self.updates.push(none.unwrap_or(Feed::Observes(ObserverSettings::Shipped)));
+        self.stream.update(none.unwrap_or(Feed::Observes(ObserverSettings::Shipped)));
     }
 
     /// Passes on what was received, and reports whether the stream flows.
@@ -261,12 +215,9 @@ impl Reception {
 
     /// Passes on what was received.
     pub fn pass_on(&mut self, outlet: &mut Outlet) {
-        // Rows come first: states and events are placed by the rows around them.
-        let rows = self.stream.take();
-        let something = !(rows.is_empty() && self.updates.is_empty());
-        rows.into_iter().chain(self.updates.drain(..)).for_each(|feed| outlet.offer(feed));
-        outlet.catch_up();
-        if something {
+        let feeds = self.stream.take();
+        if !feeds.is_empty() {
+            feeds.into_iter().for_each(|feed| outlet.offer(feed));
             outlet.wake();
         }
     }
@@ -326,13 +277,13 @@ mod tests {
     #[test]
     fn a_refused_command_is_reported_and_stands_among_the_events() {
         let mut reception = Reception::new("unix:socket".to_owned(), 1);
-        reception.asked(7, ClientCommand::Grasp);
+        reception.asked = Some((7, ClientCommand::Grasp));
         let nack = Nack { kind: Kind::COMMAND, reason: NackReason::Latched, seq: 7 };
         reception.take(&ToClient::Nack(nack));
         let reported = "grasp: refused, a fault or a stop is latched";
+        let feeds = reception.stream.take();
         let as_event = |feed: &Feed| matches!(feed, Feed::Event(mark) if mark.kind == EventKind::Client && mark.text == reported);
-        assert!(reception.updates.iter().any(as_event), "{:?}", reception.updates);
-        let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line.text == reported);
-        assert!(reception.updates.iter().any(as_line), "{:?}", reception.updates);
+        let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line == reported);
+        assert!(feeds.iter().any(as_event) && feeds.iter().any(as_line), "{feeds:?}");
     }
 }

@@ -1,37 +1,15 @@
 //! Messages of a daemon in, items for the model out.
 
 use crate::channel::Channel;
-use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, RowBlock, TaxelBlock};
-use grip_link::message::daemon::{Notice, NoticeKind, RowOfSample, RowSet};
+use crate::feed::{EventKind, EventMark, Feed, RowBlock, TaxelBlock};
+use grip_link::message::daemon::{RowOfSample, RowSet};
 use slip_core::{Sample, units::Micros};
 
 /// What became of a command: a line for people, and the same among the events.
-pub(super) fn answer(level: Level, text: String) -> [Feed; 2] {
+pub(super) fn answer(text: String) -> [Feed; 2] {
     let mark = EventMark::plain(f64::NAN, EventKind::Client, text.clone());
-    [Feed::Event(mark), Feed::Notice(NoticeLine { level, text })]
+    [Feed::Event(mark), Feed::Notice(text)]
 }
-
-pub(super) fn notice(notice: &Notice<'_>) -> NoticeLine {
-    let level = match notice.kind {
-        NoticeKind::Dropped | NoticeKind::Sensor => Level::Warning,
-        NoticeKind::Goodbye => Level::Error,
-        _ => Level::Info,
-    };
-    NoticeLine { level, text: notice.as_str().to_owned() }
-}
-
-/// The channels of ROWS, in the order of [`Channel::ROWS`].
-const SETS: [RowSet; 9] = [
-    RowSet::STYLUS,
-    RowSet::NORMAL_FORCE,
-    RowSet::TANGENTIAL_FORCE,
-    RowSet::TRAVEL,
-    RowSet::VELOCITY,
-    RowSet::SECOND_STYLUS,
-    RowSet::REFERENCE,
-    RowSet::PRESSURE,
-    RowSet::MOTION,
-];
 
 /// The sample that a row is.
 pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
@@ -39,14 +17,14 @@ pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
     Sample {
         t: Micros(row.t_us),
         stylus: row.value(RowSet::STYLUS).unwrap_or(f32::NAN),
-        normal_force_n: value(SETS[1]),
-        tangential_n: value(SETS[2]),
-        travel_m: value(SETS[3]),
-        velocity_m_s: value(SETS[4]),
-        second_stylus: value(SETS[5]),
-        reference: value(SETS[6]),
-        pressure: value(SETS[7]),
-        motion: value(SETS[8]),
+        normal_force_n: value(RowSet::NORMAL_FORCE),
+        tangential_n: value(RowSet::TANGENTIAL_FORCE),
+        travel_m: value(RowSet::TRAVEL),
+        velocity_m_s: value(RowSet::VELOCITY),
+        second_stylus: value(RowSet::SECOND_STYLUS),
+        reference: value(RowSet::REFERENCE),
+        pressure: value(RowSet::PRESSURE),
+        motion: value(RowSet::MOTION),
         ..Sample::default()
     }
 }
@@ -94,17 +72,12 @@ impl Blocks {
         block.values.extend(taxels.iter().chain(none).take(block.count));
     }
 
-    /// Rows that wait.
-    pub(super) fn len(&self) -> usize {
-        self.block.times_us.len()
-    }
-
     /// The rows so far.
     pub(super) fn take(&mut self) -> Option<RowBlock> {
-        if self.len() == 0 {
+        if self.block.times_us.is_empty() {
             return None;
         }
-        self.usual = self.len();
+        self.usual = self.block.times_us.len();
         Some(core::mem::take(&mut self.block))
     }
 

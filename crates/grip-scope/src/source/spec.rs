@@ -3,15 +3,15 @@
 use super::outlet::Outlet;
 use core::fmt;
 use grip_daemon::clients::Listen;
-use rtrb::Consumer;
 use slip_core::ClientCommand;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 
 /// A live source of another crate, on a thread of its own. Its name is shown.
 pub trait Other: fmt::Debug + fmt::Display + Send + Sync {
     /// Offers what it has until the scope lets go, which may wait for as long as it takes; commands come in `orders`.
-    fn run(&self, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>);
+    fn run(&self, outlet: &mut Outlet, orders: &Receiver<ClientCommand>);
 }
 
 impl PartialEq for dyn Other {
@@ -108,11 +108,6 @@ impl SourceSpec {
     #[must_use]
     pub const fn is_live(&self) -> bool {
         !matches!(self, Self::Recording(_) | Self::Study(_))
-    }
-
-    /// Whether its thread may wait for something that takes long to report no.
-    pub(super) const fn may_hang(&self) -> bool {
-        matches!(self, Self::Other(_))
     }
 }
 

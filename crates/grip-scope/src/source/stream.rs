@@ -1,18 +1,34 @@
-//! Samples in; blocks of rows, and what the observer derives from them, out.
+//! Samples, and what is reported beside them, on their way to the model: blocks of rows with what the observer derives from them first, as
+//! states and events are placed by the rows around them.
 
 use super::reported::Blocks;
 use crate::derive::Observer;
-use crate::feed::{DerivedBlock, Feed, Level, NoticeLine};
+use crate::feed::{DerivedBlock, EventMark, Feed};
 use core::fmt::Display;
+use grip_link::device::Truth;
 use grip_session::HostEstimator;
-use slip_core::{PipelineConfig, Sample, Step};
+use slip_core::{PipelineConfig, PipelineState, Sample, Step, units::Micros};
 
-/// Samples on their way to the model.
+/// Rows, or other items, of a block.
+const BLOCK: usize = 2048;
+/// Device time of a block (us).
+const BLOCK_US: u64 = 500_000;
+
+/// Items on their way to the model.
 #[derive(Default)]
 pub(super) struct Stream {
     blocks: Blocks,
     observer: Option<Observer>,
     done: Vec<Feed>,
+    /// States and events of the rows that wait.
+    updates: Vec<Feed>,
+    /// Rows that wait, on both sides of gaps.
+    waiting: usize,
+    /// Times of the first and of the last of them (us).
+    span_us: Option<(u64, u64)>,
+    next_index: Option<u32>,
+    /// The state that was reported last.
+    reported: Option<PipelineState>,
 }
 
 impl Stream {
@@ -25,13 +41,12 @@ impl Stream {
         let model = model.map_err(|error| error.to_string());
         let observer =
             model.and_then(|model| Observer::new(config, model).map_err(|e| e.to_string()));
-        let rate_hz = config.sample_rate.0;
         match observer {
             Ok(observer) => {
                 self.begin(observer);
                 None
             }
-            Err(error) => Some(self.spectra_only(rate_hz, &error)),
+            Err(error) => Some(self.spectra_only(config.sample_rate.0, &error)),
         }
     }
 
@@ -39,7 +54,7 @@ impl Stream {
     pub(super) fn spectra_only(&mut self, rate_hz: f32, why: &str) -> Feed {
         self.begin(Observer::spectra_only(rate_hz));
         let text = format!("at {rate_hz:.0} Hz only spectra are derived from the samples: {why}");
-        Feed::Notice(NoticeLine { level: Level::Warning, text })
+        Feed::Notice(text)
     }
 
     fn begin(&mut self, mut observer: Observer) {
@@ -48,10 +63,28 @@ impl Stream {
         self.observer = Some(observer);
     }
 
-    /// Takes a sample and the frame of the array that came with it: what the observer states.
+    /// Takes a sample and the frame of the array that came with it: what the observer states. What waits goes before it where that is enough,
+    /// or where the sample is of another start or far behind: there nothing of before is placed any more.
     pub(super) fn push(&mut self, sample: &Sample, taxels: &[f32]) -> Option<Step> {
+        let t_us = sample.t.0;
+        let afar = |(first, last)| t_us <= last || t_us - first >= BLOCK_US;
+        if self.span_us.is_some_and(afar) || self.waiting.max(self.updates.len()) >= BLOCK {
+            self.cut();
+        }
+        self.span_us = Some((self.span_us.map_or(t_us, |(first, _)| first), t_us));
+        self.waiting += 1;
         self.blocks.push(sample, taxels);
         self.observer.as_mut().and_then(|observer| observer.push(sample, taxels))
+    }
+
+    /// Takes the number of the next row, which grows by `step` from row to row: where others are missing before it the next row does not join.
+    pub(super) fn number(&mut self, index: u32, step: u32) {
+        if let Some(expected) = self.next_index.filter(|next| *next != index) {
+            // A number that went back belongs to another start of the gripper.
+            let ahead = index.wrapping_sub(expected);
+            self.broken(if ahead < 1 << 31 { ahead / step.max(1) } else { 0 });
+        }
+        self.next_index = Some(index.wrapping_add(step));
     }
 
     /// Rows are missing before the next sample; how many, where that is known, otherwise 0.
@@ -65,9 +98,38 @@ impl Stream {
         }
     }
 
-    /// Rows that wait.
-    pub(super) fn len(&self) -> usize {
-        self.blocks.len()
+    /// Takes what goes behind the rows so far.
+    pub(super) fn update(&mut self, feed: Feed) {
+        self.updates.push(feed);
+    }
+
+    /// Takes an event.
+    pub(super) fn mark(&mut self, mark: EventMark) {
+        self.update(Feed::Event(mark));
+    }
+
+    /// Takes a state, with what a simulator knows of it, where scene, controller or sensors are others than in the one before, or that is older
+    /// than `every_us`.
+    pub(super) fn state(&mut self, state: PipelineState, truth: Option<Truth>, every_us: u64) {
+        let new = self.reported.is_none_or(|before| {
+            let seen = |state: &PipelineState| (state.scene, state.grip, state.sensors);
+            seen(&before) != seen(&state) || state.t >= before.t.plus(Micros(every_us))
+        });
+        if new {
+            self.reported = Some(state);
+            self.updates.extend(truth.map(Feed::Truth));
+            self.update(Feed::State(state));
+        }
+    }
+
+    /// Rows are numbered anew.
+    pub(super) const fn restart(&mut self) {
+        self.next_index = None;
+    }
+
+    /// Time of the last sample (us), while it waits.
+    pub(super) fn last_us(&self) -> Option<u64> {
+        self.span_us.map(|(_, last_us)| last_us)
     }
 
     fn flush(&mut self) {
@@ -82,9 +144,21 @@ impl Stream {
         }
     }
 
+    /// What waits is a block.
+    fn cut(&mut self) {
+        self.flush();
+        self.done.append(&mut self.updates);
+        (self.waiting, self.span_us) = (0, None);
+    }
+
+    /// The blocks that are whole, in order.
+    pub(super) fn whole(&mut self) -> Vec<Feed> {
+        core::mem::take(&mut self.done)
+    }
+
     /// Everything so far, in order.
     pub(super) fn take(&mut self) -> Vec<Feed> {
-        self.flush();
-        core::mem::take(&mut self.done)
+        self.cut();
+        self.whole()
     }
 }

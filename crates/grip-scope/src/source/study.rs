@@ -17,13 +17,12 @@ pub(super) fn run(file: &Path, outlet: &mut Outlet) {
     outlet.status(SourceStatus::Loading { done: 0.0 });
     let status = match read(file) {
         Ok(study) => {
-            outlet.put(Feed::Study(Box::new(study)));
+            outlet.offer(Feed::Study(Box::new(study)));
             SourceStatus::Complete { note: String::new() }
         }
         Err(sentence) => SourceStatus::Failed { sentence },
     };
-    outlet.put(Feed::Status(status));
-    outlet.wake();
+    outlet.status(status);
 }
 
 fn read(file: &Path) -> Result<StudyCurves, String> {
@@ -60,13 +59,7 @@ fn curves(value: &Value) -> Option<StudyCurves> {
 fn plot(result: &Value) -> Option<StudyPlot> {
     let nets = result.get("nets")?.as_array()?;
     let curves: Vec<StudyCurve> = nets.iter().filter_map(curves_of).flatten().collect();
-    (!curves.is_empty()).then(|| StudyPlot {
-        title: text(result, "title"),
-        x_label: "epoch".to_owned(),
-        y_label: "mean squared error".to_owned(),
-        log_y: true,
-        curves,
-    })
+    (!curves.is_empty()).then(|| StudyPlot { title: text(result, "title"), curves })
 }
 
 /// Errors over epochs: on the rows that were trained on, and on the others.

@@ -46,9 +46,9 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
     assert!(!watch.model.turns(all, usize::MAX).is_empty());
     assert_eq!(watch.model.health().stray_states, 0);
     // The value reported lies within the enclosure that the observer derives for the same slip.
-    watch.handle.command(ClientCommand::Stop).unwrap();
-    watch.until(|| {}, |model| model.notices().any(|line| line.text.starts_with("stop")));
-    let refused = watch.handle.command(ClientCommand::AtLeast(f32::NAN));
+    watch.handle.orders.send(ClientCommand::Stop).unwrap();
+    watch.until(|| {}, |model| model.notices().any(|line| line.starts_with("stop")));
+    let refused = watch.handle.orders.send(ClientCommand::AtLeast(f32::NAN));
     assert!(matches!(refused, Err(Refused::NoForce(_))));
 }
 
@@ -57,8 +57,8 @@ fn a_scene_that_is_none_is_reported() {
     let mut watch = Watch::new(SourceSpec::parse("demo:nowhere").unwrap());
     watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Failed { .. }));
     assert!(watch.model.status().sentence().contains("built in are"));
-    let mut file = Watch::new(SourceSpec::parse("x.mcap").unwrap());
-    assert_eq!(file.handle.command(ClientCommand::Grasp), Err(Refused::NotLive));
+    let file = Watch::new(SourceSpec::parse("x.mcap").unwrap());
+    assert_eq!(file.handle.orders.send(ClientCommand::Grasp), Err(Refused::NotLive));
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_stop_is_an_event_and_holds_until_the_fingers_close_again() {
         model.events().iter().filter(begun).count()
     };
     watch.until(|| {}, |model| model.end_s() > 0.5);
-    watch.handle.command(ClientCommand::Stop).unwrap();
+    watch.handle.orders.send(ClientCommand::Stop).unwrap();
     let answered = |text: &'static str| {
         move |model: &Model| {
             let mut marks = model.events().iter();
@@ -82,9 +82,9 @@ fn a_stop_is_an_event_and_holds_until_the_fingers_close_again() {
     let state = watch.model.info().state.unwrap();
     assert_eq!(state.device, DeviceState::Estop);
     assert_eq!(objects(&watch.model), 1);
-    watch.handle.command(ClientCommand::Release).unwrap();
+    watch.handle.orders.send(ClientCommand::Release).unwrap();
     watch.until(|| {}, answered("release: not possible while it is stopped"));
-    watch.handle.command(ClientCommand::Grasp).unwrap();
+    watch.handle.orders.send(ClientCommand::Grasp).unwrap();
     watch.until(|| {}, |model| objects(model) == 2);
     assert!(answered("grasp: the stop is over")(&watch.model));
 }

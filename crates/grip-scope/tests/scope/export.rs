@@ -1,22 +1,26 @@
 //! Exports: what is written is what is shown, and comes back.
 
-use crate::rig::{Watch, recording};
-use core::cell::{Cell, RefCell};
-use grip_record::mcap::{Entry, McapIndex, McapReader, McapWriter, Record, SampleRecord};
+use crate::rig::{damaged, recording};
+use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::outputs::OutputError;
 use grip_record::{CsvOptions, read_csv};
-use grip_scope::export::{self, ExportError};
+use grip_scope::export::{self, ExportError, Part, Sliced};
 use grip_scope::feed::{RowBlock, TaxelBlock};
-use grip_scope::{Channel, EventKind, Feed, Model, SourceSpec, SourceStatus, Span};
+use grip_scope::report::grasp;
+use grip_scope::source::load;
+use grip_scope::{Channel, EventKind, Feed, Model, Span};
 use slip_core::{Sample, units::Micros};
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
 
-fn loaded(path: &Path) -> Watch {
-    let mut watch = Watch::new(SourceSpec::Recording(path.to_owned()));
-    watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Complete { .. }));
-    watch
+fn loaded(path: &Path) -> Model {
+    load(path, Model::new(64 << 20))
+}
+
+/// What is kept of a span as a recording.
+fn kept(model: &Model, span: Span, path: &Path) -> Result<Sliced, ExportError> {
+    export::mcap(Part::of(model, span, &Channel::ROWS), path)
 }
 
 /// Device times (us) and stylus of the samples in a recording.
@@ -36,20 +40,20 @@ fn a_csv_of_the_view_reads_back_as_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     recording(&path, 5000);
-    let watch = loaded(&path);
+    let model = loaded(&path);
     let out = folder.path().join("view.csv");
     let channels = [Channel::Stylus, Channel::NormalForce, Channel::Statistic];
-    let rows = export::csv(|| &watch.model, Span::new(1.0, 1.999), &channels, &out).unwrap();
+    let rows = export::csv(Part::of(&model, Span::new(1.0, 1.999), &channels), &out).unwrap();
     assert_eq!(rows, 1000);
     let read = read_csv(&out, &CsvOptions::default()).unwrap();
     let wanted = samples(&path);
     let got: Vec<(u64, f32)> = read.samples.iter().map(|s| (s.t.0, s.stylus)).collect();
     assert_eq!(got, wanted[1000..2000]);
     let before = fs::read(&out).unwrap();
-    let again = export::csv(|| &watch.model, Span::new(1.0, 1.5), &channels, &out).unwrap_err();
+    let again = export::csv(Part::of(&model, Span::new(1.0, 1.5), &channels), &out).unwrap_err();
     assert!(again.to_string().contains("view.csv: is there already"), "{again}");
     assert_eq!(fs::read(&out).unwrap(), before);
-    let nothing = export::csv(|| &watch.model, Span::new(90.0, 91.0), &channels, &out);
+    let nothing = export::csv(Part::of(&model, Span::new(90.0, 91.0), &channels), &out);
     assert!(matches!(nothing, Err(ExportError::Empty)));
 }
 
@@ -63,9 +67,6 @@ fn a_slice_of_a_recording_is_that_part_of_it() {
     // A state follows each hundredth sample.
     assert_eq!((sliced.samples, sliced.messages), (1000, 1010));
     assert_eq!(samples(&out), samples(&path)[1000..2000]);
-    let again = export::mcap_slice(&path, Span::new(1.0, 1.5), &out);
-    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
-    assert_eq!(samples(&out).len(), 1000);
     let (span, none) = (Span::new(70.0, 71.0), folder.path().join("none.mcap"));
     assert!(matches!(export::mcap_slice(&path, span, &none), Err(ExportError::Empty)));
     assert!(!none.exists());
@@ -79,21 +80,17 @@ fn what_is_kept_of_a_live_source_becomes_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     recording(&path, 5000);
-    let watch = loaded(&path);
+    let model = loaded(&path);
     let out = folder.path().join("kept.mcap");
-    let sliced = export::mcap(|| &watch.model, Span::new(1.0, 1.999), &out).unwrap();
-    assert_eq!(sliced.samples, 1000);
+    assert_eq!(kept(&model, Span::new(1.0, 1.999), &out).unwrap().samples, 1000);
     assert_eq!(samples(&out), samples(&path)[1000..2000]);
-    let again = loaded(&out);
-    assert_eq!(again.samples(Channel::NormalForce), 1000);
+    let forces = loaded(&out).series(Channel::NormalForce).and_then(|s| s.stats(s.span()?));
+    assert_eq!(forces.unwrap().count, 1000);
     let none = folder.path().join("none.mcap");
-    let span = Span::new(70.0, 71.0);
-    for model in [&Model::new(1 << 20), &watch.model] {
-        assert!(matches!(export::mcap(|| model, span, &none), Err(ExportError::Empty)));
-        assert!(!none.exists());
+    for model in [&Model::new(1 << 20), &model] {
+        let nothing = kept(model, Span::new(70.0, 71.0), &none);
+        assert!(matches!(nothing, Err(ExportError::Empty)) && !none.exists());
     }
-    let again = export::mcap(|| &watch.model, Span::new(1.0, 1.5), &out);
-    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
 }
 
 /// A second of an array of two at 1 kHz, of which the rows 300 to 339 were lost.
@@ -119,8 +116,7 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("kept.mcap");
     let model = with_an_array_and_a_gap();
-    let sliced = export::mcap(|| &model, Span::new(0.0, 1.0), &out).unwrap();
-    assert_eq!(sliced.samples, 960);
+    assert_eq!(kept(&model, Span::new(0.0, 1.0), &out).unwrap().samples, 960);
     let mut reader = McapReader::open(&out).unwrap();
     let mut frames = 0;
     while let Some(entry) = reader.next_entry().unwrap() {
@@ -134,7 +130,7 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
     }
     assert!((90..=100).contains(&frames), "{frames}");
     let again = loaded(&out);
-    let gaps = again.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let gaps = again.events().iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts, ["40 rows are missing, 41.0 ms"]);
 }
@@ -159,8 +155,8 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     restarted(&path);
-    let watch = loaded(&path);
-    let begins: Vec<f64> = (watch.model.events().iter())
+    let model = loaded(&path);
+    let begins: Vec<f64> = (model.events().iter())
         .filter(|mark| mark.kind == EventKind::Clock)
         .map(|mark| mark.t_s)
         .collect();
@@ -173,35 +169,28 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
             .enumerate()
     {
         let span = Span::new(from_s - 0.0005, from_s + 0.1995);
-        let [slice, kept] =
+        let [slice, of_model] =
             ["slice", "kept"].map(|name| folder.path().join(format!("{name}{number}.mcap")));
         assert_eq!(export::mcap_slice(&path, span, &slice).unwrap().samples, 200);
         assert_eq!(counts(&slice), all[rows.clone()]);
-        assert_eq!(export::mcap(|| &watch.model, span, &kept).unwrap().samples, 200);
-        assert_eq!(counts(&kept), all[rows]);
+        assert_eq!(kept(&model, span, &of_model).unwrap().samples, 200);
+        assert_eq!(counts(&of_model), all[rows]);
     }
     // All of it, both leaps included; what is kept goes on where the axis does.
     let (span, out) = (Span::new(0.0, 100.0), folder.path().join("all.mcap"));
     assert_eq!(export::mcap_slice(&path, span, &out).unwrap().samples, 3000);
     assert_eq!(samples(&out), samples(&path));
-    let kept = folder.path().join("kept.mcap");
-    assert_eq!(export::mcap(|| &watch.model, span, &kept).unwrap().samples, 3000);
-    assert!(samples(&kept).is_sorted_by(|a, b| a.0 < b.0));
-    assert_eq!(counts(&kept), all);
+    let of_model = folder.path().join("kept.mcap");
+    assert_eq!(kept(&model, span, &of_model).unwrap().samples, 3000);
+    assert!(samples(&of_model).is_sorted_by(|a, b| a.0 < b.0));
+    assert_eq!(counts(&of_model), all);
 }
 
 #[test]
 fn a_slice_of_a_damaged_recording_leaves_out_what_cannot_be_read_and_counts_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    recording(&path, 10_000);
-    let chunks = McapIndex::read(File::open(&path).unwrap()).unwrap().unwrap().chunks;
-    let mut bytes = fs::read(&path).unwrap();
-    let at = |place: u64, behind: usize| usize::try_from(place).unwrap() + behind;
-    // Samples of one chunk, and the length of another one.
-    bytes[at(chunks[20].offset + chunks[20].len, 0) - 40] ^= 0x55;
-    bytes[at(chunks[60].offset, 8)] = 0x7f;
-    fs::write(&path, &bytes).unwrap();
+    let (chunks, bytes) = damaged(&path);
     let slice = |name: &str, from_s, to_s| {
         export::mcap_slice(&path, Span::new(from_s, to_s), &folder.path().join(name))
     };
@@ -216,7 +205,7 @@ fn a_slice_of_a_damaged_recording_leaves_out_what_cannot_be_read_and_counts_it()
     assert!(gone.to_string().contains("damaged"), "{gone}");
     assert!(!folder.path().join("gone.mcap").exists());
     // A recording that was cut off: what was read of the span is written, and its end counts.
-    fs::write(&path, &bytes[..at(chunks[50].offset, 30)]).unwrap();
+    fs::write(&path, &bytes[..usize::try_from(chunks[50]).unwrap() + 30]).unwrap();
     let end = slice("end.mcap", 4.0, 9.0).unwrap();
     assert_eq!((end.samples, end.damaged), (1000, 1));
     let whole = slice("whole.mcap", 3.0, 3.5).unwrap();
@@ -234,71 +223,41 @@ fn rows(from: u32, to: u32) -> Feed {
 }
 
 #[test]
-fn the_model_is_lent_for_pieces_and_goes_on_between_them() {
+fn what_comes_and_goes_while_a_file_is_written_does_not_change_it() {
     const ROWS: u32 = 100_000;
     let folder = tempfile::tempdir().unwrap();
-    let model = RefCell::new(Model::new(256 << 20));
-    model.borrow_mut().take(rows(0, ROWS));
-    let (looks, next) = (Cell::new(0), Cell::new(ROWS));
-    // Whoever fills the model gets at it before each look.
-    let look = || {
-        looks.set(looks.get() + 1);
-        model.borrow_mut().take(rows(next.get(), next.get() + 500));
-        next.set(next.get() + 500);
-        model.borrow()
-    };
+    let mut model = Model::new(2 << 20);
+    model.take(rows(0, ROWS));
     let span = Span::new(0.0, 9.99995);
-    let out = folder.path().join("a.csv");
     let channels = [Channel::Stylus, Channel::NormalForce];
-    assert_eq!(export::csv(look, span, &channels, &out).unwrap(), u64::from(ROWS));
-    assert!(looks.get() >= 24, "{}", looks.get());
-    looks.set(0);
-    let kept = folder.path().join("a.mcap");
-    assert_eq!(export::mcap(look, span, &kept).unwrap().samples, u64::from(ROWS));
-    assert!(looks.get() >= 24, "{}", looks.get());
+    let (table, recorded) =
+        (Part::of(&model, span, &channels), Part::of(&model, span, &Channel::ROWS));
+    model.take(rows(ROWS, 9 * ROWS));
+    assert!(model.span().unwrap().from_s > 9.99995, "all of it was dropped");
+    let (out, of_model) = (folder.path().join("a.csv"), folder.path().join("a.mcap"));
+    assert_eq!(export::csv(table, &out).unwrap(), u64::from(ROWS));
+    assert_eq!(export::mcap(recorded, &of_model).unwrap().samples, u64::from(ROWS));
     let read = read_csv(&out, &CsvOptions::default()).unwrap();
     let got: Vec<(u64, f32)> = read.samples.iter().map(|s| (s.t.0, s.stylus)).collect();
     let wanted: Vec<(u64, f32)> =
         (0..ROWS).map(|row| (100 * u64::from(row), (row % 7919) as f32)).collect();
-    assert!(got == wanted && samples(&kept) == wanted);
+    assert!(got == wanted && samples(&of_model) == wanted);
     assert!(read.samples.iter().all(|s| s.normal_force_n == Some(s.stylus)));
 }
 
 #[test]
-fn samples_that_are_dropped_meanwhile_are_reported() {
-    let folder = tempfile::tempdir().unwrap();
-    let model = RefCell::new(Model::new(2 << 20));
-    model.borrow_mut().take(rows(0, 100_000));
-    let next = Cell::new(100_000);
-    let look = || {
-        model.borrow_mut().take(rows(next.get(), next.get() + 40_000));
-        next.set(next.get() + 40_000);
-        model.borrow()
-    };
-    let whole = Span::new(1.0, 10.0);
-    let out = folder.path().join("a.csv");
-    let reported = export::csv(look, whole, &[Channel::Stylus], &out).unwrap_err();
-    assert!(matches!(reported, ExportError::Dropped), "{reported}");
-    assert!(!out.exists());
-}
-
-#[test]
-fn a_page_replaces_nothing_and_leaves_nothing_where_it_cannot_be_written() {
+fn a_page_of_samples_only_states_so_and_leaves_nothing_where_it_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     recording(&path, 5000);
-    let watch = loaded(&path);
-    let page = |span, out: &Path| export::html(|| &watch.model, span, "run.mcap", out);
+    let model = loaded(&path);
+    let page = |span, out: &Path| export::html(grasp(&model, span, "run.mcap").as_ref(), out);
     let out = folder.path().join("run.html");
     let bytes = page(Span::new(0.0, 9.0), &out).unwrap();
     let text = fs::read_to_string(&out).unwrap();
     assert_eq!(text.len(), bytes);
     assert!(text.contains("<h1>Grasp: run.mcap</h1>") && text.ends_with("</html>"), "{text}");
-    // A plain recording holds samples only, which the page states.
     assert!(text.contains("The source has samples only"), "{text}");
-    let again = page(Span::new(0.0, 1.0), &out);
-    assert!(matches!(again, Err(ExportError::Output(OutputError::Exists { .. }))));
-    assert_eq!(fs::read_to_string(&out).unwrap(), text);
     let nowhere = page(Span::new(0.0, 1.0), &folder.path().join("no").join("run.html"));
     assert!(matches!(nowhere, Err(ExportError::Output(OutputError::Write { .. }))));
     let none = folder.path().join("none.html");

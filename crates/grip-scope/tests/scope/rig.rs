@@ -1,13 +1,14 @@
 //! A source, a model, and patience: what the tests of sources share.
 
 use core::time::Duration;
-use grip_record::mcap::{McapWriter, Record, SampleRecord};
-use grip_scope::{Channel, Model, SourceHandle, SourceSpec};
+use grip_record::mcap::{McapIndex, McapWriter, Record, SampleRecord};
+use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec};
 use grip_sim::mcu::peer;
 use slip_core::{PipelineState, Sample, units::Micros};
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
+use std::sync::mpsc::{Receiver, channel};
 
 /// Looks at the model after which a test has hung.
 const PATIENCE: u32 = 60_000;
@@ -15,16 +16,20 @@ const PATIENCE: u32 = 60_000;
 pub(crate) struct Watch {
     pub(crate) handle: SourceHandle,
     pub(crate) model: Model,
+    feeds: Receiver<Feed>,
 }
 
 impl Watch {
     pub(crate) fn new(spec: SourceSpec) -> Self {
-        let handle = SourceHandle::spawn(spec, peer, || {}).unwrap();
-        Self { handle, model: Model::new(64 << 20) }
+        let (sender, feeds) = channel();
+        // Behind the end of a test nobody receives.
+        let take = move |feed| sender.send(feed).unwrap_or_default();
+        let handle = SourceHandle::spawn(spec, peer, take, || {}).unwrap();
+        Self { handle, model: Model::new(64 << 20), feeds }
     }
 
     pub(crate) fn look(&mut self) {
-        self.handle.drain(&mut self.model, 1000);
+        self.feeds.try_iter().for_each(|feed| self.model.take(feed));
     }
 
     /// Looks until what is waited for is there; `meanwhile` goes on beside.
@@ -49,6 +54,19 @@ impl Watch {
 #[expect(clippy::disallowed_methods, reason = "a test may wait for another thread")]
 pub(crate) fn pause() {
     std::thread::sleep(Duration::from_millis(1));
+}
+
+/// A recording of 10,000 samples with two damaged chunks, where its chunks begin, and its bytes.
+pub(crate) fn damaged(path: &Path) -> (Vec<u64>, Vec<u8>) {
+    recording(path, 10_000);
+    let chunks = McapIndex::read(File::open(path).unwrap()).unwrap().unwrap().chunks;
+    let mut bytes = fs::read(path).unwrap();
+    let at = |place: u64| usize::try_from(place).unwrap();
+    // Samples of one chunk, and the length of another one: there only the index shows where the next one begins.
+    bytes[at(chunks[20].offset + chunks[20].len) - 40] ^= 0x55;
+    bytes[at(chunks[60].offset) + 8] = 0x7f;
+    fs::write(path, &bytes).unwrap();
+    (chunks.iter().map(|chunk| chunk.offset).collect(), bytes)
 }
 
 /// A recording of samples a millisecond apart, the stylus counting up; a chunk and a state with the needed force each hundred.

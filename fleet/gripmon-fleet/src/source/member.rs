@@ -11,8 +11,8 @@ use grip_scope::feed::{EventKind, EventMark, Feed, SourceStatus};
 use grip_scope::source::Reception;
 use grip_scope::source::{Other, Outlet};
 use grip_scope::source::{pause, unsent};
-use rtrb::Consumer;
 use slip_core::ClientCommand;
+use std::sync::mpsc::Receiver;
 
 /// How long one look for messages waits.
 const TURN: Duration = Duration::from_millis(10);
@@ -20,7 +20,7 @@ const TURN: Duration = Duration::from_millis(10);
 const READS: usize = 256;
 impl Other for GripperAt {
     /// Listens to the gripper until the scope lets go.
-    fn run(&self, outlet: &mut Outlet, orders: &mut Consumer<ClientCommand>) {
+    fn run(&self, outlet: &mut Outlet, orders: &Receiver<ClientCommand>) {
         let mut backoff = Backoff::new(FIRST, LONGEST);
         let mut before = String::new();
         while !outlet.stops() {
@@ -55,7 +55,7 @@ impl<'a> Talk<'a> {
     fn run(
         at: &'a GripperAt,
         outlet: &mut Outlet,
-        orders: &mut Consumer<ClientCommand>,
+        orders: &Receiver<ClientCommand>,
     ) -> Result<(), NetError> {
         let session = at.network.open()?;
         let telemetry = [Topic::State, Topic::Health, Topic::Samples];
@@ -75,7 +75,7 @@ impl<'a> Talk<'a> {
         outlet.offer(Feed::Restart);
         while !outlet.stops() {
             talk.turn(outlet)?;
-            while orders.pop().is_ok() {
+            while orders.try_recv().is_ok() {
                 unsent(outlet, "gripmon sends no command over a network of many grippers");
             }
         }

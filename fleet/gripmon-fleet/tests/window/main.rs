@@ -245,14 +245,13 @@ fn a_table_without_updates_asks_for_no_further_frame() {
 /// The view of one gripper that reports every n-th sample, and where it leads.
 fn view(every_nth: u16, mut model: Model) -> Harness<'static, (Scope, Vec<Lead>)> {
     let (name, place) = ("hall-1/5a".to_owned(), "tcp/127.0.0.1:7447".to_owned());
-    let (may_command, dry_run, records) = (false, false, false);
+    let (may_command, dry_run) = (false, false);
     let real_time = RealTime::Other(u8::MAX);
     model.take(Feed::Welcome(DaemonInfo {
         name,
         place,
         may_command,
         dry_run,
-        records,
         real_time,
         every_nth,
     }));

@@ -1,7 +1,7 @@
 //! A simulated object and time in; what sensors, pipeline and controller do with it out.
 
 use super::{BETWEEN_US, GRASP_US, World};
-use crate::feed::{EventMark, Feed, Level};
+use crate::feed::{EventMark, Feed};
 use crate::source::outlet::Outlet;
 use grip_link::device::Peer;
 use grip_link::frame::MAX_WIRE;
@@ -35,8 +35,7 @@ pub(super) struct Grasp {
     pub(super) session: Session,
     released: bool,
     stopped: Stopped,
-    next_index: Option<u32>,
-    reported: Option<PipelineState>,
+    greeted: bool,
 }
 
 impl Grasp {
@@ -57,8 +56,7 @@ impl Grasp {
             session,
             released: false,
             stopped: Stopped::No,
-            next_index: None,
-            reported: None,
+            greeted: false,
         })
     }
 
@@ -76,21 +74,20 @@ impl Grasp {
     }
 
     /// Carries out what a person asks for: what became of it.
-    pub(super) fn obey(&mut self, command: ClientCommand) -> (Level, String) {
+    pub(super) fn obey(&mut self, command: ClientCommand) -> String {
         if self.stopped != Stopped::No && command == ClientCommand::Grasp {
             self.stopped = Stopped::Over;
-            return (Level::Info, "grasp: the stop is over, the next object comes".to_owned());
+            return "grasp: the stop is over, the next object comes".to_owned();
         }
         let done = self.session.obey(self.now_us(), command);
         if command == ClientCommand::Stop {
             self.stopped = Stopped::Yes;
-            let text = "stop: the simulated gripper keeps its force and waits for grasp";
-            return (Level::Info, text.to_owned());
+            return "stop: the simulated gripper keeps its force and waits for grasp".to_owned();
         }
         match (done, self.stopped) {
-            (true, _) => (Level::Info, format!("{command}: carried out by the simulated gripper")),
-            (false, Stopped::No) => (Level::Warning, format!("{command}: not possible now")),
-            (false, _) => (Level::Warning, format!("{command}: not possible while it is stopped")),
+            (true, _) => format!("{command}: carried out by the simulated gripper"),
+            (false, Stopped::No) => format!("{command}: not possible now"),
+            (false, _) => format!("{command}: not possible while it is stopped"),
         }
     }
 
@@ -125,9 +122,8 @@ impl Grasp {
             while let Some(len) = self.gripper.poll_transmit(now_us, &mut frame) {
                 bytes.extend(frame.iter().take(len));
             }
-            let events = self.turn(now_us, &bytes, world, outlet)?;
-            self.report_state(world.start_us, outlet);
-            events.into_iter().for_each(|event| outlet.offer(event));
+            self.turn(now_us, &bytes, world, outlet)?;
+            self.report_state(world, outlet);
             let due = now_us > GRASP_US && self.stopped == Stopped::No;
             if due && !core::mem::replace(&mut self.released, true) {
                 self.session.obey(now_us, ClientCommand::Release);
@@ -136,38 +132,37 @@ impl Grasp {
         Ok(())
     }
 
-    /// One exchange of bytes: the events it led to.
+    /// One exchange of bytes.
     fn turn(
         &mut self,
         now_us: u64,
         bytes: &[u8],
         world: &mut World,
         outlet: &Outlet,
-    ) -> Result<Vec<Feed>, String> {
+    ) -> Result<(), String> {
         let mut out = [0; MAX_WIRE];
-        let mut events = Vec::new();
         let World { tally, stream, start_us, .. } = world;
-        let next = &mut self.next_index;
-        let began_ns = outlet.clock.now_ns();
+        let began = outlet.now();
         let mut left = bytes;
         while let Some(updates) =
             self.session.receive(now_us, &mut left).map_err(|error| error.to_string())?
         {
             match updates {
                 Update::Step { index, sample, taxels, .. } => {
-                    let expected = next.replace(index.wrapping_add(1));
-                    if let Some(expected) = expected.filter(|n| *n != index) {
-                        stream.broken(index.wrapping_sub(expected));
-                    }
+                    stream.number(index, 1);
                     stream.push(&Sample { t: sample.t.plus(Micros(*start_us)), ..*sample }, taxels);
                 }
-                Update::Event(event) => events.extend(slip_event(&event, *start_us)),
+                Update::Event(Event::Slip(slip)) => {
+                    let slip = SlipReport { t: slip.t.plus(Micros(*start_us)), ..slip };
+                    stream.mark(EventMark::slip(&slip));
+                }
                 _ => {}
             }
         }
         let answer = self.session.command(now_us, &mut out);
         if !bytes.is_empty() {
-            tally.latency.record(outlet.clock.now_ns().saturating_sub(began_ns));
+            let took = outlet.now().saturating_sub(began).as_nanos();
+            tally.latency.record(u64::try_from(took).unwrap_or(u64::MAX));
         }
         if let Some(len) = answer {
             self.gripper.receive(now_us, out.get(..len).unwrap_or(&out));
@@ -175,29 +170,17 @@ impl Grasp {
         while let Some(len) = self.session.poll_transmit(now_us, &mut out) {
             self.gripper.receive(now_us, out.get(..len).unwrap_or(&out));
         }
-        Ok(events)
+        Ok(())
     }
 
-    fn report_state(&mut self, start_us: u64, outlet: &mut Outlet) {
-        let Some(state) = self.state(start_us) else { return };
-        let updates = self.reported.is_none_or(|reported| {
-            let due = reported.t.plus(Micros(STATE_US));
-            let changed = (reported.scene, reported.grip, reported.sensors)
-                != (state.scene, state.grip, state.sensors);
-            changed || state.t >= due
-        });
-        if self.reported.is_none() {
+    fn report_state(&mut self, world: &mut World, outlet: &mut Outlet) {
+        let Some(state) = self.state(world.start_us) else { return };
+        if !core::mem::replace(&mut self.greeted, true) {
             outlet.offer(Feed::Gripper(self.about()));
         }
-        if updates {
-            self.reported = Some(state);
-            // What is let go falls because it shall.
-            if let Some(truth) = self.gripper.truth().filter(|_| state.grip != GripState::Released)
-            {
-                outlet.offer(Feed::Truth(truth));
-            }
-            outlet.offer(Feed::State(state));
-        }
+        // What is let go falls because it shall.
+        let truth = self.gripper.truth().filter(|_| state.grip != GripState::Released);
+        world.stream.state(state, truth, STATE_US);
     }
 
     fn state(&self, start_us: u64) -> Option<PipelineState> {
@@ -214,11 +197,4 @@ impl Grasp {
             ..state
         })
     }
-}
-
-/// The mark of a slip whose times begin at `start_us`.
-fn slip_event(line: &Event, start_us: u64) -> Option<Feed> {
-    let Event::Slip(slip) = line else { return None };
-    let slip = SlipReport { t: slip.t.plus(Micros(start_us)), ..*slip };
-    Some(Feed::Event(EventMark::slip(&slip)))
 }

@@ -16,8 +16,8 @@ use grasp::Grasp;
 use grip_link::device::Peer;
 use grip_link::message::daemon::RealTime;
 use grip_session::{HostConfig, model::default_estimator};
-use rtrb::Consumer;
 use slip_core::ClientCommand;
+use std::sync::mpsc::Receiver;
 use tally::Tally;
 
 /// How long each object is held (us), unless the gripper is stopped.
@@ -39,7 +39,7 @@ pub(super) fn run(
     scene: &str,
     seed: u64,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientCommand>,
+    orders: &Receiver<ClientCommand>,
 ) {
     if let Err(sentence) = grasps(grippers, scene, seed, outlet, orders) {
         outlet.status(SourceStatus::Failed { sentence });
@@ -60,7 +60,7 @@ fn grasps(
     name: &str,
     seed: u64,
     outlet: &mut Outlet,
-    orders: &mut Consumer<ClientCommand>,
+    orders: &Receiver<ClientCommand>,
 ) -> Result<(), String> {
     let config = HostConfig::default();
     let mut stream = Stream::default();
@@ -92,6 +92,7 @@ fn grasps(
         }
         world.tally.end(&grasp.session);
         world.start_us += grasp.now_us();
+        world.stream.restart();
         outlet.offer(Feed::Restart);
         made = grippers(name, seed.wrapping_add(number.into()), number.saturating_add(1))?;
     }
@@ -104,7 +105,6 @@ fn greet(name: &str, outlet: &mut Outlet) {
         place: "this program".to_owned(),
         may_command: true,
         dry_run: false,
-        records: false,
         real_time: RealTime::NotAsked,
         every_nth: 1,
     }));
@@ -118,14 +118,13 @@ fn deliver(world: &mut World, grasp: &Grasp, outlet: &mut Outlet) {
         outlet.offer(Feed::Gripper(grasp.about()));
         outlet.offer(Feed::Health(Box::new(health)));
     }
-    outlet.catch_up();
     outlet.wake();
 }
 
 /// Carries out what a person asks for.
-fn obey(grasp: &mut Grasp, orders: &mut Consumer<ClientCommand>, outlet: &mut Outlet) {
-    while let Ok(action) = orders.pop() {
-        let (level, text) = grasp.obey(action);
-        reported::answer(level, text).into_iter().for_each(|feed| outlet.offer(feed));
+fn obey(grasp: &mut Grasp, orders: &Receiver<ClientCommand>, outlet: &mut Outlet) {
+    while let Ok(action) = orders.try_recv() {
+        let text = grasp.obey(action);
+        reported::answer(text).into_iter().for_each(|feed| outlet.offer(feed));
     }
 }

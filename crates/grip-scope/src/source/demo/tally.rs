@@ -1,11 +1,14 @@
 //! Sessions of one grasp after the other in, the figures a daemon would report out.
 
 use grip_daemon::{Latency, clients};
-use grip_link::message::daemon::{BadFrames, ClockOffset, Dropped, Health, Recording};
+use grip_link::message::daemon::{BadFrames, ClockOffset, Health};
 use grip_session::Session;
 
 /// From one point to the next (us).
 const EVERY_US: u64 = 1_000_000;
+
+/// Samples, commands, slips, rows lost, and the samples of each of four stages.
+type Counts = [u64; 8];
 
 /// Counts over all grasps.
 #[derive(Default)]
@@ -13,44 +16,28 @@ pub(super) struct Tally {
     pub(super) latency: Latency,
     /// What the grasps before the present one counted.
     before: Counts,
+    grasps: u32,
     reported_us: u64,
     samples_then: u64,
-}
-
-#[derive(Clone, Copy, Default)]
-struct Counts {
-    samples: u64,
-    commands: u64,
-    slips: u64,
-    lost: u64,
-    stages: [u64; 4],
-    grasps: u32,
-}
-
-impl Counts {
-    fn with(self, session: &Session) -> Self {
-        let counters = session.counters();
-        let stages = session.pipeline_counters().map_or([0; 4], |(stages, _)| {
-            [stages.bands, stages.gate, stages.methods, stages.observation]
-        });
-        let sum = |k: usize| {
-            self.stages.get(k).copied().unwrap_or(0) + stages.get(k).copied().unwrap_or(0)
-        };
-        Self {
-            samples: self.samples + counters.samples,
-            commands: self.commands + counters.commands,
-            slips: self.slips + session.log().slips(),
-            lost: self.lost + session.lost(),
-            stages: core::array::from_fn(sum),
-            grasps: self.grasps + 1,
-        }
-    }
 }
 
 impl Tally {
     /// A grasp is over.
     pub(super) fn end(&mut self, session: &Session) {
-        self.before = self.before.with(session);
+        self.before = self.with(session);
+        self.grasps += 1;
+    }
+
+    fn with(&self, session: &Session) -> Counts {
+        let counters = session.counters();
+        let [bands, gate, methods, observation] =
+            session.pipeline_counters().map_or([0; 4], |(stages, _)| {
+                [stages.bands, stages.gate, stages.methods, stages.observation]
+            });
+        let (slips, lost) = (session.log().slips(), session.lost());
+        let now =
+            [counters.samples, counters.commands, slips, lost, bands, gate, methods, observation];
+        core::array::from_fn(|k| self.before[k] + now[k])
     }
 
     /// The figures, once a second of device time.
@@ -59,8 +46,8 @@ impl Tally {
         if since_us < EVERY_US {
             return None;
         }
-        let counts = self.before.with(session);
-        let fresh = counts.samples - core::mem::replace(&mut self.samples_then, counts.samples);
+        let [samples, commands, slips, lost, stages @ ..] = self.with(session);
+        let fresh = samples - core::mem::replace(&mut self.samples_then, samples);
         self.reported_us = now_us;
         let link = session.link();
         let frames = link.counters();
@@ -72,8 +59,8 @@ impl Tally {
         Some(Health {
             host_us: now_us,
             rate_hz,
-            samples: counts.samples,
-            lost: counts.lost,
+            samples,
+            lost,
             bad: BadFrames {
                 too_long: frames.too_long,
                 cobs: frames.cobs,
@@ -82,17 +69,15 @@ impl Tally {
                 useless: frames.stale,
                 gap: frames.gap,
             },
-            dropped: Dropped::default(),
             clients: 1,
             link: link.state(),
-            recording: Recording::Off,
-            recorded_bytes: 0,
             latency,
-            stages: counts.stages,
-            slips: u32::try_from(counts.slips).unwrap_or(u32::MAX),
-            reconnects: counts.grasps - 1,
-            commands: counts.commands,
+            stages,
+            slips: u32::try_from(slips).unwrap_or(u32::MAX),
+            reconnects: self.grasps,
+            commands,
             appended: Some(appended),
+            ..Health::default()
         })
     }
 }

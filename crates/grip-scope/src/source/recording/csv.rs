@@ -1,7 +1,7 @@
 //! A table in; its samples, and what a pipeline makes of them, out as they are read.
 
 use super::{Stop, deliver};
-use crate::feed::{EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
+use crate::feed::{EventMark, Feed, ObserverSettings, StylusInfo};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
 
@@ -12,16 +12,12 @@ use grip_session::{HostConfig, report::Event};
 
 use grip_link::message::Unit;
 use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files, shell};
-use slip_core::{PipelineState, units::Micros};
+use slip_core::PipelineState;
 
 use core::cell::Cell;
-use slip_core::{Sample, Step};
+use slip_core::Sample;
 use std::{io::Read, path::Path, rc::Rc};
 
-/// Rows, or other items, of a block.
-const BLOCK: usize = 2048;
-/// Device time of a block (us): states and events are placed by the rows around them.
-const BLOCK_US: u64 = 500_000;
 /// States come at most this often (us), and on change.
 const STATE_US: u64 = 10_000;
 
@@ -41,15 +37,12 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     loop {
         match samples.next_sample() {
             Ok(Some((sample, taxels))) => {
-                if tape.is_due(&sample) {
-                    deliver(outlet, tape.take(), share(read.get(), len.get()))?;
-                }
                 tape.push(&sample, taxels);
-                tape.rows += 1;
+                deliver(outlet, tape.stream.whole(), (read.get(), len.get()))?;
             }
             Ok(None) => break,
             Err(error) => {
-                deliver(outlet, tape.take(), 1.0)?;
+                deliver(outlet, tape.stream.take(), (1, 1))?;
                 let (rows, error) = (tape.rows, sentence(file, &error));
                 return Err(match rows {
                     0 => Stop::Failed(error),
@@ -58,7 +51,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             }
         }
     }
-    deliver(outlet, tape.take(), 1.0)?;
+    deliver(outlet, tape.stream.take(), (1, 1))?;
     match samples.losses() {
         _ if tape.rows == 0 => Err(failed(CsvError::NoRows { file: file.to_owned() })),
         [] => Ok(()),
@@ -96,36 +89,15 @@ fn sentence(file: &Path, error: &CsvError) -> String {
 #[derive(Default)]
 struct Tape {
     stream: Stream,
-    /// States and events of the rows that wait.
-    updates: Vec<Feed>,
-    /// Rows that wait, on both sides of gaps.
-    waiting: usize,
-    /// Time of the first of them (us).
-    first_us: Option<u64>,
     log: EventLog,
     rows: u64,
     /// The usual step (us), by which gaps are reported.
     step_us: u64,
     last_us: Option<u64>,
-    reported: Option<PipelineState>,
     rate_hz: u32,
 }
 
 impl Tape {
-    /// Whether what waits makes a block without this sample: across a long gap nothing is placed any more.
-    fn is_due(&self, sample: &Sample) -> bool {
-        let since_us = self.first_us.map_or(0, |first_us| sample.t.0.saturating_sub(first_us));
-        self.waiting >= BLOCK || since_us >= BLOCK_US || self.updates.len() >= BLOCK
-    }
-
-    /// What waits. Rows first: states and events are placed by the rows around them.
-    fn take(&mut self) -> Vec<Feed> {
-        (self.waiting, self.first_us) = (0, None);
-        let mut feeds = self.stream.take();
-        feeds.append(&mut self.updates);
-        feeds
-    }
-
     /// The pipeline of the shipped settings, and what is odd about the file.
     fn begin(&mut self, recording: &Recording, outlet: &mut Outlet) -> Result<(), Stop> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
@@ -136,63 +108,37 @@ impl Tape {
             StylusKind::Vibration | StylusKind::Absent => Unit::None,
         };
         let axes = recording.channels.axes.clone();
-        deliver(outlet, vec![Feed::Stylus(StylusInfo { unit, axes })], 0.0)?;
         let config = pipeline_config(recording, &HostConfig::default(), true);
         let none = self.stream.observe(config, default_estimator());
         let settings = none.unwrap_or(Feed::Observes(ObserverSettings::Shipped));
-        deliver(outlet, vec![settings], 0.0)?;
+        let mut feeds = vec![Feed::Stylus(StylusInfo { unit, axes }), settings];
         let notes = &recording.notes;
-        if !notes.ignored_columns.is_empty() {
-            let text = format!("columns that are not shown: {}", notes.ignored_columns.join(", "));
-            let note = NoticeLine { level: Level::Info, text };
-            deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
-        }
-        for text in &notes.remarks {
-            let note = NoticeLine { level: Level::Info, text: text.clone() };
-            deliver(outlet, vec![Feed::Notice(note)], 0.0)?;
-        }
-        Ok(())
+        let ignored = (!notes.ignored_columns.is_empty())
+            .then(|| format!("columns that are not shown: {}", notes.ignored_columns.join(", ")));
+        let remarks = ignored.into_iter().chain(notes.remarks.iter().cloned());
+        feeds.extend(remarks.map(Feed::Notice));
+        deliver(outlet, feeds, (0, 1))
     }
 
     fn push(&mut self, sample: &Sample, taxels: &[f32]) {
+        self.rows += 1;
         let since_us = self.last_us.map(|last_us| sample.t.0.saturating_sub(last_us));
         if let Some(since_us) = since_us.filter(|since| 2 * since > 5 * self.step_us) {
             let lost = u32::try_from(since_us / self.step_us).unwrap_or(u32::MAX);
             self.stream.broken(lost.saturating_sub(1));
         }
         self.last_us = Some(sample.t.0);
-        self.first_us.get_or_insert(sample.t.0);
-        self.waiting += 1;
         let Some(step) = self.stream.push(sample, taxels) else { return };
-        let lines = self.log.events(&step);
-        let marks: Vec<EventMark> = lines
-            .iter()
-            .flatten()
-            .filter_map(|line| match line {
-                Event::Slip(slip) => Some(EventMark::slip(slip)),
-                Event::Grip { .. } | Event::Health { .. } => None,
-            })
-            .collect();
-        let state = self.state(sample, &step);
-        let updates_of_it = self.reported.is_none_or(|reported| {
-            let changed = (reported.scene, reported.sensors) != (state.scene, state.sensors);
-            changed || state.t >= reported.t.plus(Micros(STATE_US))
-        });
-        if updates_of_it {
-            self.reported = Some(state);
-            self.updates.push(Feed::State(state));
-        }
-        self.updates.extend(marks.into_iter().map(Feed::Event));
-    }
-
-    fn state(&self, sample: &Sample, step: &Step) -> PipelineState {
+        let events = self.log.events(&step);
         let (features, estimate) = self.log.evidence();
         let esc = features.and_then(|features| features.esc_chosen);
         let state = step.state(None, esc, estimate);
-        PipelineState { applied_n: sample.normal_force_n, rate_hz: self.rate_hz, ..state }
+        let (applied_n, rate_hz) = (sample.normal_force_n, self.rate_hz);
+        self.stream.state(PipelineState { applied_n, rate_hz, ..state }, None, STATE_US);
+        for event in events.iter().flatten() {
+            if let Event::Slip(slip) = event {
+                self.stream.mark(EventMark::slip(slip));
+            }
+        }
     }
-}
-
-fn share(read: u64, len: u64) -> f64 {
-    (read as f64 / len.max(1) as f64).min(1.0)
 }

@@ -1,6 +1,6 @@
 //! What an MCAP recording holds in, items for the model out.
 
-use crate::feed::{EventKind, EventMark, Feed, Level, NoticeLine, ObserverSettings, StylusInfo};
+use crate::feed::{EventKind, EventMark, Feed, ObserverSettings, StylusInfo};
 use crate::source::stream::Stream;
 
 use grip_session::HostEstimator;
@@ -11,21 +11,11 @@ use grip_link::message::Unit;
 use grip_record::mcap::{Entry, LinkRecord, PipelineRecord, Record, SampleRecord};
 use slip_core::{Signal, units::Micros};
 
-/// Rows of a block.
-const BLOCK: usize = 2048;
-/// Device time of a block (us): states are placed by the rows around them.
-const BLOCK_US: u64 = 500_000;
-
 /// What was read and not passed on yet.
 #[derive(Default)]
 pub(super) struct Entries {
-    stream: Stream,
-    updates: Vec<Feed>,
-    done: Vec<Feed>,
+    pub(super) stream: Stream,
     model: Option<HostEstimator>,
-    next_index: Option<u32>,
-    first_us: Option<u64>,
-    last_us: u64,
 }
 
 impl Entries {
@@ -36,7 +26,7 @@ impl Entries {
             Entry::Attachment { name, data, .. } if name == MODEL_NAME => {
                 match parse_estimator(MODEL_NAME, &String::from_utf8_lossy(data)) {
                     Ok(model) => self.model = Some(model),
-                    Err(error) => self.note(Level::Warning, error.to_string()),
+                    Err(error) => self.stream.update(Feed::Notice(error.to_string())),
                 }
             }
             Entry::Attachment { .. } | Entry::Metadata { .. } => {}
@@ -46,10 +36,10 @@ impl Entries {
     fn record(&mut self, record: &Record<'_>) {
         match record {
             Record::Sample(row) => self.sample(row),
-            Record::State(state) => self.updates.push(Feed::State(*state)),
+            Record::State(state) => self.stream.update(Feed::State(*state)),
             Record::Event(event) => {
                 // What sensors do is seen in the states.
-                self.updates.extend(event.slip().map(|slip| Feed::Event(EventMark::slip(&slip))));
+                event.slip().into_iter().for_each(|slip| self.stream.mark(EventMark::slip(&slip)));
             }
             Record::Client(command) => {
                 self.mark(EventKind::Client, format!("a client asks: {command}"))
@@ -61,19 +51,7 @@ impl Entries {
     }
 
     fn sample(&mut self, row: &SampleRecord<'_>) {
-        let time_us = row.sample.t.0;
-        // Another start of the gripper, or a long gap: states and events before it belong to the rows before it.
-        let afar = |first_us| time_us <= self.last_us || time_us - first_us >= BLOCK_US;
-        if self.first_us.is_some_and(afar) {
-            self.flush();
-        }
-        if let Some(expected) = self.next_index.filter(|next| *next != row.index) {
-            let ahead = row.index.wrapping_sub(expected);
-            self.stream.broken(if ahead < 1 << 31 { ahead } else { 0 });
-        }
-        self.next_index = Some(row.index.wrapping_add(1));
-        self.first_us.get_or_insert(time_us);
-        self.last_us = time_us;
+        self.stream.number(row.index, 1);
         self.stream.push(&row.sample, row.taxels);
     }
 
@@ -85,18 +63,19 @@ impl Entries {
                 let why =
                     format!("the settings of the pipeline are those of another version ({error})");
                 let none = self.stream.spectra_only(record.rate_hz, &why);
-                return self.updates.push(none);
+                return self.stream.update(none);
             }
         };
         let unit = match begun.config.signal {
             Signal::Displacement => Unit::Metre,
             Signal::Vibration => Unit::None,
         };
-        self.updates.push(Feed::Stylus(StylusInfo::one(unit)));
+        self.stream.update(Feed::Stylus(StylusInfo::one(unit)));
         let interval_s = begun.config.detector.interval_s;
-        self.updates.push(Feed::Observes(ObserverSettings::Source { interval_s }));
+        self.stream.update(Feed::Observes(ObserverSettings::Source { interval_s }));
         let model = self.model.clone().map_or_else(default_estimator, Ok);
-        self.updates.extend(self.stream.observe(begun.config, model));
+        let none = self.stream.observe(begun.config, model);
+        none.into_iter().for_each(|none| self.stream.update(none));
         let rate_hz = record.rate_hz;
         let how = if record.continued { "goes on from the file before" } else { "begins" };
         self.mark(EventKind::Reload, format!("a pipeline {how}, {rate_hz:.0} Hz"));
@@ -108,7 +87,7 @@ impl Entries {
                 self.stream.broken(0);
                 let text = format!("items were not recorded here: {}", link.detail);
                 self.mark(EventKind::Gap, text.clone());
-                self.note(Level::Warning, text);
+                self.stream.update(Feed::Notice(text));
             }
             "identified" | "rebooted" | "other_gripper" | "closed" | "port_lost" => {
                 let text = format!("{} {}", link.kind.replace('_', " "), link.detail);
@@ -126,31 +105,8 @@ impl Entries {
     }
 
     fn mark(&mut self, kind: EventKind, text: String) {
-        let t_s = self.first_us.map_or(f64::NAN, |_| Micros(self.last_us).as_seconds());
-        self.updates.push(Feed::Event(EventMark::plain(t_s, kind, text)));
-    }
-
-    fn note(&mut self, level: Level, text: String) {
-        self.updates.push(Feed::Notice(NoticeLine { level, text }));
-    }
-
-    /// Whether what waits makes a block.
-    pub(super) fn is_due(&self) -> bool {
-        let since_us = self.first_us.map_or(0, |first_us| self.last_us.saturating_sub(first_us));
-        self.stream.len() >= BLOCK || since_us >= BLOCK_US || self.updates.len() >= BLOCK
-    }
-
-    /// Rows first: states and events are placed by the rows around them.
-    fn flush(&mut self) {
-        self.done.extend(self.stream.take());
-        self.done.append(&mut self.updates);
-        self.first_us = None;
-    }
-
-    /// What waits, in order.
-    pub(super) fn take(&mut self) -> Vec<Feed> {
-        self.flush();
-        core::mem::take(&mut self.done)
+        let t_s = self.stream.last_us().map_or(f64::NAN, |last_us| Micros(last_us).as_seconds());
+        self.stream.mark(EventMark::plain(t_s, kind, text));
     }
 }
 
@@ -172,7 +128,7 @@ mod tests {
         let mut entries = Entries::default();
         entries.record(&Record::Pipeline(pipeline_record(&begun, &mut json).unwrap()));
         let settings = Feed::Observes(ObserverSettings::Source { interval_s: 60.0 });
-        assert!(entries.take().contains(&settings));
+        assert!(entries.stream.take().contains(&settings));
     }
 
     #[test]
@@ -185,6 +141,7 @@ mod tests {
                 entries.record(&Record::Client(ClientCommand::Release));
             }
             let kinds: Vec<&str> = entries
+                .stream
                 .take()
                 .iter()
                 .map(|feed| match feed {

@@ -3,7 +3,6 @@
 use super::entries::Entries;
 use super::{Stop, deliver, preview};
 use crate::damage::Damage;
-use crate::feed::Feed;
 use crate::source::outlet::Outlet;
 use grip_record::mcap::{Entry, McapError, McapIndex, McapReader};
 use std::fs::File;
@@ -41,12 +40,9 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
                 }
             }
         }
-        if entries.is_due() {
-            deliver(outlet, entries.take(), share(position, len))?;
-        }
+        deliver(outlet, entries.stream.whole(), (position, len))?;
     }
-    let rest: Vec<Feed> = entries.take();
-    deliver(outlet, rest, 1.0)?;
+    deliver(outlet, entries.stream.take(), (1, 1))?;
     verdict(damage, seen)
 }
 
@@ -65,8 +61,4 @@ fn verdict(damage: Damage, seen: bool) -> Result<(), Stop> {
         (false, true) => Err(Stop::Short("the recording holds no messages".to_owned())),
         (false, false) => Err(Stop::Failed(reported.join("; "))),
     }
-}
-
-fn share(position: u64, len: u64) -> f64 {
-    (position as f64 / len.max(1) as f64).min(1.0)
 }

@@ -1,4 +1,4 @@
-//! A recording in; what it holds out, as fast as the model takes it: nothing is dropped, the thread waits for room.
+//! A recording, as fast as it is read.
 //!
 //! An MCAP file is first looked into at some hundred places, by its index, so that a first picture of all of it is there at once; then it is
 //! read from its start to its end. A table is read row by row.
@@ -11,6 +11,7 @@ mod preview;
 use super::outlet::Outlet;
 use super::spec::extension;
 use crate::feed::{Feed, SourceStatus};
+use crate::num;
 use std::path::Path;
 
 /// Why reading stopped before the end.
@@ -36,24 +37,22 @@ pub(super) fn run(file: &Path, outlet: &mut Outlet) {
         Err(Stop::Failed(sentence)) => SourceStatus::Failed { sentence },
         Err(Stop::Gone) => return,
     };
-    outlet.put(Feed::Status(status));
-    outlet.wake();
+    outlet.status(status);
 }
 
-/// Puts items in and reports how far reading is.
-pub(super) fn deliver(outlet: &mut Outlet, feeds: Vec<Feed>, done: f64) -> Result<(), Stop> {
-    let some = !feeds.is_empty();
-    for feed in feeds {
-        if !outlet.put(feed) {
-            return Err(Stop::Gone);
-        }
+/// Puts items in and reports how far reading is: so many bytes, of so many.
+pub(super) fn deliver(outlet: &mut Outlet, feeds: Vec<Feed>, done: (u64, u64)) -> Result<(), Stop> {
+    if outlet.stops() {
+        return Err(Stop::Gone);
     }
-    if some {
-        // Steps of a percent: more are not seen.
-        #[expect(clippy::cast_possible_truncation, reason = "a share")]
-        let done = ((100.0 * done).floor() / 100.0) as f32;
-        outlet.progress(done);
-        outlet.wake();
+    if feeds.is_empty() {
+        return Ok(());
     }
+    feeds.into_iter().for_each(|feed| outlet.offer(feed));
+    // Steps of a percent: more are not seen.
+    let percent = (100 * done.0 / done.1.max(1)).min(100);
+    let done = num::narrow(num::counter(percent) / 100.0);
+    outlet.status(SourceStatus::Loading { done });
+    outlet.wake();
     Ok(())
 }

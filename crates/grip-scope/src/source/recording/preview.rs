@@ -29,7 +29,7 @@ pub(super) fn show(file: &Path, index: &McapIndex, outlet: &mut Outlet) -> Resul
         return Ok(());
     };
     let (from_s, to_s) = (Micros(from_us).as_seconds(), Micros(to_us).as_seconds());
-    deliver(outlet, vec![Feed::Extent { from_s, to_s, file: file.to_owned() }], 0.0)?;
+    deliver(outlet, vec![Feed::Extent { from_s, to_s, file: file.to_owned() }], (0, 1))?;
     if index.chunks.len() < WORTH {
         return Ok(());
     }
@@ -43,7 +43,7 @@ pub(super) fn show(file: &Path, index: &McapIndex, outlet: &mut Outlet) -> Resul
         if !looker.goes_on(&block) {
             return Ok(());
         }
-        deliver(outlet, vec![Feed::Preview(RowBlock { broken: true, ..block })], 0.0)?;
+        deliver(outlet, vec![Feed::Preview(RowBlock { broken: true, ..block })], (0, 1))?;
     }
     Ok(())
 }

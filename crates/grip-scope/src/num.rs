@@ -1,4 +1,4 @@
-//! Numbers between the widths that the model (f64, f32, u64) and the window (f32) use.
+//! Numbers between the widths that the model (f64, f32, u64) and a window (f32) use.
 
 /// The f32 nearest to `x`; pixels and colours need no more.
 #[must_use]
