@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use crate::{
     file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded},
     interval::Interval,
-    model::Transform,
 };
 
 /// Value of the field `format`.
@@ -150,11 +149,7 @@ fn map(wanted: &FileColumn, given: &FileColumn) -> [f64; 2] {
 
 /// Middle and half of the span of a column, transformed.
 fn middle_and_half(column: &FileColumn) -> [f64; 2] {
-    let limit = |raw: f64| match column.transform {
-        Transform::Identity => raw,
-        Transform::Ln => raw.ln(),
-    };
-    let (low, high) = (limit(column.min), limit(column.max));
+    let [low, high] = [column.min, column.max].map(|raw| column.transform.forward_double(raw));
     [0.5 * (low + high), 0.5 * (high - low)]
 }
 

@@ -270,7 +270,9 @@ impl Transform {
         }
     }
 
-    fn forward_double(self, raw: f64) -> f64 {
+    /// What becomes of a raw value; not finite where it is not [accepted](Self::accepts).
+    #[must_use]
+    pub fn forward_double(self, raw: f64) -> f64 {
         match self {
             Self::Identity => raw,
             Self::Ln => libm::log(raw),

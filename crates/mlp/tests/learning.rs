@@ -6,8 +6,8 @@ mod tests {
 
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
-        Algorithm, Choice, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile,
-        NetworkObjective, Precision, RunConfig, Stop, Topology, Training, evaluate, fit, run,
+        Algorithm, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile, NetworkObjective,
+        Precision, RunConfig, Stop, Topology, Training, evaluate, fit, run,
     };
     use mlp::{Activation, Coverage};
     use ndarray::{Array2, ArrayView2, arr2};
@@ -227,21 +227,6 @@ mod tests {
     }
 
     #[test]
-    fn the_typical_run_is_not_the_best() {
-        let rows = grasps(0.0);
-        let typical = FitConfig { choice: Choice::NearestAverage, repeats: 5, ..config("gd", 20) };
-        let fit = fit(&rows, None, None, &typical).unwrap();
-        let errors: Vec<f64> = fit.runs.iter().map(|run| run.mse).collect();
-        let average = errors.iter().sum::<f64>() / 5.0;
-        let distance = |at: usize| (errors[at] - average).abs();
-        assert!((0..5).all(|at| distance(fit.chosen) <= distance(at)), "{errors:?} {}", fit.chosen);
-        let best = FitConfig { choice: Choice::Best, ..typical };
-        let chosen =
-            Fitting::new(&rows, None, &best).unwrap().finish(fit.runs, None).unwrap().chosen;
-        assert!(errors.iter().all(|error| errors[chosen] <= *error), "{errors:?} {chosen}");
-    }
-
-    #[test]
     fn validation_rows_stop_the_training() {
         let mut stopping = config("lm", 500);
         stopping.hidden = vec![20];
@@ -287,6 +272,8 @@ mod tests {
         let mut goal = config("gd", 1);
         goal.run.goal = f64::NAN;
         assert!(refuse(goal).to_string().starts_with("goal is NaN"));
+        let decaying = FitConfig { decay: -1.0, ..FitConfig::default() };
+        assert!(matches!(refuse(decaying), FitError::Setting(_)));
         let mut other = grasps(0.0);
         other.inputs.swap(0, 1);
         other.file = "other.csv".to_owned();

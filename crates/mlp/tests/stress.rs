@@ -2,15 +2,13 @@
 
 #[cfg(test)]
 mod tests {
-    use core::time::Duration;
-
     use mlp::Activation;
     use mlp::train::trainer::{
         Damping, GradientDescentConfig, LevenbergMarquardtConfig, ScgConfig,
     };
     use mlp::train::{
-        Algorithm, DataSet, FitConfig, FitError, Fitting, ModelFile, NetworkObjective, Precision,
-        Real, Run, RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
+        Algorithm, DataSet, FitConfig, Fitting, ModelFile, NetworkObjective, Precision, Real, Run,
+        RunConfig, Stop, Topology, Training, fit, init::nguyen_widrow, run,
     };
 
     use ndarray::{Array2, Axis, concatenate};
@@ -117,15 +115,6 @@ mod tests {
     }
 
     #[test]
-    fn huge_inputs() {
-        let mut patterns = rows(50);
-        patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
-        each(&patterns, &start(), |name, run| {
-            assert!(run.mse.is_finite(), "{name}: {}", run.mse);
-        });
-    }
-
-    #[test]
     fn targets_that_are_not_finite_are_divergence_at_once() {
         for wild in [f64::NAN, f64::INFINITY, 1e300] {
             let mut patterns = rows(50);
@@ -210,22 +199,28 @@ mod tests {
         }
     }
 
-    /// Neurons without an upper limit: the sums overflow f32, which is divergence and nothing worse.
+    /// Neurons without an upper limit: the sums overflow f32, which is divergence and nothing worse. With one there is none.
     #[test]
-    fn huge_inputs_of_neurons_without_a_limit() {
+    fn huge_inputs() {
         let mut patterns = rows(50);
         patterns[0].column_mut(0).mapv_inplace(|x| x * 1e30);
-        let topology = Topology::with_hidden(2, &[4], Activation::Relu, 1).unwrap();
-        for algorithm in Algorithm::all() {
+        for activation in [Activation::Tanh, Activation::Relu] {
+            let topology = Topology::with_hidden(2, &[4], activation, 1).unwrap();
             let start = nguyen_widrow(&topology, 3);
-            for run in [
-                train_net::<f32>(&topology, &start, algorithm, &patterns, 200),
-                train_net::<f64>(&topology, &start, algorithm, &patterns, 200),
-            ] {
-                let finite = run.weights.iter().all(|w| w.is_finite());
-                assert!(finite, "{} {}: weights that are not finite", algorithm.name(), run.stop);
-                let reported = run.mse.is_finite() || matches!(run.stop, Stop::Diverged { .. });
-                assert!(reported, "{}: {} {}", algorithm.name(), run.mse, run.stop);
+            for algorithm in Algorithm::all() {
+                for run in [
+                    train_net::<f32>(&topology, &start, algorithm, &patterns, 200),
+                    train_net::<f64>(&topology, &start, algorithm, &patterns, 200),
+                ] {
+                    let name =
+                        format!("{} {activation}: {} {}", algorithm.name(), run.mse, run.stop);
+                    assert!(run.weights.iter().all(|w| w.is_finite()), "{name}");
+                    let diverged = matches!(run.stop, Stop::Diverged { .. });
+                    assert!(
+                        run.mse.is_finite() || diverged && activation == Activation::Relu,
+                        "{name}"
+                    );
+                }
             }
         }
     }
@@ -303,18 +298,5 @@ mod tests {
                 assert_eq!(alone, together, "{}", algorithm.name());
             }
         }
-    }
-
-    #[test]
-    fn a_spent_time_limit_stops_before_the_first_epoch() {
-        let rows = data("a,b,y\n1,2,3\n2,1,4\n3,5,3.5\n");
-        let run = RunConfig { time_limit: Some(Duration::from_secs(1)), ..RunConfig::default() };
-        let config = FitConfig { run, ..FitConfig::default() };
-        let fitting = Fitting::new(&rows, None, &config).unwrap();
-        let run = fitting.run_timed(0, &|| Duration::from_secs(2));
-        assert_eq!((run.stop, run.epochs, run.best_epoch), (Stop::Time, 0, 0));
-        assert!(run.mse.is_finite());
-        let decaying = FitConfig { decay: -1.0, ..FitConfig::default() };
-        assert!(matches!(Fitting::new(&rows, None, &decaying), Err(FitError::Setting(_))));
     }
 }

@@ -107,7 +107,7 @@ pub(crate) struct TrainArgs {
     pub(crate) model: String,
     /// Choose by cross-validation on the training rows among mean, line, cubic, networks (br, scg, rprop) and a Gaussian process, of
     /// the target and of its logarithm, say why, and train that.
-    #[arg(long, conflicts_with_all = ["model", "algorithm", "classify", "folds", "validation"])]
+    #[arg(long, conflicts_with_all = ["model", "algorithm", "classify", "folds", "validation", "card"])]
     pub(crate) auto: bool,
     #[command(flatten)]
     pub(crate) beyond: BeyondArgs,

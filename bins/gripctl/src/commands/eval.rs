@@ -29,7 +29,7 @@ struct Result {
     scaled_mse: f64,
     within_10pct: f64,
     r2: Option<f64>,
-    worse_than_mean: bool,
+    worse_than_mean: Option<bool>,
     /// Of the interval that the model states, and the share of the rows whose truth it holds; absent where it states none.
     #[serde(skip_serializing_if = "Option::is_none")]
     interval: Option<f64>,
@@ -131,7 +131,7 @@ fn evaluated(model: &LargeModel, data: &DataSet) -> anyhow::Result<Result> {
         scaled_mse: evaluation.scaled_mse,
         within_10pct: evaluation.within_fraction(0.1),
         r2: evaluation.r2,
-        worse_than_mean: worse_than_mean([evaluation.r2, None, None]),
+        worse_than_mean: worse_than_mean([evaluation.r2, None, None], None),
         interval: None,
         coverage: None,
         extrapolated: Some(evaluation.extrapolated),
@@ -153,7 +153,7 @@ fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyh
         scaled_mse,
         within_10pct,
         r2,
-        worse_than_mean: worse_than_mean([r2, None, None]),
+        worse_than_mean: worse_than_mean([r2, None, None], None),
         interval: None,
         coverage: None,
         extrapolated: None,

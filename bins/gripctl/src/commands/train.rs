@@ -43,7 +43,7 @@ struct Result {
     test_within_10pct: Option<f64>,
     train_r2: Option<f64>,
     test_r2: Option<f64>,
-    worse_than_mean: bool,
+    worse_than_mean: Option<bool>,
     #[serde(flatten)]
     stated: Stated,
     #[serde(flatten)]
@@ -172,9 +172,10 @@ fn network(
     let card =
         card::output(args.card.as_deref(), &args.output, &args.force, &inputs, &[&args.output])?;
     let parts = Parts::read(args, wanted)?;
-    if let Some(folds) = args.split.folds {
-        folds::run(args, config, &parts.train, folds)?;
-    }
+    let folds_r2 = match args.split.folds {
+        Some(folds) => folds::run(args, config, &parts.train, folds)?,
+        None => None,
+    };
     let (train, validation) = parts.for_training(&args.split)?;
     let cpu_before = clock::processor()?;
     let mut fit = fit(&train, validation.as_ref(), parts.test.as_ref(), config)?;
@@ -195,7 +196,7 @@ fn network(
         validation_rows: validation.map(|rows| rows.rows()),
         test_rows: parts.test.map(|rows| rows.rows()),
     };
-    report(args, &fit, rows, cpu, stated)?;
+    report(args, &fit, rows, cpu, stated, folds_r2)?;
     Ok(columns::exit(&train))
 }
 
@@ -310,9 +311,11 @@ fn activation(name: &str) -> anyhow::Result<Activation> {
     })
 }
 
-/// Whether answering the mean would have been as good, on the rows that judge.
-pub(super) fn worse_than_mean(judges: [Option<f64>; 3]) -> bool {
-    judges.into_iter().flatten().next().is_some_and(|r2| r2 <= 0.0)
+/// Whether answering the mean would have been as good, on the first rows that judge. None where none do: rows that a model has learned
+/// speak against it only.
+pub(super) fn worse_than_mean(judges: [Option<f64>; 3], learned: Option<f64>) -> Option<bool> {
+    let judge = judges.into_iter().flatten().next().or(learned.filter(|r2| *r2 <= 0.0));
+    judge.map(|r2| r2 <= 0.0)
 }
 
 fn report(
@@ -321,6 +324,7 @@ fn report(
     rows: Rows,
     cpu: Duration,
     stated: Stated,
+    folds_r2: Option<f64>,
 ) -> anyhow::Result<()> {
     let run = fit.runs.get(fit.chosen).context("no run was chosen")?;
     let (train_r2, test_r2) = (fit.train.r2, fit.test.as_ref().and_then(|test| test.r2));
@@ -337,7 +341,7 @@ fn report(
         test_within_10pct: fit.test.as_ref().map(|test| test.within_fraction(0.1)),
         train_r2,
         test_r2,
-        worse_than_mean: worse_than_mean([test_r2, stated.held_out_r2, train_r2]),
+        worse_than_mean: worse_than_mean([test_r2, stated.held_out_r2, folds_r2], train_r2),
         stated,
         classes: Classes::of(fit),
         seed: fit.file.training.as_ref().map_or(args.seed, |note| note.seed),

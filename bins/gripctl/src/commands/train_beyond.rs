@@ -40,7 +40,7 @@ struct Result<'a> {
     test_within_10pct: Option<f64>,
     train_r2: Option<f64>,
     test_r2: Option<f64>,
-    worse_than_mean: bool,
+    worse_than_mean: Option<bool>,
     #[serde(flatten)]
     stated: Stated,
     support_vectors: Option<usize>,
@@ -212,11 +212,10 @@ fn scored<'a>(
         test_within_10pct: test.map(|test| test.within_10pct),
         train_r2: train.r2,
         test_r2: test.and_then(|test| test.r2),
-        worse_than_mean: worse_than_mean([
-            test.and_then(|test| test.r2),
-            stated.held_out_r2,
+        worse_than_mean: worse_than_mean(
+            [test.and_then(|test| test.r2), stated.held_out_r2, None],
             train.r2,
-        ]),
+        ),
         stated,
         support_vectors: None,
         members: None,

@@ -99,6 +99,7 @@ fn an_interval_holds_on_rows_that_no_training_saw() {
     for (more, why) in [
         (&[&plain[..], &["1.5"]].concat()[..], "must lie between 0 and 1"),
         (&[&plain[..], &["0.999"]].concat(), "needs at least 999"),
+        (&["--auto", "--card", "c.json"], "cannot be used with"),
     ] {
         train(folder.path(), "m.json", more).refused(2, &[why]);
     }
@@ -126,6 +127,7 @@ fn training_keeps_digits_and_states_what_speaks_against_it() {
             number(&result, "train_mse") < 1e-3 && number(&result, "train_r2") > 0.99,
             "{result}"
         );
+        assert!(result["worse_than_mean"].is_null(), "rows that it has learned do not judge");
         for words in ["input \"b\" is 4 in every row", "will see a constant", "no model for gripd"]
         {
             assert!(ran.err.contains(words), "{}", ran.err);

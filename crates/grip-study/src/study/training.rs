@@ -50,6 +50,9 @@ pub struct Curve {
     pub test: Vec<f64>,
 }
 
+/// Starts that choose among forms of the target.
+const FEW: usize = 5;
+
 /// One net on one draw of rows.
 #[derive(Clone, Debug)]
 pub(super) struct Trained {
@@ -100,21 +103,24 @@ pub(super) fn train(
         .map(|form| Fitting::new(form, None, &fit_config))
         .collect::<Result<_, _>>()
         .map_err(fault)?;
-    let runs: Vec<Vec<Run>> = (0..config.repeats)
-        .into_par_iter()
-        .map(|repeat| {
-            let runs = fittings.iter().map(|fitting| fitting.run(repeat)).collect();
-            progress();
-            runs
-        })
-        .collect();
-    let fit = |at: usize| {
-        let runs = runs.iter().map(|runs| runs[at].clone()).collect();
-        Ok((forms[at].clone(), fittings[at].finish(runs, None)?))
+    let run = |at: usize, starts: core::ops::Range<usize>, counted: bool| -> Vec<Run> {
+        let one = |start| {
+            let run = fittings[at].run(start);
+            if counted {
+                progress();
+            }
+            run
+        };
+        starts.into_par_iter().map(one).collect()
     };
-    let mut fits =
-        (0..forms.len()).map(fit).collect::<Result<Vec<_>, FitError>>().map_err(fault)?;
-    let (_, fit) = fits.swap_remove(by_evidence(&fits));
+    // A few starts choose the form, the others are trained in that form only.
+    let few = if forms.len() > 1 { FEW.min(config.repeats) } else { config.repeats };
+    let mut tried: Vec<Vec<Run>> =
+        (0..forms.len()).into_par_iter().map(|at| run(at, 0..few, at == 0)).collect();
+    let at = form_of(&forms, &fittings, &tried).map_err(fault)?;
+    let mut runs = tried.swap_remove(at);
+    runs.extend(run(at, few..config.repeats, true));
+    let fit = fittings[at].finish(runs, None).map_err(fault)?;
     let test = evaluate(&fit.model, &sets.test)
         .map_err(|source: EvaluateError| FitError::Evaluate {
             file: sets.test.file.clone(),
@@ -124,6 +130,21 @@ pub(super) fn train(
     let scores = sets.score(|features| answer(&fit, features));
     let summary = summary(&fit, test.scaled_mse, config);
     Ok(Trained { summary, scores, fit })
+}
+
+/// Place of the form of the target that the evidence of its runs speaks for.
+fn form_of(
+    forms: &[DataSet],
+    fittings: &[Fitting<'_>],
+    tried: &[Vec<Run>],
+) -> Result<usize, FitError> {
+    if forms.len() < 2 {
+        return Ok(0);
+    }
+    let fits = forms.iter().zip(fittings).zip(tried).map(|((form, fitting), runs)| {
+        fitting.finish(runs.clone(), None).map(|fit| (form.clone(), fit))
+    });
+    Ok(by_evidence(&fits.collect::<Result<Vec<_>, _>>()?))
 }
 
 /// The saved model's answer (N); NaN where it has none.

@@ -27,11 +27,11 @@ pub fn difference<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
         return f64::from((left - right).abs());
     }
     let span = f64::from(axis.half_span());
-    match axis.transform() {
-        Transform::Identity => ((f64::from(left) - f64::from(right)) / span).abs(),
-        Transform::Ln if left.max(right) < 2.0 * f32::MIN_POSITIVE => 0.0,
-        Transform::Ln => ((f64::from(left).ln() - f64::from(right).ln()) / span).abs(),
+    if axis.transform() == Transform::Ln && left.max(right) < 2.0 * f32::MIN_POSITIVE {
+        return 0.0;
     }
+    let [left, right] = [left, right].map(|raw| axis.transform().forward_double(raw.into()));
+    ((left - right) / span).abs()
 }
 
 /// The largest [`difference`] of each target that rounding explains for the features `raw`, which must have an answer.
@@ -111,7 +111,7 @@ fn scaled(axis: &Axis, raw: f32) -> State {
         return State { size: 0.0, error: 0.0 };
     }
     let raw = f64::from(raw);
-    let value = if axis.transform() == Transform::Ln { raw.ln() } else { raw };
+    let value = axis.transform().forward_double(raw);
     let (low, half_span) = (f64::from(axis.low()), f64::from(axis.half_span()));
     let size = ((value - low) / half_span - 1.0).abs();
     State { size, error: UNIT * ((value.abs() + low.abs()) / half_span + size + 2.0) }

@@ -23,6 +23,8 @@ use crate::model::Transform;
 
 /// Parts that are held out, one after the other.
 pub const PARTS: usize = 10;
+/// Fewest groups of which the worst says something of a new one.
+const FEWEST: usize = 3;
 
 /// Why there is no interval.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -39,6 +41,21 @@ pub enum IntervalError {
         /// Rows there are.
         rows: usize,
         /// Least number of rows.
+        needed: usize,
+        /// The level.
+        level: f64,
+    },
+    /// Few groups that do not show either how far a new group may be off or how far the rows of one are.
+    #[error(
+        "{groups} groups, {small} of fewer than {needed} rows: an interval of {} % needs {needed} groups, or at least {FEWEST} of {needed} rows each",
+        100.0 * level
+    )]
+    TooFewGroups {
+        /// Groups there are.
+        groups: usize,
+        /// Those with fewer rows than `needed`.
+        small: usize,
+        /// Least number of groups, or of rows in each.
         needed: usize,
         /// The level.
         level: f64,
@@ -101,6 +118,10 @@ impl<'a> HeldOut<'a> {
         let (rows, needed) = (data.rows(), rank(level / (1.0 - level)));
         if data.labels().is_empty() && rows < needed {
             return Err(IntervalError::TooFewRows { rows, needed, level });
+        }
+        let small = groups.iter().filter(|group| group.len() < needed).count();
+        if groups.len() < needed && (groups.len() < FEWEST || small > 0) {
+            return Err(IntervalError::TooFewGroups { groups: groups.len(), small, needed, level });
         }
         let splits = Split::folds(data, groups.len().min(PARTS), seed)?;
         Ok(Self { data, level, groups, splits })
@@ -285,6 +306,20 @@ mod tests {
         let held = HeldOut::new(&enough, 0.9, 1).unwrap();
         let error = held.shown(&answers(&held, |_| f64::NAN)).unwrap_err();
         assert_eq!(error, IntervalError::NoLimit { target: 0 });
-        assert!(HeldOut::new(&rows(30, "y", 1), 0.9, 1).is_err(), "one group");
+    }
+
+    #[test]
+    fn few_groups_must_be_large_and_small_ones_many() {
+        let refused = |n, groups| HeldOut::new(&rows(n, "y", groups), 0.9, 1).map(|_| ());
+        for (n, groups) in [(9, 9), (27, 3), (60, 6)] {
+            assert_eq!(refused(n, groups), Ok(()), "{n} rows, {groups} groups");
+        }
+        for (n, groups) in [(8, 8), (26, 3), (30, 2), (30, 1)] {
+            assert!(refused(n, groups).is_err(), "{n} rows, {groups} groups");
+        }
+        assert_eq!(
+            refused(8, 8).unwrap_err().to_string(),
+            "8 groups, 8 of fewer than 9 rows: an interval of 90 % needs 9 groups, or at least 3 of 9 rows each"
+        );
     }
 }

@@ -148,73 +148,112 @@ pub trait Lanes: Sized + Copy {
     fn tanh<S: Simd>(simd: S, values: &mut [Self]);
 }
 
-impl Lanes for f32 {
-    const ZERO: Self = 0.0;
-    type Vector<S: Simd> = S::f32s;
+/// The same operations of either precision, by their names in `pulp`.
+macro_rules! lanes {
+    (
+        $real:ty, $vector:ident, $tanh:ident, $slice:ident, $slice_mut:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
+        $mul_add:ident, $greater:ident, $less:ident, $select:ident, $total:ident
+    ) => {
+        impl Lanes for $real {
+            const ZERO: Self = 0.0;
+            type Vector<S: Simd> = S::$vector;
 
-    #[inline(always)]
-    fn vectors<S: Simd>(slice: &[Self]) -> &[S::f32s] {
-        S::as_simd_f32s(slice).0
-    }
+            #[inline(always)]
+            fn vectors<S: Simd>(slice: &[Self]) -> &[S::$vector] {
+                S::$slice(slice).0
+            }
 
-    #[inline(always)]
-    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::f32s] {
-        S::as_mut_simd_f32s(slice).0
-    }
+            #[inline(always)]
+            fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::$vector] {
+                S::$slice_mut(slice).0
+            }
 
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, x: Self) -> S::f32s {
-        simd.splat_f32s(x)
-    }
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, x: Self) -> S::$vector {
+                simd.$splat(x)
+            }
 
-    #[inline(always)]
-    fn sum<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.add_f32s(a, b)
-    }
+            #[inline(always)]
+            fn sum<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$add(a, b)
+            }
 
-    #[inline(always)]
-    fn difference<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.sub_f32s(a, b)
-    }
+            #[inline(always)]
+            fn difference<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$sub(a, b)
+            }
 
-    #[inline(always)]
-    fn product<S: Simd>(simd: S, a: S::f32s, b: S::f32s) -> S::f32s {
-        simd.mul_f32s(a, b)
-    }
+            #[inline(always)]
+            fn product<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
+                simd.$mul(a, b)
+            }
 
-    #[inline(always)]
-    fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
-        simd.mul_add_e_f32s(a, b, c)
-    }
+            #[inline(always)]
+            fn mul_add<S: Simd>(
+                simd: S,
+                a: S::$vector,
+                b: S::$vector,
+                c: S::$vector,
+            ) -> S::$vector {
+                simd.$mul_add(a, b, c)
+            }
 
-    #[inline(always)]
-    fn where_positive<S: Simd>(simd: S, v: S::f32s, x: S::f32s) -> S::f32s {
-        let zero = simd.splat_f32s(0.0);
-        simd.select_f32s(simd.greater_than_f32s(v, zero), x, zero)
-    }
+            #[inline(always)]
+            fn where_positive<S: Simd>(simd: S, v: S::$vector, x: S::$vector) -> S::$vector {
+                let zero = simd.$splat(0.0);
+                simd.$select(simd.$greater(v, zero), x, zero)
+            }
 
-    #[inline(always)]
-    fn ramp<S: Simd>(simd: S, v: S::f32s) -> S::f32s {
-        let zero = simd.splat_f32s(0.0);
-        simd.select_f32s(simd.less_than_f32s(v, zero), zero, v)
-    }
+            #[inline(always)]
+            fn ramp<S: Simd>(simd: S, v: S::$vector) -> S::$vector {
+                let zero = simd.$splat(0.0);
+                simd.$select(simd.$less(v, zero), zero, v)
+            }
 
-    #[inline(always)]
-    fn total<S: Simd>(simd: S, v: S::f32s) -> Self {
-        simd.reduce_sum_f32s(v)
-    }
+            #[inline(always)]
+            fn total<S: Simd>(simd: S, v: S::$vector) -> Self {
+                simd.$total(v)
+            }
 
-    #[inline(always)]
-    fn tanh<S: Simd>(simd: S, values: &mut [Self]) {
-        for value in S::as_mut_simd_f32s(values).0 {
-            *value = tanh_f32(simd, *value);
+            #[inline(always)]
+            fn tanh<S: Simd>(simd: S, values: &mut [Self]) {
+                $tanh(simd, values);
+            }
         }
+    };
+}
+
+#[rustfmt::skip]
+lanes!(
+    f32, f32s, tanh_f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, greater_than_f32s,
+    less_than_f32s, select_f32s, reduce_sum_f32s
+);
+#[rustfmt::skip]
+lanes!(
+    f64, f64s, tanh_f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, add_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, greater_than_f64s,
+    less_than_f64s, select_f64s, reduce_sum_f64s
+);
+
+/// [`tanh::rational`] of whole vectors.
+#[inline(always)]
+fn tanh_f32<S: Simd>(simd: S, values: &mut [f32]) {
+    for value in S::as_mut_simd_f32s(values).0 {
+        *value = rational(simd, *value);
+    }
+}
+
+#[inline(always)]
+fn tanh_f64<S: Simd>(_: S, values: &mut [f64]) {
+    // Vectors longer than a number come with fused multiply-add; elsewhere it would be a call.
+    let fused = size_of::<S::f64s>() > size_of::<f64>();
+    for value in values {
+        *value = if fused { tanh::double_by(*value, f64::mul_add) } else { tanh::double(*value) };
     }
 }
 
 /// [`tanh::rational`] of a vector.
 #[inline(always)]
-fn tanh_f32<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+fn rational<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let splat = |x: f32| simd.splat_f32s(x);
     let limit = splat(tanh::LIMIT);
     // Selected by comparison and not by `min` and `max`: NaN has to stay.
@@ -237,75 +276,4 @@ fn tanh_f32<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let y = simd.select_f32s(simd.greater_than_f32s(y, one), one, y);
     let minus = splat(-1.0);
     simd.select_f32s(simd.less_than_f32s(y, minus), minus, y)
-}
-
-impl Lanes for f64 {
-    const ZERO: Self = 0.0;
-    type Vector<S: Simd> = S::f64s;
-
-    #[inline(always)]
-    fn vectors<S: Simd>(slice: &[Self]) -> &[S::f64s] {
-        S::as_simd_f64s(slice).0
-    }
-
-    #[inline(always)]
-    fn vectors_mut<S: Simd>(slice: &mut [Self]) -> &mut [S::f64s] {
-        S::as_mut_simd_f64s(slice).0
-    }
-
-    #[inline(always)]
-    fn splat<S: Simd>(simd: S, x: Self) -> S::f64s {
-        simd.splat_f64s(x)
-    }
-
-    #[inline(always)]
-    fn sum<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.add_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn difference<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.sub_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn product<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
-        simd.mul_f64s(a, b)
-    }
-
-    #[inline(always)]
-    fn mul_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-        simd.mul_add_e_f64s(a, b, c)
-    }
-
-    #[inline(always)]
-    fn where_positive<S: Simd>(simd: S, v: S::f64s, x: S::f64s) -> S::f64s {
-        let zero = simd.splat_f64s(0.0);
-        simd.select_f64s(simd.greater_than_f64s(v, zero), x, zero)
-    }
-
-    #[inline(always)]
-    fn ramp<S: Simd>(simd: S, v: S::f64s) -> S::f64s {
-        let zero = simd.splat_f64s(0.0);
-        simd.select_f64s(simd.less_than_f64s(v, zero), zero, v)
-    }
-
-    #[inline(always)]
-    fn total<S: Simd>(simd: S, v: S::f64s) -> Self {
-        simd.reduce_sum_f64s(v)
-    }
-
-    #[inline(always)]
-    fn tanh<S: Simd>(_: S, values: &mut [Self]) {
-        // Vectors longer than a number come with fused multiply-add; elsewhere it would be a call.
-        if size_of::<S::f64s>() > size_of::<Self>() {
-            for value in values {
-                *value = tanh::double_by(*value, Self::mul_add);
-            }
-        } else {
-            for value in values {
-                *value = tanh::double(*value);
-            }
-        }
-    }
 }

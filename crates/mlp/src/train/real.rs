@@ -38,50 +38,33 @@ pub trait Real:
     fn is_finite(self) -> bool;
 }
 
-impl Real for f32 {
-    const NAME: &'static str = "f32";
+macro_rules! real {
+    ($real:ident, $of:expr) => {
+        impl Real for $real {
+            const NAME: &'static str = stringify!($real);
 
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        super::rounded(value)
-    }
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                $of(value)
+            }
 
-    #[inline(always)]
-    fn double(self) -> f64 {
-        f64::from(self)
-    }
+            #[inline(always)]
+            fn double(self) -> f64 {
+                self.into()
+            }
 
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self::abs(self)
+            }
 
-    #[inline(always)]
-    fn is_finite(self) -> bool {
-        Self::is_finite(self)
-    }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                Self::is_finite(self)
+            }
+        }
+    };
 }
 
-impl Real for f64 {
-    const NAME: &'static str = "f64";
-
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn double(self) -> f64 {
-        self
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
-
-    #[inline(always)]
-    fn is_finite(self) -> bool {
-        Self::is_finite(self)
-    }
-}
+real!(f32, super::rounded);
+real!(f64, core::convert::identity);

@@ -116,10 +116,7 @@ impl Scaling {
     /// The value after the transform.
     #[must_use]
     pub fn transformed(&self, raw: f64) -> f64 {
-        match self.transform {
-            Transform::Identity => raw,
-            Transform::Ln => libm::log(raw),
-        }
+        self.transform.forward_double(raw)
     }
 
     /// The column of the saved model.

@@ -41,12 +41,13 @@ struct Total {
     test_cross_entropy: Option<f64>,
 }
 
+/// Reports each fold and all of them; R2 of all rows, each tested once.
 pub(super) fn run(
     args: &TrainArgs,
     config: &FitConfig,
     data: &DataSet,
     folds: usize,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Option<f64>> {
     let splits = Split::folds(data, folds, args.split.split_seed)
         .map_err(|error| rows::wrong("--folds", &folds, &error))?;
     let (mut all, mut mse_per_target) = (Vec::new(), Array1::zeros(data.targets.len()));
@@ -76,7 +77,8 @@ pub(super) fn run(
     if let Some(warning) = no_better_than_the_mean("held-out", r2) {
         output::remark(&data.file, warning);
     }
-    report_total(args, &total(&all, r2))
+    report_total(args, &total(&all, r2))?;
+    Ok(r2)
 }
 
 fn total(all: &[Fold], test_r2: Option<f64>) -> Total {

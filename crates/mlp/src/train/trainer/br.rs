@@ -12,7 +12,8 @@
 
 use super::super::linear::{inverse_columns, log_determinant, product, solve_shifted};
 use super::super::objective::count;
-use super::{Evidence, Finish, Isa, Objective, Real, StepReport, Trainer, norm};
+use super::lm::{MIN_MU, System};
+use super::{Evidence, Finish, Objective, Real, StepReport, Trainer};
 
 /// The trace of an inverse in each step: its time grows with the cube of the weights.
 pub const MAX_WEIGHTS: usize = 1024;
@@ -23,8 +24,6 @@ const MU: f64 = 5e-3;
 const LESS: f64 = 0.1;
 const MORE: f64 = 10.0;
 const MOST: f64 = 1e10;
-/// Damping never falls below this, so that it can always rise again.
-const MIN_MU: f64 = 1e-20;
 /// A step that lowers the regularised sum of squares by no more than this share has arrived, so many times in a row.
 const ARRIVED: f64 = 1e-7;
 const IN_A_ROW: u32 = 10;
@@ -35,13 +34,8 @@ const LEAST: f64 = 1e-300;
 /// Penalty and noise are found from the training rows alone, so that no rows are held back for validation.
 #[derive(Debug, Clone)]
 pub struct Bayesian<T = f64> {
-    isa: Isa,
     mu: f64,
-    normal: Vec<f64>,
-    projected: Vec<f64>,
-    factor: Vec<f64>,
-    step: Vec<f64>,
-    trial: Vec<T>,
+    system: System<T>,
     arrived: u32,
     evidence: Option<Evidence>,
 }
@@ -50,23 +44,13 @@ impl<T: Real> Bayesian<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(weights: usize) -> Self {
-        let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
-        Self {
-            isa: Isa::detect(),
-            mu: MU,
-            normal: square.clone(),
-            projected: zeros.clone(),
-            factor: square,
-            step: zeros,
-            trial: vec![T::default(); weights],
-            arrived: 0,
-            evidence: None,
-        }
+        Self { mu: MU, system: System::new(weights), arrived: 0, evidence: None }
     }
 
     /// Estimates alpha and beta at weights with these sums of squares over `n` residuals; `None` where the matrix is not positive definite.
     fn estimate(&mut self, n: f64, residuals2: f64, weights2: f64) -> Option<Evidence> {
-        let size = count(self.projected.len());
+        let System { normal, factor, step, .. } = &mut self.system;
+        let size = count(step.len());
         let (residuals2, weights2) = (residuals2.max(LEAST), weights2.max(LEAST));
         let of = |gamma: f64| {
             let alpha = gamma / (2.0 * weights2);
@@ -76,15 +60,13 @@ impl<T: Real> Bayesian<T> {
         };
         let (alpha, beta) = self.evidence.map_or_else(|| of(size), |e| (e.alpha, e.beta));
         let ratio = alpha / beta;
-        self.step.fill(0.0);
-        solve_shifted(&self.normal, ratio, &mut self.factor, &mut self.step)?;
+        step.fill(0.0);
+        solve_shifted(normal, ratio, factor, step)?;
         let mut trace = 0.0;
-        inverse_columns(&self.factor, self.step.len(), |_, column| {
-            trace += product(column, column)
-        });
+        inverse_columns(factor, step.len(), |_, column| trace += product(column, column));
         let gamma = size - ratio * trace;
         let gamma = gamma.clamp(1e-6 * size, size);
-        let ln_determinant = log_determinant(&self.factor, self.projected.len());
+        let ln_determinant = log_determinant(factor, step.len());
         // Of the alpha and beta that the matrix is of.
         let ln_evidence = -beta * residuals2 - alpha * weights2
             + 0.5 * n * (beta / core::f64::consts::PI).ln()
@@ -103,24 +85,17 @@ impl<T: Real> Bayesian<T> {
         sum: f64,
     ) -> Option<f64> {
         let n = count(objective.residuals());
-        let diagonal = self.normal.iter().step_by(self.projected.len() + 1);
-        let scale = diagonal.copied().fold(LEAST, f64::max);
-        let slopes = self.projected.iter().zip(&*weights);
+        let scale = self.system.scale(LEAST);
+        let slopes = self.system.projected.iter().zip(&*weights);
         let right: Vec<f64> = slopes.map(|(p, w)| p + ratio * w.double()).collect();
         while self.mu <= MOST {
-            self.step.copy_from_slice(&right);
             let shift = ratio + self.mu * scale;
-            if solve_shifted(&self.normal, shift, &mut self.factor, &mut self.step).is_some() {
-                for (trial, (w, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step))
-                {
-                    *trial = T::of(w.double() - step);
-                }
-                let after = n * objective.mse(&self.trial) + ratio * squares(&self.trial);
-                if after < sum {
-                    weights.copy_from_slice(&self.trial);
-                    self.mu = (self.mu * LESS).max(MIN_MU);
-                    return Some(sum - after);
-                }
+            let mse = self.system.try_step(objective, weights, &right, shift);
+            let after = mse.map(|mse| n * mse + ratio * squares(&self.system.trial));
+            if let Some(after) = after.filter(|after| *after < sum) {
+                weights.copy_from_slice(&self.system.trial);
+                self.mu = (self.mu * LESS).max(MIN_MU);
+                return Some(sum - after);
             }
             self.mu *= MORE;
         }
@@ -131,9 +106,8 @@ impl<T: Real> Bayesian<T> {
 impl<T: Real> Trainer<T> for Bayesian<T> {
     fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
         let n = count(objective.residuals());
-        let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
+        let (mse, gradient_norm) = self.system.read(objective, weights);
         let (residuals2, weights2) = (n * mse, squares(weights));
-        let gradient_norm = 2.0 / n * norm(self.isa, &self.projected);
         let report =
             |finished| StepReport { mse, gradient_norm, gradient_evaluations: 1, finished };
         if !(mse.is_finite() && gradient_norm.is_finite()) {

@@ -10,7 +10,7 @@ use super::{Finish, Isa, Objective, Real, StepReport, Trainer, norm};
 pub const MAX_WEIGHTS: usize = 4096;
 
 /// Damping never falls below this, so that it can always rise again.
-const MIN_MU: f64 = 1e-20;
+pub(super) const MIN_MU: f64 = 1e-20;
 
 /// How the damping follows the success of the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,49 +47,82 @@ impl Default for LevenbergMarquardtConfig {
     }
 }
 
+/// The normal equations at some weights and a trial step from there, as [`br`](super::br) takes them too.
+#[derive(Debug, Clone)]
+pub(super) struct System<T> {
+    isa: Isa,
+    pub(super) normal: Vec<f64>,
+    /// Half the gradient times the number of residuals.
+    pub(super) projected: Vec<f64>,
+    pub(super) factor: Vec<f64>,
+    pub(super) step: Vec<f64>,
+    pub(super) trial: Vec<T>,
+}
+
+impl<T: Real> System<T> {
+    pub(super) fn new(weights: usize) -> Self {
+        let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
+        let trial = vec![T::default(); weights];
+        let (normal, projected) = (square.clone(), zeros.clone());
+        Self { isa: Isa::detect(), normal, projected, factor: square, step: zeros, trial }
+    }
+
+    /// Reads them off; returns the error and the norm of its gradient.
+    pub(super) fn read(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> (f64, f64) {
+        let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
+        (mse, 2.0 / count(objective.residuals()) * norm(self.isa, &self.projected))
+    }
+
+    /// The largest element on the diagonal, `least` at least.
+    pub(super) fn scale(&self, least: f64) -> f64 {
+        self.normal.iter().step_by(self.projected.len() + 1).copied().fold(least, f64::max)
+    }
+
+    /// The error one step of `-(J'J + shift I)^-1 right` away, left in `trial`; `None` where the matrix is not positive definite.
+    pub(super) fn try_step(
+        &mut self,
+        objective: &mut dyn Objective<T>,
+        weights: &[T],
+        right: &[f64],
+        shift: f64,
+    ) -> Option<f64> {
+        self.step.copy_from_slice(right);
+        solve_shifted(&self.normal, shift, &mut self.factor, &mut self.step)?;
+        for (trial, (weight, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step)) {
+            *trial = T::of(weight.double() - step);
+        }
+        Some(objective.mse(&self.trial))
+    }
+}
+
 /// Levenberg-Marquardt. One step is one Jacobian and as many trials as it takes to lower the error. Products of the
 /// Jacobian and the system of equations are in `f64` whatever the precision of the network. Memory
 /// and time grow with the square and the cube of the number of weights.
 #[derive(Debug, Clone)]
 pub struct LevenbergMarquardt<T = f64> {
-    isa: Isa,
     config: LevenbergMarquardtConfig,
     /// Damping, unknown until the first Jacobian.
     mu: Option<f64>,
     /// Factor of the damping after the next rejected step, under [`Damping::Gain`].
     growth: f64,
-    normal: Vec<f64>,
-    projected: Vec<f64>,
-    factor: Vec<f64>,
-    step: Vec<f64>,
-    trial: Vec<T>,
+    system: System<T>,
 }
 
 impl<T: Real> LevenbergMarquardt<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
     pub fn new(config: LevenbergMarquardtConfig, weights: usize) -> Self {
-        let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
-        Self {
-            isa: Isa::detect(),
-            config,
-            mu: None,
-            growth: 2.0,
-            normal: square.clone(),
-            projected: zeros.clone(),
-            factor: square,
-            step: zeros,
-            trial: vec![T::default(); weights],
-        }
+        Self { config, mu: None, growth: 2.0, system: System::new(weights) }
     }
 
     /// Moves `weights` to a lower error than `mse`; false when no damping up to the limit does.
     fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
         let mut mu = self.mu.unwrap_or_else(|| self.first_damping());
+        let right = self.system.projected.clone();
         while mu <= self.config.max {
-            let trial = self.error_of_trial(objective, weights, mu);
+            let trial = self.system.try_step(objective, weights, &right, mu);
             if let Some(trial) = trial.filter(|trial| *trial < mse) {
-                weights.copy_from_slice(&self.trial);
+                weights.copy_from_slice(&self.system.trial);
                 let fall = count(objective.residuals()) * (mse - trial);
                 self.mu = Some((mu * self.less(fall, mu)).max(MIN_MU));
                 self.growth = 2.0;
@@ -108,8 +141,7 @@ impl<T: Real> LevenbergMarquardt<T> {
         if self.config.damping == Damping::Factors {
             return self.config.mu;
         }
-        let diagonal = self.normal.iter().step_by(self.projected.len() + 1);
-        (self.config.mu * diagonal.copied().fold(0.0, f64::max)).max(MIN_MU)
+        (self.config.mu * self.system.scale(0.0)).max(MIN_MU)
     }
 
     /// Factor of the damping after a step that lowered the sum of squares by `fall`.
@@ -117,7 +149,7 @@ impl<T: Real> LevenbergMarquardt<T> {
         if self.config.damping == Damping::Factors {
             return self.config.decrease;
         }
-        let products = self.step.iter().zip(&self.projected);
+        let products = self.system.step.iter().zip(&self.system.projected);
         let predicted: f64 = products.map(|(step, p)| step * (mu * step + p)).sum();
         let gain = fall / predicted;
         if !gain.is_finite() {
@@ -125,26 +157,11 @@ impl<T: Real> LevenbergMarquardt<T> {
         }
         (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)
     }
-
-    fn error_of_trial(
-        &mut self,
-        objective: &mut dyn Objective<T>,
-        weights: &[T],
-        mu: f64,
-    ) -> Option<f64> {
-        self.step.copy_from_slice(&self.projected);
-        solve_shifted(&self.normal, mu, &mut self.factor, &mut self.step)?;
-        for (trial, (weight, step)) in self.trial.iter_mut().zip(weights.iter().zip(&self.step)) {
-            *trial = T::of(weight.double() - step);
-        }
-        Some(objective.mse(&self.trial))
-    }
 }
 
 impl<T: Real> Trainer<T> for LevenbergMarquardt<T> {
     fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
-        let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
-        let gradient_norm = 2.0 / count(objective.residuals()) * norm(self.isa, &self.projected);
+        let (mse, gradient_norm) = self.system.read(objective, weights);
         let finished = if !(mse.is_finite() && gradient_norm.is_finite()) {
             Some(Finish::NotFinite)
         } else if gradient_norm == 0.0 {
