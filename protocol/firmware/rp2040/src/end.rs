@@ -5,10 +5,7 @@ use crate::sensor::{Sensor, Trouble};
 use grip_link::{
     device::{DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink},
     frame::MAX_WIRE,
-    message::{
-        Channel, ChannelKind, Ident, Limits, 
-        Reaction, ResetReason, SampleFormat,
-    },
+    message::{Channel, ChannelKind, Ident, Limits, Reaction, ResetReason, SampleFormat},
 };
 
 /// Lines of slips that wait for the port.
@@ -143,14 +140,14 @@ impl End {
 /// A vibration on one channel.
 fn ident(boot_id: u32, sensor: &Sensor) -> Ident {
     let limits = Limits {
-            rate_max_hz: sensor.rate_hz,
-            // No actuator.
-            force_max_mn: 0,
-            slew_max_mn_s: 100_000,
-            hold_cap_mn: 0,
-            travel_min_um: 0,
-            travel_max_um: 0,
-        };
+        rate_max_hz: sensor.rate_hz,
+        // No actuator.
+        force_max_mn: 0,
+        slew_max_mn_s: 100_000,
+        hold_cap_mn: 0,
+        travel_min_um: 0,
+        travel_max_um: 0,
+    };
     let channel =
         Channel { unit: sensor.unit, ..Channel::single(ChannelKind::Stylus, sensor.scale) };
     Ident { reset: ResetReason::Unknown, ..Ident::new(sensor.uid, boot_id, limits, &[channel]) }
