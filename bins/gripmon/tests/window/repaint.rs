@@ -56,13 +56,15 @@ impl Running {
         Self { shared, watch, ctx, requests, _source: source }
     }
 
-    /// Whether a frame is asked for, however long a busy machine takes for it.
+    /// Whether a frame is asked for, however long a busy machine takes for it; it is painted, else no other one would be.
     fn paints(&self) -> bool {
         let asked = |_| {
             thread::park_timeout(Duration::from_millis(10));
             self.requests.swap(0, Ordering::Relaxed) > 0
         };
-        (0..6000).any(asked)
+        let painted = (0..6000).any(asked);
+        paint(&self.ctx);
+        painted
     }
 
     /// Frames until the model has this much more news, however long a busy machine takes for it.
