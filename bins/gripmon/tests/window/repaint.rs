@@ -46,11 +46,25 @@ impl Running {
         ctx.set_request_repaint_callback(move |_| {
             counted.fetch_add(1, Ordering::Relaxed);
         });
+        // The first frames of a window ask for more of them.
+        (0..3).for_each(|_| paint(&ctx));
+        requests.store(0, Ordering::Relaxed);
         let watch = Arc::default();
         let shared = Arc::new(Shared::new(Engine::new(Model::new(64 << 20), None)));
         let demo = SourceSpec::parse("demo").unwrap();
         let source = repaint::open(demo, &shared, &ctx, &watch).unwrap();
         Self { shared, watch, ctx, requests, _source: source }
+    }
+
+    /// Whether a frame is asked for, however long a busy machine takes for it; it is painted, else no other one would be.
+    fn paints(&self) -> bool {
+        let asked = |_| {
+            thread::park_timeout(Duration::from_millis(10));
+            self.requests.swap(0, Ordering::Relaxed) > 0
+        };
+        let painted = (0..6000).any(asked);
+        paint(&self.ctx);
+        painted
     }
 
     /// Frames until the model has this much more news, however long a busy machine takes for it.
@@ -74,14 +88,14 @@ impl Running {
 #[test]
 fn data_paint_a_view_that_follows_and_none_that_is_paused_or_hidden() {
     let running = Running::start();
-    assert!(running.after_updates(50) > 0);
+    assert!(running.paints());
     for (unseen, name) in [(&running.watch.paused, "paused"), (&running.watch.hidden, "hidden")] {
         unseen.store(true, Ordering::Relaxed);
         // What was under way.
         let _settling = running.after_updates(5);
         assert_eq!(running.after_updates(50), 0, "{name}");
         unseen.store(false, Ordering::Relaxed);
-        assert!(running.after_updates(50) > 0, "{name} no more");
+        assert!(running.paints(), "{name} no more");
     }
 }
 
