@@ -88,8 +88,8 @@ const PANEL_WIDTH: f32 = 300.0;
 /// Least and greatest height of a plot, relative to the others.
 pub const HEIGHTS: (f32, f32) = (0.3, 8.0);
 
-const fn in_range(value: f32, (least, most): (f32, f32), usual: f32) -> f32 {
-    if value.is_finite() { value.clamp(least, most) } else { usual }
+const fn in_range(value: f32, range: (f32, f32), usual: f32) -> f32 {
+    if value.is_finite() { value.clamp(range.0, range.1) } else { usual }
 }
 
 impl Default for Layout {
