@@ -7,7 +7,6 @@ use crate::plot::Scale;
 use crate::state::ViewState;
 use crate::strip::StripId;
 use crate::time::TimeWindow;
-use crate::views::HINTS;
 use grip_link::message::FaultCode;
 use grip_record::LabelKind;
 use grip_scope::trigger::{Found, TriggerMode};
@@ -250,10 +249,10 @@ impl ViewState {
         self.layout.theme = if dark { Look::Light } else { Look::Dark };
     }
 
-    /// Shows this hint of the tour, from 0 on; the tour ends without one, or behind the last.
+    /// Shows this hint of the tour, from 0 on; the tour ends without one.
     pub fn show_hint(&mut self, hint: Option<usize>) {
         self.help = false;
-        self.tour = hint.filter(|hint| *hint < HINTS.len());
+        self.tour = hint;
     }
 
     /// Closes what lies over the plots.

@@ -28,7 +28,6 @@ pub use stack::{empty, stack};
 pub use status::{status, tone};
 pub use study::study;
 pub use toolbar::toolbar;
-pub use tour::HINTS;
 
 use crate::layout::Panel;
 use crate::palette::Palette;

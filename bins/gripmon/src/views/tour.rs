@@ -4,7 +4,7 @@ use crate::state::ViewState;
 use eframe::egui::{self, Align2, Key, Label, RichText, vec2};
 
 /// Title and text of each hint.
-pub const HINTS: [(&str, &str); 3] = [
+const HINTS: [(&str, &str); 3] = [
     (
         "Time",
         "Space pauses the view and follows again. The wheel zooms at the pointer, dragging moves, Home shows everything.",
@@ -34,7 +34,7 @@ pub(super) fn tour(ctx: &egui::Context, hint: usize, state: &mut ViewState) {
                 let next = ui.button(if last { "Done (Enter)" } else { "Next (Enter)" });
                 let enter = !ctx.text_edit_focused() && ui.input(|i| i.key_pressed(Key::Enter));
                 if next.clicked() || enter {
-                    state.show_hint(Some(hint + 1));
+                    state.show_hint((!last).then_some(hint + 1));
                 }
                 if !last && ui.button("End the tour (Esc)").clicked() {
                     state.show_hint(None);
