@@ -134,14 +134,12 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
 
 /// Curves of one unit in one chart.
 struct Plot {
-    id: &'static str,
     title: &'static str,
     channels: &'static [Channel],
 }
 
 const PLOTS: [Plot; 6] = [
     Plot {
-        id: "force",
         title: "Force",
         channels: &[
             Channel::Command,
@@ -153,19 +151,14 @@ const PLOTS: [Plot; 6] = [
             Channel::NeedTruth,
         ],
     },
-    Plot { id: "travel", title: "Travel", channels: &[Channel::Travel] },
-    Plot { id: "speed", title: "Slip speed as measured", channels: &[Channel::Velocity] },
+    Plot { title: "Travel", channels: &[Channel::Travel] },
+    Plot { title: "Slip speed as measured", channels: &[Channel::Velocity] },
+    Plot { title: "Evidence of a slip", channels: &[Channel::Statistic, Channel::OwnStatistic] },
     Plot {
-        id: "statistic",
-        title: "Evidence of a slip",
-        channels: &[Channel::Statistic, Channel::OwnStatistic],
-    },
-    Plot {
-        id: "normal",
         title: "Normal and tangential force",
         channels: &[Channel::NormalForce, Channel::TangentialForce],
     },
-    Plot { id: "stylus", title: "Stylus", channels: &[Channel::Stylus, Channel::SecondStylus] },
+    Plot { title: "Stylus", channels: &[Channel::Stylus, Channel::SecondStylus] },
 ];
 
 impl Plot {
@@ -188,19 +181,18 @@ impl Plot {
 /// The curves, those without samples left out.
 fn curves(model: &Model, span: Span, slips: &[Explanation]) -> Section {
     let text = format!(
-        "Each curve goes through the lowest and the highest sample of each of {PARTS} parts. The \
-         dashed line is up while a slip lasts; a triangle is a reflex."
+        "Each curve goes through the lowest and the highest sample of each of {PARTS} parts."
     );
-    PLOTS.iter().fold(Section::new("curves", "Curves").with(text), |section, plot| {
-        match chart(model, span, slips, plot) {
-            Some(chart) => section.with(Figure {
-                id: format!("curve-{}", plot.id),
-                caption: plot.title(model),
-                chart,
-            }),
-            None => section,
-        }
-    })
+    let section = Section::new("curves", "Curves").with(text);
+    let charts = PLOTS.iter().filter_map(|plot| chart(model, span, slips, plot));
+    match charts.reduce(Chart::above) {
+        Some(chart) => section.with(Figure {
+            id: "curves".into(),
+            caption: "Slips are shaded; a triangle is a reflex.".into(),
+            chart,
+        }),
+        None => section,
+    }
 }
 
 fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Option<Chart> {
@@ -209,7 +201,7 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
         .channels
         .iter()
         .map(|channel| {
-            let mut points = points(model, *channel, span);
+            let mut points = points(model, *channel, span, scale);
             points.iter_mut().for_each(|(_, value)| *value = value.clamp(least, most));
             (*channel, points)
         })
@@ -233,23 +225,23 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
         let name = format!("interval {interval_s} s");
         chart = chart.with(Layer::line(name, line).drawn_as(Mark::DashedLine));
     }
-    let edges = [low / factor, high / factor];
-    if !slips.is_empty() {
-        let line = Layer::line("slip", pulses(span, slips, edges)).drawn_as(Mark::DashedLine);
-        chart = chart.with(line);
-    }
     let reflexes = model.events().in_span(span).filter(|mark| mark.kind == EventKind::Reflex);
-    let reflexes: Vec<(f64, f64)> = reflexes.map(|mark| (mark.t_s, edges[1])).collect();
+    let reflexes: Vec<(f64, f64)> = reflexes.map(|mark| (mark.t_s, high / factor)).collect();
     if !reflexes.is_empty() {
         chart = chart.with(Layer::markers("reflex", reflexes).drawn_as(Mark::TrianglesDown));
     }
-    Some(chart)
+    let slips = slips.iter().filter_map(|slip| slip.span.common(span));
+    Some(chart.shaded(slips.map(|slip| (slip.from_s, slip.to_s)).collect()))
 }
 
-/// A channel as points: the lowest and the highest of each part, readings that no sensor sends left out.
-fn points(model: &Model, channel: Channel, span: Span) -> Vec<(f64, f64)> {
+/// A channel as points: the lowest and the highest of each part, on a linear scale without readings that no sensor sends.
+fn points(model: &Model, channel: Channel, span: Span, scale: Scale) -> Vec<(f64, f64)> {
     let Some(series) = model.series(channel) else { return Vec::new() };
-    let Some((low, high)) = series.robust_range(span) else { return Vec::new() };
+    let range = match scale {
+        Scale::Linear => series.robust_range(span),
+        Scale::Log => Some((f32::MIN, f32::MAX)),
+    };
+    let Some((low, high)) = range else { return Vec::new() };
     let mut parts: Vec<Bucket> = Vec::new();
     series.envelope(span, PARTS, &mut parts);
     let both = |part: &Bucket| {
@@ -260,15 +252,6 @@ fn points(model: &Model, channel: Channel, span: Span) -> Vec<(f64, f64)> {
     };
     let seen = parts.iter().flat_map(both).filter(|(_, value)| (low..=high).contains(value));
     seen.map(|(t_s, value)| (t_s, f64::from(value))).collect()
-}
-
-/// A line at the lower edge that rises to the upper one while a slip lasts.
-fn pulses(span: Span, slips: &[Explanation], [low, high]: [f64; 2]) -> Vec<(f64, f64)> {
-    let seen = slips.iter().filter_map(|slip| slip.span.common(span));
-    let pulses = seen.flat_map(|slip| {
-        [(slip.from_s, low), (slip.from_s, high), (slip.to_s, high), (slip.to_s, low)]
-    });
-    core::iter::once((span.from_s, low)).chain(pulses).chain([(span.to_s, low)]).collect()
 }
 
 /// What each method saw, and why the force moved.
@@ -345,7 +328,11 @@ mod tests {
         for i in 0..200 {
             let t = Micros(10_000 * i);
             let command_n = Some(if t.0 < 1_100_000 { 5.0 } else { 12.0 });
-            let statistic = Some(if t.0 == 0 { 0.0 } else { 0.1 });
+            let statistic = Some(match t.0 {
+                0 => 0.0,
+                1_050_000 => 8.0,
+                _ => 0.1,
+            });
             model.take(Feed::State(PipelineState {
                 t,
                 command_n,
@@ -378,20 +365,20 @@ mod tests {
             assert!(numbers.contains(row), "{row} in {numbers}");
         }
         assert!(!numbers.contains("limit of the force"), "it is not known: {numbers}");
-        let curves: Vec<&str> = report.figures().iter().map(|figure| figure.id.as_str()).collect();
-        assert_eq!(curves, ["curve-force", "curve-travel", "curve-statistic", "curve-stylus"]);
+        let force = &report.figures()[0].chart;
+        let [travel, statistic, stylus] = force.below.as_slice() else { panic!("{force:?}") };
+        assert_eq!([&force.title, &travel.title, &stylus.title], ["Force", "Travel", "Stylus"]);
         // The spike that no sensor sends does not scale the curve.
-        let stylus = &report.figures()[3].chart;
         assert_eq!(stylus.y.label, "\u{b5}m");
         assert!(stylus.layers[0].points.iter().all(|(_, value)| (value - 10.0).abs() < 1e-3));
         // Evidence of nothing stands at the lower edge, and the interval is a line.
-        let statistic = &report.figures()[2].chart;
         assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 200));
         assert_eq!(statistic.layers[0].points[0].1, 1e-4);
+        // The alarm rises over it, however seldom it is.
+        let top = statistic.layers[0].points.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+        assert_eq!(top, 4800.0);
         assert_eq!(statistic.layers[1].points, [(0.0, 600.0), (1.999, 600.0)]);
-        // The slip rises where it was.
-        let slip = &report.figures()[0].chart.layers[1];
-        assert_eq!(slip.points[1..5], [(1.0, 5.0), (1.0, 12.0), (1.2, 12.0), (1.2, 5.0)]);
+        assert_eq!(force.spans, [(1.0, 1.2)]);
         let html = report.html().unwrap();
         for text in [
             "<h1>Grasp: run.mcap</h1>",

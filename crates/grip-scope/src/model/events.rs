@@ -13,7 +13,7 @@ slip_msg::named! {
     pub enum Doing {
         fn name: "One word for people.";
     }
-    Idle: "Nothing is held.", "idle";
+    Idle: "Nothing is held, or no force is known.", "idle";
     Moving: "Arm or fingers move: no decision on slip.", "moving";
     Held: "It stands in the fingers.", "HELD";
     Slipping: "It slides.", "SLIPPING";

@@ -184,16 +184,21 @@ impl Model {
         for mark in changes(before.filter(|_| !restarted).as_ref(), &state, t_s) {
             self.events.push(mark);
         }
-        self.events.state(t_s, doing(&state, truth), !restarted);
+        // A quiet sensor alone says nothing of an object.
+        let grips = state.command_n.is_some()
+            || state.applied_n.is_some()
+            || self.series(Channel::NormalForce).is_some();
+        self.events.state(t_s, doing(&state, truth, grips), !restarted);
+        let needed = |force_n: Option<f32>| force_n.filter(|_| grips);
         let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
             (Channel::Statistic, state.statistic.map(|times| times * self.info.interval_s())),
             (Channel::Command, state.command_n),
             (Channel::Applied, state.applied_n),
             (Channel::Estimate, state.estimate_n),
-            (Channel::Need, state.need_n),
-            (Channel::NeedLow, state.need_low_n),
-            (Channel::NeedHigh, state.need_high_n),
+            (Channel::Need, needed(state.need_n)),
+            (Channel::NeedLow, needed(state.need_low_n)),
+            (Channel::NeedHigh, needed(state.need_high_n)),
             (Channel::NeedTruth, truth.map(|truth| truth.needed_n)),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc),
@@ -282,12 +287,13 @@ impl Model {
 }
 
 /// What happens to the object: what a simulator knows, else what the pipeline thinks.
-fn doing(state: &PipelineState, truth: Option<Truth>) -> Doing {
+fn doing(state: &PipelineState, truth: Option<Truth>, grips: bool) -> Doing {
     match (truth.and_then(|truth| truth.fate), state.scene) {
         (Some(Fate::Crushed), _) => Doing::Crushed,
         (Some(Fate::Dropped), _) => Doing::Dropped,
         (Some(Fate::Slipping), _) | (None, Scene::Slipping) => Doing::Slipping,
-        (Some(Fate::Held), _) | (None, Scene::Holding) => Doing::Held,
+        (Some(Fate::Held), _) => Doing::Held,
+        (None, Scene::Holding) if grips => Doing::Held,
         (None, Scene::Moving) => Doing::Moving,
         (None, _) => Doing::Idle,
     }

@@ -8,7 +8,7 @@ use core::time::Duration;
 use grip_link::message::daemon::{
     Goodbye, Gripper, NoticeKind, RealTime, Rows, ToClient, Welcome, WelcomeFlags,
 };
-use grip_link::message::{Kind, NackReason, Versions};
+use grip_link::message::{Kind, NackReason, Unit, Versions};
 use grip_session::{HostConfig, model};
 use slip_core::ClientCommand;
 use slip_core::{PipelineConfig, Signal, units::Hertz};
@@ -166,6 +166,9 @@ impl Reception {
         let before = self.gripper.replace(gripper);
         self.set_rate(gripper.rate_hz);
         self.stream.update(Feed::Gripper(gripper));
+        if before.map(|before| before.stylus) != Some(gripper.stylus) {
+            self.observed_hz = 0;
+        }
         let other = before.is_some_and(|before| {
             (before.uid, before.boot_id) != (gripper.uid, gripper.boot_id) && before.boot_id != 0
         });
@@ -201,7 +204,11 @@ impl Reception {
             return;
         }
         self.observed_hz = self.rate_hz;
-        let none = self.stream.observe(shipped(self.rate_hz), model::default_estimator());
+        let signal = match self.gripper.map_or(Unit::Metre, |gripper| gripper.stylus) {
+            Unit::Metre => Signal::Displacement,
+            _ => Signal::Vibration,
+        };
+        let none = self.stream.observe(shipped(signal, self.rate_hz), model::default_estimator());
         // The protocol does not carry the settings of the daemon.
         self.stream.update(none.unwrap_or(Feed::Observes(ObserverSettings::Shipped)));
     }
@@ -245,9 +252,9 @@ impl Reception {
     }
 }
 
-/// The shipped settings for samples at this rate.
-pub(super) fn shipped(rate_hz: u32) -> PipelineConfig {
-    HostConfig::default().pipeline(Signal::Displacement, Hertz(rate_hz as f32))
+/// The shipped settings for samples of this signal at this rate.
+pub(super) fn shipped(signal: Signal, rate_hz: u32) -> PipelineConfig {
+    HostConfig::default().pipeline(signal, Hertz(rate_hz as f32))
 }
 
 /// Why a command was refused.
@@ -270,9 +277,9 @@ const fn refused(reason: NackReason) -> &'static str {
 mod tests {
     use super::Reception;
     use crate::feed::{EventKind, Feed};
-    use grip_link::message::daemon::ToClient;
-    use grip_link::message::{Kind, Nack, NackReason};
-    use slip_core::ClientCommand;
+    use grip_link::message::daemon::{Gripper, ToClient};
+    use grip_link::message::{Kind, Nack, NackReason, Unit};
+    use slip_core::{ClientCommand, Sample, units::Micros};
 
     #[test]
     fn a_refused_command_is_reported_and_stands_among_the_events() {
@@ -285,5 +292,26 @@ mod tests {
         let as_event = |feed: &Feed| matches!(feed, Feed::Event(mark) if mark.kind == EventKind::Client && mark.text == reported);
         let as_line = |feed: &Feed| matches!(feed, Feed::Notice(line) if line == reported);
         assert!(feeds.iter().any(as_event) && feeds.iter().any(as_line), "{feeds:?}");
+    }
+
+    /// Noise of a hundredth in a unit of its own: as metres no stylus shows it.
+    #[test]
+    fn a_vibration_in_a_unit_of_its_own_has_bands() {
+        let bands = |stylus| {
+            let mut reception = Reception::new("unix:socket".to_owned(), 1);
+            let gripper = Gripper { rate_hz: 1600, stylus, ..Gripper::NONE };
+            reception.take(&ToClient::Gripper(gripper));
+            reception.observe();
+            for n in 0..3200_u32 {
+                let noise = 1e-3 * ((n * 7919 % 101) as f32 - 50.0);
+                let sample = Sample::stylus(Micros(625 * u64::from(n)), noise);
+                reception.stream.number(n, 1);
+                reception.stream.push(&sample, &[]);
+            }
+            let of_bands = |feed: &Feed| matches!(feed, Feed::Derived(block) if block.bands.iter().any(|point| point.energy[0] > 0.0));
+            reception.stream.whole().iter().any(of_bands)
+        };
+        assert!(bands(Unit::None));
+        assert!(!bands(Unit::Metre));
     }
 }

@@ -16,7 +16,7 @@ use grasp::Grasp;
 use grip_link::device::Peer;
 use grip_link::message::daemon::RealTime;
 use grip_session::{HostConfig, model::default_estimator};
-use slip_core::ClientCommand;
+use slip_core::{ClientCommand, Signal};
 use std::sync::mpsc::Receiver;
 use tally::Tally;
 
@@ -64,7 +64,9 @@ fn grasps(
 ) -> Result<(), String> {
     let config = HostConfig::default();
     let mut stream = Stream::default();
-    if let Some(why) = stream.observe(shipped(config.link.sample_rate_hz), default_estimator()) {
+    if let Some(why) = stream
+        .observe(shipped(Signal::Displacement, config.link.sample_rate_hz), default_estimator())
+    {
         outlet.offer(why);
     }
     let mut world = World { config, tally: Tally::default(), stream, start_us: 0 };
