@@ -18,7 +18,7 @@ const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// Height of each of several charts, and what is left of and right of their axes, so that these stand below each other.
 const ROW: f64 = 300.0;
-const SIDES: (f64, f64) = (90.0, 130.0);
+const SIDES: (f64, f64) = (90.0, 170.0);
 pub(crate) const SHADE: &str = "#fad7a0";
 
 pub(crate) fn svg(chart: &Chart) -> String {
