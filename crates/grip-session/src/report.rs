@@ -313,10 +313,9 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
     }
     for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
         if bits != 0 {
-            write!(f, ", {what}:")?;
-            CauseSet::from_bits(bits)
-                .iter()
-                .try_for_each(|cause| write!(f, " {}", cause.name()))?;
+            let names =
+                CauseSet::from_bits(bits).iter().map(|cause| cause.name().replace('_', " "));
+            write!(f, ", {what}: {}", names.collect::<Vec<_>>().join(" and "))?;
         }
     }
     if let (Some(speed), Some(sigma)) = (slip.speed_m_s, slip.speed_sigma_m_s) {
@@ -443,7 +442,7 @@ mod tests {
         assert!(line.to_string().contains(words), "{line}");
         assert_eq!(json["ruled_out"], serde_json::json!(["knock", "arm_stop"]));
         assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
-        let words = ", ruled out: knock arm_stop, possible: motion grip_change";
+        let words = ", ruled out: knock and arm stop, possible: motion and grip change";
         assert!(line.to_string().contains(words), "{line}");
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
