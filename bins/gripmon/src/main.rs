@@ -1,6 +1,7 @@
 //! The live scope of the slip-detection workspace.
 
 use clap::Parser as _;
+use grip_scope::SourceSpec;
 use grip_session::exit::Exit;
 use gripmon::cli::{Cli, SourceError};
 use gripmon::{report, window};
@@ -23,6 +24,15 @@ fn main() -> ExitCode {
             }
             outcome => gripmon::ended("gripmon", outcome),
         },
-        None => gripmon::ended("gripmon", window::run(&cli.window, spec)),
+        None => {
+            if let SourceSpec::Recording(file) | SourceSpec::Study(file) = &spec
+                && let Err(error) = std::fs::metadata(file)
+            {
+                // Whoever types a name waits for the window in vain.
+                eprintln!("gripmon: {}: {error}", file.display());
+                return Exit::WrongArguments.into();
+            }
+            gripmon::ended("gripmon", window::run(&cli.window, spec))
+        }
     }
 }

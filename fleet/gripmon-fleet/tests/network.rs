@@ -199,7 +199,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
         || daemon.turn(),
         |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),
     );
-    assert!(watch.handle.command(slip_core::ClientCommand::Stop).is_ok());
+    assert!(watch.handle.orders.send(slip_core::ClientCommand::Stop).is_ok());
     watch.until(
         || daemon.turn(),
         |model| model.notices().any(|line| line.contains("sends no command")),
