@@ -389,8 +389,8 @@ impl ExportFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct StudyArgs {
-    /// Folder for report.html (everything on one page), study.json (every number), figures/*.png and rows/*.npz (what the
-    /// figures were trained and tested on).
+    /// Folder for report.html (one page), study.json (every number), figures/*.png (the paper's Fig. 7 is fig-7-paper.png)
+    /// and rows/*.npz (what the figures were trained and tested on).
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
     #[command(flatten)]

@@ -94,7 +94,7 @@ fn report(calibration: &Calibration, pressure: &PressureConfig) -> anyhow::Resul
     };
     let evidence = &calibration.evidence;
     output::line(&format!(
-        "floor from {:.1} s of rest, gate from {:.1} s of motion{}",
+        "floor from {:.1} s of stillness, gate from {:.1} s of motion{}",
         evidence.rest_s,
         evidence.motion_s,
         missing_motion(calibration)
@@ -155,7 +155,7 @@ fn warnings(calibration: &StylusCalibration, unit: &str) -> Vec<String> {
     if evidence.unexplained_s > 0.0 {
         let [at_s, length_s] = evidence.unexplained_longest.unwrap_or_default();
         warnings.push(format!(
-            "left out of the floor as unexplained: {:.2} s of rest, loud without motion of the reference, the longest {length_s:.2} s at {at_s:.2} s. Look whether it is a slip: the slack takes it for work, so that slips like it are not reported",
+            "left out of the floor as unexplained: {:.2} s of stillness, loud without motion of the reference, the longest {length_s:.2} s at {at_s:.2} s. Look whether it is a slip: the slack takes it for work, so that slips like it are not reported",
             evidence.unexplained_s
         ));
     }
@@ -203,7 +203,7 @@ fn promise(evidence: &Evidence) -> String {
 fn report_taxels(taxels: &TaxelRest, pressure: &PressureConfig) -> anyhow::Result<()> {
     let TaxelRest { rms, range } = *taxels;
     let range = range.map_or_else(
-        || ", no range: no stretch of rest was 2 s long, so slow slips are judged by what the first grasps show".to_owned(),
+        || ", no range: no stretch of stillness was 2 s long, so slow slips are judged by what the first grasps show".to_owned(),
         |range| format!(", range {range:.3e}; a slow slip is found from that range on"),
     );
     let smallest = rms * pressure.threshold.sqrt();

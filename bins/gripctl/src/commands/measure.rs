@@ -36,7 +36,7 @@ pub(crate) fn measure(
     let gripper = Attached::open(port, args.seed, args.baud, config)?;
     let mut meter = Meter { gripper, stop: output::stopped()?, samples: Vec::new() };
     eprintln!(
-        "gripctl: measuring {rest_s:.0} s of rest: keep robot and gripper still; what is held must not slip"
+        "gripctl: measuring {rest_s:.0} s of stillness: keep robot and gripper still; what is held must not slip"
     );
     meter.run(rest_s, None)?;
     if let Some(motion_s) = motion_s {

@@ -81,7 +81,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     config.check_signal(pipeline.sample_rate, vibration)?;
     if let Some(made) = config.stylus_calibration().filter(|made| made.certificate.is_none()) {
         eprintln!(
-            "gripctl: the calibration has no certified false-alarm interval, so no slip is certified; it stands on {:.0} s of rest and {:.0} s of motion: record 120 s or more without slip, then type `gripctl calibrate LONGER.csv -o cal.toml`, which prints why where it makes none",
+            "gripctl: the calibration has no certified false-alarm interval, so no slip is certified; it stands on {:.0} s of stillness and {:.0} s of motion: record 120 s or more without slip, then type `gripctl calibrate LONGER.csv -o cal.toml`, which prints why where it makes none",
             made.evidence.rest_s, made.evidence.motion_s
         );
     }

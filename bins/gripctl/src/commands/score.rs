@@ -120,7 +120,7 @@ fn report_floor(score: &Score, args: &ScoreArgs) {
     );
     if score.floor_s < SHORT_REST_S {
         eprintln!(
-            "warning: that is less than {SHORT_REST_S} s of rest; the floor, and with it every figure below, may be far off"
+            "warning: that is less than {SHORT_REST_S} s of stillness; the floor, and with it every figure below, may be far off"
         );
     }
 }

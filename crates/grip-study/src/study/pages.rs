@@ -288,13 +288,14 @@ fn fig_7(result: &ConditionResult) -> Figure {
         let heights = of_four().map(|(net, found)| (net.title(), of(found)));
         Layer::bars(name, heights.collect())
     };
+    let condition = result.condition.title();
     let chart = Chart::new(
-        "Fig. 7. Mean squared error on training and test rows",
+        format!("Fig. 7. Mean squared error; {condition}"),
         Axis::linear(""),
         Axis::linear("MSE (scaled)"),
     )
     .with(bars("training rows", |found| found.summary.mse))
     .with(bars("test rows", |found| found.summary.test_mse));
-    let caption = format!("Condition: {}.", result.condition.title());
+    let caption = format!("Condition: {condition}.");
     Figure { id: format!("fig-7-{}", result.condition.name), caption, chart }
 }
