@@ -366,18 +366,11 @@ mod tests {
         }
         assert!(!numbers.contains("limit of the force"), "it is not known: {numbers}");
         let force = &report.figures()[0].chart;
-        let [travel, statistic, stylus] = force.below.as_slice() else { panic!("{force:?}") };
+        let [travel, _, stylus] = force.below.as_slice() else { panic!("{force:?}") };
         assert_eq!([&force.title, &travel.title, &stylus.title], ["Force", "Travel", "Stylus"]);
         // The spike that no sensor sends does not scale the curve.
         assert_eq!(stylus.y.label, "\u{b5}m");
         assert!(stylus.layers[0].points.iter().all(|(_, value)| (value - 10.0).abs() < 1e-3));
-        // Evidence of nothing stands at the lower edge, and the interval is a line.
-        assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 200));
-        assert_eq!(statistic.layers[0].points[0].1, 1e-4);
-        // The alarm rises over it, however seldom it is.
-        let top = statistic.layers[0].points.iter().map(|(_, value)| *value).fold(0.0, f64::max);
-        assert_eq!(top, 4800.0);
-        assert_eq!(statistic.layers[1].points, [(0.0, 600.0), (1.999, 600.0)]);
         assert_eq!(force.spans, [(1.0, 1.2)]);
         let html = report.html().unwrap();
         for text in [
@@ -393,6 +386,19 @@ mod tests {
         for outside in ["src=", "<script", "<link", "@import", "href=\"http"] {
             assert!(!html.contains(outside), "{outside}");
         }
+    }
+
+    #[test]
+    fn evidence_stands_on_a_scale_of_its_own() {
+        let report = grasp(&model(), Span::new(0.0, 9.0), "run.mcap").unwrap();
+        let statistic = &report.figures()[0].chart.below[1];
+        // Evidence of nothing stands at the lower edge, and the interval is a line.
+        assert_eq!((statistic.y.scale, statistic.layers[0].points.len()), (Scale::Log, 200));
+        assert_eq!(statistic.layers[0].points[0].1, 1e-4);
+        // The alarm rises over it, however seldom it is.
+        let top = statistic.layers[0].points.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+        assert_eq!(top, 4800.0);
+        assert_eq!(statistic.layers[1].points, [(0.0, 600.0), (1.999, 600.0)]);
     }
 
     #[test]
