@@ -33,10 +33,12 @@ fn words(text: &str) -> String {
     while let Some((before, after)) = text.split_once("--map ") {
         let (pair, rest) = match after.strip_prefix('\'') {
             Some(quoted) => quoted.split_once('\'').unwrap_or((quoted, "")),
-            None => after.split_at(after.find([' ', ';', ':']).unwrap_or(after.len())),
+            None => after.split_at(after.find([' ', ';', ':', ',']).unwrap_or(after.len())),
         };
-        let (ours, theirs) = pair.split_once('=').unwrap_or((pair, "NAME"));
-        text = format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}");
+        text = match pair.split_once('=') {
+            Some((ours, theirs)) => format!("{before}channels={{{ours:?}: {theirs:?}}}{rest}"),
+            None => format!("{before}channels {pair}{rest}"),
+        };
     }
     text
 }

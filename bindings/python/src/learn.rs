@@ -57,7 +57,7 @@ impl Model {
         std::fs::write(&path, &self.text).map_err(|error| unwritable(&path, &error))
     }
 
-    /// Writes it as C source and header (.c) or as an ONNX graph (.onnx), as `gripctl export`.
+    /// Writes it as C source and its header beside (.c, .h) or as an ONNX graph (.onnx), as `gripctl export`; what is there is replaced.
     fn export(&self, path: PathBuf) -> PyResult<()> {
         let write = |path: &Path, bytes: &[u8]| {
             std::fs::write(path, bytes).map_err(|error| unwritable(path, &error))

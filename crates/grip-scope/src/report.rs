@@ -52,7 +52,7 @@ fn sentence(model: &Model, span: Span, slips: usize) -> String {
         Some(Doing::Idle | Doing::Moving) | None => "command at the end",
     };
     let slips = match slips {
-        0 => "No slip".to_owned(),
+        0 => "No slip was found".to_owned(),
         1 => "1 slip".to_owned(),
         slips => format!("{slips} slips"),
     };
@@ -79,8 +79,8 @@ fn summary(model: &Model, span: Span, slips: usize) -> Vec<String> {
     let times = format!("{from_to}, {}. {clock}", duration(span.length_s()));
     let mut lines = vec![sentence(model, span, slips), times];
     if model.series(Channel::Command).is_none() {
-        let sentence = "The source has samples only, without states and events of a detector: \
-                        slips and commands of that time are not known.";
+        let sentence = "The source has samples only: slips are those that are found in them now, with the \
+                        shipped settings; commands of that time are not known.";
         lines.push(sentence.to_owned());
     }
     let gaps = model.events().gaps(span).count();

@@ -138,7 +138,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         learning: replay.is_learning(),
     };
     if summary.learning {
-        let why = "ends before its noise floor is learned, so that the signal shows no slip; begin with 0.2 s or more without one";
+        let why = "ends before its noise floor is learned, so that the signal shows no slip; begin with stillness, 0.2 s of it, some seconds at low rates";
         output::remark(file.display(), why);
     }
     report(&summary, recording.rate_hz, args.json)?;

@@ -103,8 +103,9 @@ pub fn parse(bytes: &[u8]) -> Parsed<'_> {
         let value = str::from_utf8(field.value);
         match field.name {
             name if name.eq_ignore_ascii_case("host") => value.is_ok_and(is_local),
-            name if name.eq_ignore_ascii_case("origin") => value
-                .is_ok_and(|page| page.split_once("://").is_some_and(|(_, host)| is_local(host))),
+            name if name.eq_ignore_ascii_case("origin") => value.is_ok_and(|page| {
+                page.split_once("://").is_some_and(|(_, host)| !host.is_empty() && is_local(host))
+            }),
             _ => true,
         }
     });
@@ -181,7 +182,11 @@ mod tests {
         }
         assert!(local("") && !local("Host: localhost\r\nhost: evil.example\r\n"));
         assert!(local("Origin: http://127.0.0.1:9747\r\n"));
-        assert!(!local("Origin: null\r\n") && !local("origin: http://evil.example\r\n"));
+        assert!(
+            !local("Origin: file://\r\n")
+                && !local("Origin: null\r\n")
+                && !local("origin: http://evil.example\r\n")
+        );
     }
 
     #[test]

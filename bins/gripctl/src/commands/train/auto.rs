@@ -1,6 +1,6 @@
 //! `gripctl train --auto`: the model chosen by cross-validation, and why.
 
-use super::rows::Parts;
+use super::{interval, rows::Parts};
 use crate::{
     cli::learn::TrainArgs,
     commands::{columns::Columns, train_beyond::explain},
@@ -39,6 +39,8 @@ pub(super) fn chosen(
     wanted: Columns,
 ) -> anyhow::Result<TrainArgs> {
     let rows = Parts::read(args, wanted)?.train;
+    // Refused before all learners have run.
+    interval::held(args, &rows)?;
     let bar = output::progress(count(), "learners");
     let found = auto(&rows, config, &|| bar.inc(1)).map_err(explain)?;
     bar.finish_and_clear();

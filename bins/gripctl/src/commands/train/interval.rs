@@ -38,15 +38,22 @@ pub(super) fn of_network(
     })
 }
 
+/// The parts that are left out in turn, where an interval is asked for.
+pub(super) fn held<'a>(args: &TrainArgs, data: &'a DataSet) -> anyhow::Result<Option<HeldOut<'a>>> {
+    let refused = |level, error| WrongArgument(format!("--interval {level}: {error}"));
+    let held = |level| {
+        HeldOut::new(data, level, args.split.split_seed).map_err(|error| refused(level, error))
+    };
+    Ok(args.interval.map(held).transpose()?)
+}
+
 /// That of any learner: `answer` trains on some rows and answers for others.
 pub(in crate::commands) fn shown(
     args: &TrainArgs,
     data: &DataSet,
     answer: impl Fn(&DataSet, &DataSet) -> anyhow::Result<Array2<f64>> + Sync,
 ) -> anyhow::Result<Stated> {
-    let Some(level) = args.interval else { return Ok(Stated::default()) };
-    let held = HeldOut::new(data, level, args.split.split_seed)
-        .map_err(|error| WrongArgument(format!("--interval {level}: {error}")))?;
+    let Some(held) = held(args, data)? else { return Ok(Stated::default()) };
     let bar = output::progress(held.splits().len(), "parts");
     let parts = held.splits().par_iter().progress_with(bar);
     let answers = parts
