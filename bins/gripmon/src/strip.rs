@@ -191,7 +191,6 @@ mod tests {
             esc_kind: kind,
             esc: Some(0.2),
             estimate_n: Some(5.0),
-            command_n: Some(5.0),
             need_low_n: Some(3.0),
             need_n: Some(4.0),
             need_high_n: Some(6.0),

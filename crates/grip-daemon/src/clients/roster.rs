@@ -232,12 +232,14 @@ impl Known {
         let state = PipelineState { device: self.device, fault: self.fault, ..*state };
         self.state = Some(state);
         let mut payload = [0; PipelineState::WHOLE];
-        if state.write(&mut payload).is_err() {
+        // What is not known at its end is left out.
+        let Some(payload) = state.write(&mut payload).ok().and_then(|len| payload.get(..len))
+        else {
             return;
-        }
+        };
         for client in roster.clients.iter_mut().filter(|c| c.session.receives(Topics::STATE)) {
             if client.session.state_is_due(state.host.0) {
-                client.session.send(Class::States, Kind::STATE, &payload);
+                client.session.send(Class::States, Kind::STATE, payload);
             }
         }
     }

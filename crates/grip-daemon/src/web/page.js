@@ -45,7 +45,9 @@ function state() {
     const ill = Object.entries(pipeline.health).filter(([, health]) => !["good", "absent"].includes(health));
     const wrong = [...ill.map(pair => pair.join(" ") + "."), live.dry_run ? "Dry run: no force is commanded." : ""];
     if (link.gripper_fault) wrong.unshift(`fault ${link.gripper_fault.toString(16).padStart(4, "0")}: ${live.fault ?? "not a listed one"}`);
-    const word = link.gripper_fault === OBJECT_LOST ? "DROPPED" : link.gripper_fault ? "FAULT" : WORDS[pipeline.scene];
+    // A quiet sensor without any force says nothing of an object.
+    const scene = pipeline.scene === "holding" && pipeline.command_n == null && pipeline.applied_n == null ? "idle" : pipeline.scene;
+    const word = link.gripper_fault === OBJECT_LOST ? "DROPPED" : link.gripper_fault ? "FAULT" : WORDS[scene];
     return [word, wrong.filter(Boolean).join(" ")];
 }
 

@@ -156,7 +156,13 @@ impl Seen {
                     self.rows.push(row.index);
                 }
             }
-            ToClient::State(_) => self.states += 1,
+            ToClient::State(known) => {
+                // What is not known stays so on its way.
+                let of =
+                    |state: &PipelineState| (state.late_ms, state.need_n, state.admissible_m_s2);
+                assert_eq!(of(known), of(&state()));
+                self.states += 1;
+            }
             ToClient::Slip(slip) => self.slips.push(slip.number),
             ToClient::Gripper(_) => self.grippers += 1,
             ToClient::Health(_) => self.healths += 1,

@@ -189,16 +189,15 @@ impl Model {
             || state.applied_n.is_some()
             || self.series(Channel::NormalForce).is_some();
         self.events.state(t_s, doing(&state, truth, grips), !restarted);
-        let needed = |force_n: Option<f32>| force_n.filter(|_| grips);
         let limit_n = self.info.gripper.and_then(|gripper| gripper.force_max_n);
         let values = [
             (Channel::Statistic, state.statistic.map(|times| times * self.info.interval_s())),
             (Channel::Command, state.command_n),
             (Channel::Applied, state.applied_n),
             (Channel::Estimate, state.estimate_n),
-            (Channel::Need, needed(state.need_n)),
-            (Channel::NeedLow, needed(state.need_low_n)),
-            (Channel::NeedHigh, needed(state.need_high_n)),
+            (Channel::Need, state.need_n),
+            (Channel::NeedLow, state.need_low_n),
+            (Channel::NeedHigh, state.need_high_n),
             (Channel::NeedTruth, truth.map(|truth| truth.needed_n)),
             (Channel::ForceLimit, limit_n),
             (Channel::Esc, state.esc),
