@@ -68,7 +68,15 @@ fn alarm() -> Alarm {
 }
 
 fn reading(force_n: f32) -> Reading {
-    Reading { stylus: None, travel_m: None, force_n, sinks_per_n: 0.0, dead_s: 0.0, evident: true }
+    Reading {
+        stylus: None,
+        travel_m: None,
+        force_n,
+        sinks_per_n: 0.0,
+        dead_s: 0.0,
+        evident: true,
+        estimate: None,
+    }
 }
 
 fn begun(alarm: &Alarm) -> Load<CELLS> {
@@ -280,6 +288,7 @@ fn garbage(seed: u32) {
                     sinks_per_n: 1e-7 * pick(true),
                     dead_s: 1e-3 * pick(true),
                     evident: i % 3 > 0,
+                    estimate: None,
                 });
                 let now = *load.forecast();
                 let forces: Vec<f32> =
