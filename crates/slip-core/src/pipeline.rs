@@ -150,7 +150,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             self.observe(believed);
             self.estimate(believed, &mut step);
             self.weigh_need(believed, begins);
-            self.weigh_load(believed, sample.travel_m, begins, step.estimate);
+            self.weigh_load(believed, sample.travel_m, begins);
         }
         (step.command, step.grip) = self.control(believed, dt, slips.then_some(&step));
         step.need = self.needed(step.command);

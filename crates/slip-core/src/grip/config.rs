@@ -34,10 +34,6 @@ settings! {
             "(ms).";
         brake_gain: f32 = 1.0, 1.0..=3.0 => "Force while braking a slip over the estimate.";
         margin_sigmas: f32 = 0.25, 0.0..=5.0 => "Deviations of the estimate that are added to it.";
-        x_width: f32 = 0.0, 0.0..=100.0 =>
-            "Weighs the estimate against the posterior of the need by its interval, so many times as wide; 0: not.";
-        x_load: f32 = 0.0, 0.0..=100.0 =>
-            "The posterior takes the estimate with its interval, so many times as wide; 0: not.";
         lead: f32 = 2.0, 0.0..=10.0 =>
             "How far the command leads the measured force while that is below what is wanted, as a multiple of what"
             "is missing: makes up for the lag of the drive. Not used without a force sensor.";

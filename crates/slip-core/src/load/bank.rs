@@ -138,7 +138,6 @@ struct Mode<const H: usize> {
     ln: Cells<H>,
     ln2: Cells<H>,
     jacobian: Cells<H>,
-    missed: Cells<H>,
     /// Logarithm of the weight, and the weight.
     l: Cells<H>,
     w: Cells<H>,
@@ -165,7 +164,6 @@ impl<const H: usize> Mode<H> {
             ln: z,
             ln2: z,
             jacobian: z,
-            missed: z,
             l: z,
             w: z,
         }
@@ -180,7 +178,6 @@ impl<const H: usize> Mode<H> {
             &mut self.ln,
             &mut self.ln2,
             &mut self.jacobian,
-            &mut self.missed,
             &mut self.echo,
         ] {
             sums.fill(0.0);
@@ -245,8 +242,6 @@ pub(super) struct Bank<const H: usize> {
     power: f32,
     weight: f32,
     turns: f32,
-    estimates: f32,
-    width2: f32,
     pub(super) summary: Summary,
     bins: [f32; BINS],
 }
@@ -285,8 +280,6 @@ impl<const H: usize> Bank<H> {
             power: 0.0,
             weight: 0.0,
             turns: 0.0,
-            estimates: 0.0,
-            width2: 1.0,
             summary: Summary {
                 low_n: 0.0,
                 median_n: 0.0,
@@ -312,7 +305,6 @@ impl<const H: usize> Bank<H> {
         let from_n = start.force_n.max(1e-3);
         (self.d_s, self.from_n, self.law) = (start.d_s, from_n, start.law);
         (self.power, self.weight, self.turns) = (0.0, 0.0, 0.0);
-        (self.estimates, self.width2) = (0.0, 0.0);
         self.null_ln = ln(from_n);
         let known = start.prior.is_known();
         self.searched = start.prior.is_searched();
@@ -609,18 +601,6 @@ impl<const H: usize> Bank<H> {
         }
     }
 
-    /// An estimate of the need now (logarithm), with a deviation that all of a slip share.
-    pub(super) fn estimate(&mut self, need_ln: f32, width: f32) {
-        self.estimates += 1.0;
-        self.width2 += (width * width - self.width2) / self.estimates;
-        for mode in &mut self.modes {
-            for h in 0..H {
-                let now_ln = self.need_ln[h] + ln(at_least(mode.u[h], 0.02));
-                mode.missed[h] += (need_ln - now_ln - mode.missed[h]) / self.estimates;
-            }
-        }
-    }
-
     /// The stylus is further than at the extreme so far, `within_s` after the end of the last block.
     pub(super) fn extreme(&mut self, within_s: f32) {
         for mode in &mut self.modes {
@@ -703,7 +683,6 @@ impl<const H: usize> Bank<H> {
         let half = 0.5 * self.weight;
         let (by_power, counted) =
             (if self.law.is_some() { 1.0 } else { 0.0 }, if law.turns { 1.0 } else { 0.0 });
-        let per_width2 = if self.estimates > 0.0 { 1.0 / at_least(self.width2, 1e-4) } else { 0.0 };
         let constant = TURN_LN * TURN_LN * surface;
         // Without a stylus nothing contradicts the travel.
         let alone = if self.law.is_some() { 0.0 } else { UNCONTRADICTED };
@@ -718,9 +697,7 @@ impl<const H: usize> Bank<H> {
                 let late = at_least(open - mean - LATE_TURN, 0.0);
                 let squares = mode.ln2[h] * each + constant - sum * mean;
                 let turns = mode.jacobian[h] - 0.5 * (squares + late * late * sharpness2);
-                let missed = mode.missed[h] * mode.missed[h] * per_width2;
-                let without =
-                    self.prior[h] + alone - 0.5 * missed + by_power * amplitude + counted * turns;
+                let without = self.prior[h] + alone + by_power * amplitude + counted * turns;
                 mode.w[h] = without;
                 mode.l[h] = without + mode.travel[h];
             }

@@ -100,8 +100,6 @@ pub struct Reading {
     pub dead_s: f32,
     /// Whether the methods see the slip now.
     pub evident: bool,
-    /// Logarithm of the need now by the estimate, and its deviation.
-    pub estimate: Option<(f32, f32)>,
 }
 
 /// What the posterior says of a slip.
@@ -405,9 +403,6 @@ impl<const H: usize> Load<H> {
                     self.bank.extreme(seen.within_s);
                 }
             }
-        }
-        if let Some((need_ln, width)) = reading.estimate {
-            self.bank.estimate(need_ln, width);
         }
         self.filled += 1;
         if self.filled >= self.samples {

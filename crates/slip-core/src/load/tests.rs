@@ -68,15 +68,7 @@ fn alarm() -> Alarm {
 }
 
 fn reading(force_n: f32) -> Reading {
-    Reading {
-        stylus: None,
-        travel_m: None,
-        force_n,
-        sinks_per_n: 0.0,
-        dead_s: 0.0,
-        evident: true,
-        estimate: None,
-    }
+    Reading { stylus: None, travel_m: None, force_n, sinks_per_n: 0.0, dead_s: 0.0, evident: true }
 }
 
 fn begun(alarm: &Alarm) -> Load<CELLS> {
@@ -288,7 +280,6 @@ fn garbage(seed: u32) {
                     sinks_per_n: 1e-7 * pick(true),
                     dead_s: 1e-3 * pick(true),
                     evident: i % 3 > 0,
-                    estimate: None,
                 });
                 let now = *load.forecast();
                 let forces: Vec<f32> =

@@ -4,7 +4,7 @@ use super::{Pipeline, Step, detect::Rest};
 use crate::{
     alarm::Method,
     course::{Passing, Turns},
-    estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2, KAPPA},
+    estimate::{Estimator, Features, ForceEstimate, FrictionMeter, G_M_S2},
     grip::{GripEvent, GripInput, Sliding, SlipNow},
     health::SensorHealth,
     need::Felt,
@@ -86,30 +86,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let waits = self.estimator.as_ref().is_none_or(Estimator::is_trustworthy);
         input.moved_m = self.observation.moved_m(sample).filter(|_| waits);
         // An answer that nothing vouches for must not move the fingers.
-        input.estimate =
-            step.estimate.filter(ForceEstimate::is_trusted).map(|estimate| self.blended(estimate));
+        input.estimate = step.estimate.filter(ForceEstimate::is_trusted);
         input.sliding = step.features.as_ref().and_then(sliding_of);
-    }
-
-    /// The estimate, weighed against what the posterior says of the need now.
-    fn blended(&self, estimate: ForceEstimate) -> ForceEstimate {
-        let x = self.config.grip.map_or(0.0, |grip| grip.x_width);
-        let now = self.load.forecast();
-        let Some([low_n, high_n]) = estimate.limits_n else { return estimate };
-        if !(x > 0.0 && now.informed && now.low_n > 0.0 && now.low_n < now.median_n) {
-            return estimate;
-        }
-        let width = x * 0.5 * libm::logf(high_n / low_n.max(0.02 * estimate.force_n)) / 1.645;
-        let spread = (libm::logf(now.median_n / now.low_n) / 1.2816).max(0.05);
-        let (a, b) = (1.0 / (width * width), 1.0 / (spread * spread));
-        let by_load = libm::logf(KAPPA * now.median_n);
-        let ln = (a * libm::logf(estimate.force_n) + b * by_load) / (a + b);
-        let force_n = libm::expf(ln);
-        ForceEstimate {
-            force_n,
-            sigma_n: estimate.sigma_n * force_n / estimate.force_n,
-            ..estimate
-        }
     }
 
     fn felt(&self) -> Option<Felt> {

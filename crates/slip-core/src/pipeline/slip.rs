@@ -371,13 +371,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// What the sample shows of the load, beside the controller: reported, and commands nothing. `travel_m` is the travel whether it is believed or not.
-    pub(super) fn weigh_load(
-        &mut self,
-        sample: &Sample,
-        travel_m: Option<f32>,
-        begins: bool,
-        estimate: Option<crate::estimate::ForceEstimate>,
-    ) {
+    pub(super) fn weigh_load(&mut self, sample: &Sample, travel_m: Option<f32>, begins: bool) {
         let Some(grip) = self.grip else { return };
         let force_n = sample.normal_force_n.unwrap_or(grip.command_n());
         if begins {
@@ -412,19 +406,6 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             sinks_per_n: self.sink.per_n().abs(),
             dead_s: grip.drive().dead_s(),
             evident: self.is_fresh(sample.t),
-            estimate: estimate.filter(|e| e.is_trusted()).and_then(|e| {
-                let x = self.config.grip.map_or(0.0, |grip| grip.x_load);
-                if x <= 0.0 {
-                    return None;
-                }
-                let width = match e.limits_n {
-                    Some([low_n, high_n]) => {
-                        0.5 * libm::logf(high_n / low_n.max(0.02 * e.force_n)) / 1.645
-                    }
-                    None => e.sigma_n / e.force_n,
-                };
-                Some((libm::logf(e.force_n / crate::estimate::KAPPA), x * width))
-            }),
         });
     }
 
