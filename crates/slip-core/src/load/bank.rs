@@ -63,11 +63,7 @@ const SLOPE_BLOCKS: f32 = 0.25;
 /// Distance in which heights change (m): blocks that are closer state the same, down to this share.
 const CHANGES_M: f32 = 1e-4;
 const LEAST_SHARE: f32 = 0.03;
-/// Bins of a distribution of a force, their width in the logarithm, and how far below the force at the alarm they begin.
-const BINS: usize = 160;
-const BIN: f32 = 0.05;
-const BELOW: f32 = 2.0;
-/// Cells of less weight than this count in no quantile of the need of now.
+/// Cells of less weight than this count in no mean.
 const NEGLIGIBLE: f32 = 3e-4;
 /// Most needed forces of a grid.
 const MOST_FORCES: usize = 32;
@@ -193,23 +189,16 @@ struct Track {
     u: f32,
 }
 
-/// Quantiles of the needed force (N) and what else the cells say together.
+/// Quantiles of the needed force (N), and what else the cells say together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Summary {
-    /// Need within the next milliseconds: 10 and 50 %.
-    pub(super) low_n: f32,
-    pub(super) median_n: f32,
     /// Need of the whole load: 10, 50 and 90 %.
-    pub(super) whole_low_n: f32,
-    pub(super) whole_n: f32,
-    pub(super) whole_high_n: f32,
+    pub(super) whole_n: [f32; 3],
     /// Mean speed (m/s).
     pub(super) speed_m_s: f32,
     /// Probability that the travel shows the object, and that it needs no more than it had.
     pub(super) p_travel: f32,
     pub(super) p_null: f32,
-    /// Probability that the stylus shows another slip than that of the object.
-    pub(super) p_stylus_lost: f32,
 }
 
 /// The distribution.
@@ -226,13 +215,10 @@ pub(super) struct Bank<const H: usize> {
     rate: Cells<H>,
     load_most: Cells<H>,
     prior: Cells<H>,
-    /// From the first movement to the alarm (s).
-    pub(super) early_s: Cells<H>,
     track: Track,
     gains: [Gains; 2],
     law: Option<Law>,
     d_s: f32,
-    searched: bool,
     silent: bool,
     jumps: bool,
     from_n: f32,
@@ -243,7 +229,6 @@ pub(super) struct Bank<const H: usize> {
     weight: f32,
     turns: f32,
     pub(super) summary: Summary,
-    bins: [f32; BINS],
 }
 
 const FOLLOWED: usize = 0;
@@ -266,12 +251,10 @@ impl<const H: usize> Bank<H> {
             rate: z,
             load_most: z,
             prior: z,
-            early_s: z,
             track: Track { x: 0.0, v: 0.0, u: 0.0 },
             gains: [Gains::NONE; 2],
             law: None,
             d_s: 3e-4,
-            searched: false,
             silent: false,
             jumps: false,
             from_n: 1.0,
@@ -280,24 +263,8 @@ impl<const H: usize> Bank<H> {
             power: 0.0,
             weight: 0.0,
             turns: 0.0,
-            summary: Summary {
-                low_n: 0.0,
-                median_n: 0.0,
-                whole_low_n: 0.0,
-                whole_n: 0.0,
-                whole_high_n: 0.0,
-                speed_m_s: 0.0,
-                p_travel: 0.0,
-                p_null: 0.0,
-                p_stylus_lost: 0.0,
-            },
-            bins: [0.0; BINS],
+            summary: Summary { whole_n: [0.0; 3], speed_m_s: 0.0, p_travel: 0.0, p_null: 0.0 },
         }
-    }
-
-    /// Speed of the travel, whatever it shows (m/s).
-    pub(super) fn track_m_s(&self) -> f32 {
-        self.track.v
     }
 
     /// An alarm: objects that have moved by `moved_m` since they began to.
@@ -307,7 +274,7 @@ impl<const H: usize> Bank<H> {
         (self.power, self.weight, self.turns) = (0.0, 0.0, 0.0);
         self.null_ln = ln(from_n);
         let known = start.prior.is_known();
-        self.searched = start.prior.is_searched();
+        let searched = start.prior.is_searched();
         let mut first_ln = ln(from_n) - 1.5 * self.grid.step;
         if let Some(least_ln) = start.prior.least_ln() {
             first_ln = at_most(first_ln, least_ln - self.grid.step);
@@ -317,9 +284,9 @@ impl<const H: usize> Bank<H> {
         for contact in grid.contacts {
             let shear = contact.shear_m_n;
             let p = contact.p;
-            for (ramp, searched) in grid.ramps.iter().zip(grid.ratios) {
-                let ratio = if start.prior.is_searched() { *searched } else { contact.ratio };
-                let ramp_s = if start.prior.is_searched() { 0.0 } else { ramp.s };
+            for (ramp, known_ratio) in grid.ramps.iter().zip(grid.ratios) {
+                let ratio = if searched { *known_ratio } else { contact.ratio };
+                let ramp_s = if searched { 0.0 } else { ramp.s };
                 let mut need_ln = first_ln;
                 for _ in 0..grid.forces {
                     let need = exp(need_ln);
@@ -364,18 +331,10 @@ impl<const H: usize> Bank<H> {
         self.norm = log_sum(&self.prior);
         self.track = Track { x: start.moved_m, v: 3e-3, u: 0.0 };
         // What makes a known object slip that is held with enough is another load.
-        self.jumps = known && !self.searched;
+        self.jumps = known && !searched;
         self.gains = LOAD.map(|load| Gains::begin(if self.jumps { JUMPS } else { load }));
-        self.summary = Summary {
-            low_n: from_n,
-            median_n: from_n,
-            whole_low_n: from_n,
-            whole_n: from_n,
-            whole_high_n: from_n,
-            speed_m_s: 0.02,
-            p_travel: trust,
-            ..Summary::default()
-        };
+        self.summary =
+            Summary { whole_n: [from_n; 3], speed_m_s: 0.02, p_travel: trust, p_null: 0.0 };
     }
 
     /// Where the object of cell `h` is at the alarm.
@@ -386,24 +345,23 @@ impl<const H: usize> Bank<H> {
         let sheared = from_n * shear * self.ratio[h];
         let most = self.load_most[h];
         let z = if known { at_most(sheared, need * shear) } else { at_most(moved_m, sheared) };
-        let (v, u, early);
+        let (v, u);
         if known && broke > 1.0 {
             // Held by the pads: their swing, or a load that grows.
             u = at_most(1.0 + 4e-3 * rate, most);
             v = if at_once { 5e-4 } else { at_most(need * shear * rate, 2e-3) };
-            early = 4e-3;
         } else if moved_m > sheared + 3e-7 || known {
             let slid = at_least(moved_m - z, 1e-6) + 2e-7;
             if at_once {
                 u = if broke < 1.0 || !known { 1.0 } else { 1.1 * broke };
                 let a = G_M_S2 * at_least(u - from_n / need, 0.02);
-                early = at_most(libm::sqrtf(2.0 * slid / a), 0.015);
+                let early = at_most(libm::sqrtf(2.0 * slid / a), 0.015);
                 v = if below && !known { 1e-3 } else { a * early };
             } else {
                 let top = at_least(most, broke);
                 let a = G_M_S2 * at_least(top - from_n / need, 0.03);
                 let comes = libm::cbrtf(6.0 * slid / (G_M_S2 * rate));
-                early = at_most(at_least(comes, libm::sqrtf(2.0 * slid / a)), 0.015);
+                let early = at_most(at_least(comes, libm::sqrtf(2.0 * slid / a)), 0.015);
                 let grows = G_M_S2 * rate;
                 let ramps = at_most(early, a / grows);
                 let speed = 0.5 * grows * ramps * ramps + a * (early - ramps);
@@ -414,20 +372,18 @@ impl<const H: usize> Bank<H> {
             let squared = 2.0 * G_M_S2 * moved_m - self.stiffness[h] * moved_m * moved_m;
             let speed = libm::sqrtf(at_least(squared, 1e-6));
             v = if below { at_most(speed, 5e-3) } else { speed };
-            (u, early) = (1.0, libm::sqrtf(2.0 * moved_m / G_M_S2));
+            u = 1.0;
         } else {
             let comes = libm::cbrtf(6.0 * moved_m / (G_M_S2 * rate));
             let takes = at_most(at_least(comes, moved_m / (need * shear * rate)), 0.05);
             u = at_most(takes * rate, 1.0);
             v = at_most(0.5 * G_M_S2 * rate * takes * takes, 1.5 * need * shear * rate);
-            early = at_most(takes, 0.015);
         }
         let mode = &mut self.modes[FOLLOWED];
         mode.x[h] = moved_m;
         mode.v[h] = v;
         mode.u[h] = u;
         mode.z[h] = z;
-        self.early_s[h] = early;
     }
 
     /// The object has stopped at `y` (m), from where the distance counts.
@@ -666,7 +622,6 @@ impl<const H: usize> Bank<H> {
         let lost: f32 = lost.iter().sum();
         let [in_time, free] = sums;
         self.conclude(1.0 / (in_time + free + lost), ahead_s);
-        self.summary.p_stylus_lost = lost / (in_time + free + lost);
     }
 
     /// Logarithms of prior and likelihoods: `l` of all, `w` without the travel.
@@ -706,11 +661,9 @@ impl<const H: usize> Bank<H> {
 
     /// Normalised weights, quantiles and means.
     fn conclude(&mut self, per_sum: f32, ahead_s: f32) {
-        self.bins.fill(0.0);
         let forces = self.grid.forces;
         let mut whole = [0.0_f32; MOST_FORCES];
         let (mut load, mut counted) = (0.0, 0.0);
-        let from_ln = ln(self.from_n) - BELOW;
         let mut summary = Summary { p_travel: 0.0, speed_m_s: 0.0, p_null: 0.0, ..self.summary };
         for (k, mode) in self.modes.iter_mut().enumerate() {
             for w in &mut mode.w {
@@ -735,19 +688,16 @@ impl<const H: usize> Bank<H> {
                 let (u, most) = (mode.u[h], self.load_most[h]);
                 let soon = at_least(at_most(u + self.rate[h] * ahead_s, most), u);
                 let need = self.need_ln[h] + ln(at_least(soon, 0.02));
-                put(&mut self.bins, need - from_ln, w);
                 if need < self.null_ln + NULL {
                     summary.p_null += w;
                 }
             }
         }
-        [summary.low_n, summary.median_n] =
-            [0.1, 0.5].map(|share| exp(from_ln + BIN * quantile(&self.bins, share)));
-        let first_ln = self.need_ln.first().copied().unwrap_or(from_ln);
+        let first_ln = self.need_ln.first().copied().unwrap_or_default();
         // What hits or pulls the object may be more than its weight.
         let load = if self.jumps && counted > 0.0 { load / counted } else { 1.0 };
         let whole = whole.get(..forces).unwrap_or(&whole);
-        [summary.whole_low_n, summary.whole_n, summary.whole_high_n] = [0.1, 0.5, 0.9]
+        summary.whole_n = [0.1, 0.5, 0.9]
             .map(|share| load * exp(first_ln + self.grid.step * quantile(whole, share)));
         self.summary = summary;
     }
@@ -756,29 +706,6 @@ impl<const H: usize> Bank<H> {
     pub(super) fn learn(&self, prior: &mut Prior) {
         let cells = self.modes.iter().flat_map(|mode| self.need_ln.iter().zip(&mode.w));
         prior.learn(cells.map(|(ln, w)| (*ln, *w)));
-    }
-
-    /// Needed force (N) by the balance of impulse, for each time in which the load may have come: `impulse` (N s) over `lasted_s` (s) since the alarm.
-    pub(super) fn balance_n(&self, impulse: f32, lasted_s: f32) -> f32 {
-        let (mut ln_sum, mut all) = (0.0, 0.0);
-        for (r, ramp) in self.grid.ramps.iter().enumerate() {
-            let (mut p, mut early_s) = (0.0, 0.0);
-            for mode in &self.modes {
-                for h in (0..H).filter(|h| (h / self.grid.forces) % self.grid.ramps.len() == r) {
-                    p += mode.w[h];
-                    early_s += mode.w[h] * self.early_s[h];
-                }
-            }
-            if p >= 1e-3 {
-                let early_s = early_s / p;
-                let impulse = impulse + self.from_n * early_s;
-                let ramp_s = if self.searched { 0.0 } else { ramp.s };
-                let lasted_s = at_least(lasted_s + early_s, 1e-3);
-                let need = balance(impulse, lasted_s, self.from_n, ramp_s);
-                (ln_sum, all) = (ln_sum + p * ln(need), all + p);
-            }
-        }
-        if all > 0.0 { exp(ln_sum / all) } else { self.from_n }
     }
 }
 
@@ -789,37 +716,6 @@ pub(super) struct TravelBlock {
     pub(super) y: f32,
     /// Variance of that mean (m^2).
     pub(super) variance: f32,
-}
-
-/// The needed force `N` (N) by the impulse (N s) over a time (s), where the load comes in `ramp_s` and is that of `from_n` (N) at first: the mean force
-/// is `N` times the mean share of the load that is there.
-fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> f32 {
-    let mean_n = at_least(impulse / lasted_s, from_n);
-    if ramp_s <= 0.0 {
-        return mean_n;
-    }
-    // The whole load is there before the end: `N D - T (N - F)^2 / 2 N = impulse`.
-    let a = lasted_s - 0.5 * ramp_s;
-    let b = from_n * ramp_s - impulse;
-    let whole_n = (libm::sqrtf(b * b + 2.0 * a * ramp_s * from_n * from_n) - b) / (2.0 * a);
-    if a > 0.0 && lasted_s > (1.0 - from_n / whole_n) * ramp_s {
-        return at_least(whole_n, from_n);
-    }
-    // It is not: `F D + N D^2 / 2 T = impulse`.
-    at_least(2.0 * ramp_s * (impulse - from_n * lasted_s) / (lasted_s * lasted_s), from_n)
-}
-
-/// Puts a weight into the two bins around `over` (logarithm).
-fn put(bins: &mut [f32; BINS], over: f32, w: f32) {
-    const LAST: f32 = (BINS - 2) as f32;
-    let place = at_most(at_least(over * (1.0 / BIN), 0.0), LAST);
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to BINS - 2")]
-    let at = place as usize;
-    let share = place - at as f32;
-    if let [here, next, ..] = &mut bins[at..] {
-        *here += w * (1.0 - share);
-        *next += w * share;
-    }
 }
 
 /// The place in `bins`, with fractions, below which `share` of the distribution lies.

@@ -50,27 +50,6 @@ impl Grid {
         self.forces * self.ramps.len() * self.contacts.len()
     }
 
-    /// 512 hypotheses.
-    pub const FULL: Self = Self {
-        forces: 32,
-        step: 0.16,
-        ramps: &[ramp(0.0, 0.45), ramp(0.02, 0.2), ramp(0.06, 0.2), ramp(0.2, 0.15)],
-        ratios: &[1.05, 1.2, 1.4, 1.6],
-        contacts: &[
-            contact(3e-6, 1.05, 0.4),
-            contact(4e-6, 1.4, 0.25),
-            contact(8e-6, 1.1, 0.25),
-            contact(30e-6, 1.1, 0.1),
-        ],
-    };
-    /// 216 hypotheses.
-    pub const SMALL: Self = Self {
-        forces: 24,
-        step: 0.21,
-        ramps: &[ramp(0.0, 0.45), ramp(0.03, 0.3), ramp(0.1, 0.25)],
-        ratios: &[1.05, 1.25, 1.5],
-        contacts: &[contact(3e-6, 1.05, 0.4), contact(4e-6, 1.4, 0.25), contact(14e-6, 1.1, 0.35)],
-    };
     /// 96 hypotheses.
     pub const MICRO: Self = Self {
         forces: 16,

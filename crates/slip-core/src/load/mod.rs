@@ -1,7 +1,6 @@
 //! The load: one posterior over the force that an object needs, from every sensor of its slips.
 //!
-//! A bank of simulated objects is weighed by what the sensors show (`bank`); [`Forecast`] is what a controller may ask of it. Nothing is looked at
-//! between slips. Fixed loops, no allocation, `f32`.
+//! A bank of simulated objects is weighed by what the sensors show (`bank`). Nothing is looked at between slips. Fixed loops, no allocation, `f32`.
 
 mod bank;
 mod gains;
@@ -30,10 +29,6 @@ const WEIGHED_S: f32 = 1e-3;
 /// A slip is not over earlier than this (s); nor by the travel alone before this (s).
 const LEAST_S: f32 = 6.5e-3;
 const TRAVEL_ALONE_S: f32 = 12e-3;
-/// Blocks between the end of the movement and the stop that is noticed (s).
-const NOTICED_S: f32 = 5.1e-3;
-/// Impulses that are kept, one a block.
-const KEPT: usize = 64;
 /// Pads swing for this long after a stop (s).
 const AGAIN_S: f32 = 0.3;
 /// Trust in a travel of which nothing is known; bounds of what a slip leaves of it; factor on its odds where the stylus alarms and a fine travel
@@ -55,8 +50,6 @@ const LOST_S: f32 = 3e-3;
 const FAR_M: f32 = 1.5e-4;
 /// An object that needs no more than it has with this probability is held.
 const HELD: f32 = 0.9;
-/// An object that moves on the pads only is slower than this (m/s).
-const SLOW_M_S: f32 = 2e-3;
 
 /// What is known when a slip is noticed.
 #[derive(Clone, Copy, Debug)]
@@ -102,52 +95,19 @@ pub struct Reading {
     pub evident: bool,
 }
 
-/// What the posterior says of a slip.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[expect(clippy::struct_excessive_bools, reason = "what is seen, each by itself")]
-pub struct Forecast {
-    /// Whether the slip goes on; one that has stopped may begin anew.
-    pub slips: bool,
-    /// Whether the object moves now.
-    pub moves: bool,
-    /// Whether any sensor shows the course of the slip.
-    pub informed: bool,
-    /// Whether the travel is fine and believed.
-    pub trusted: bool,
-    /// Whether the object is known from earlier slips or a memory.
-    pub known: bool,
-    /// Whether the stylus has raised the alarm.
-    pub by_stylus: bool,
-    /// Since it began to move (s), and how far it has moved by a trusted travel (m).
-    pub since_s: f32,
-    /// How far it has moved by a trusted travel (m).
-    pub moved_m: Option<f32>,
-    /// Its speed by the travel (m/s).
-    pub travel_m_s: f32,
-    /// Its mean speed (m/s).
-    pub speed_m_s: f32,
-    /// Force when it began to move (N).
-    pub from_n: f32,
-    /// Need within the next milliseconds (N): 10 and 50 %.
-    pub low_n: f32,
-    /// Its median (N).
-    pub median_n: f32,
-    /// Need of the whole load (N): 10, 50 and 90 %.
-    pub whole_low_n: f32,
-    /// Its median (N).
-    pub whole_n: f32,
-    /// Its 90 % quantile (N).
-    pub whole_high_n: f32,
-    /// Probability that the travel shows the object.
-    pub p_travel: f32,
-    /// Probability that it needs no more than it had.
-    pub p_null: f32,
-    /// Once it has stopped: what it needs (N).
-    pub held_n: Option<f32>,
-    /// Slips of this object so far.
-    pub slips_seen: u32,
-    /// Whether it went further than pads swing.
-    pub far: bool,
+/// What the last block has shown of the slip.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    /// Whether any sensor shows its course, and whether the object went further than pads swing.
+    informed: bool,
+    far: bool,
+    /// Probability that the travel shows the object, and that it needs no more than it had.
+    p_travel: f32,
+    p_null: f32,
+}
+
+impl Seen {
+    const NOTHING: Self = Self { informed: false, far: false, p_travel: 0.0, p_null: 0.0 };
 }
 
 /// Where a slip is.
@@ -176,9 +136,6 @@ pub struct Load<const H: usize> {
     last: Option<f32>,
     /// Force at the end of the last block (N).
     last_n: f32,
-    impulse: f32,
-    impulses: [f32; KEPT],
-    at: usize,
     trust: f32,
     since_s: f32,
     /// Since the hypotheses were weighed (s).
@@ -186,11 +143,9 @@ pub struct Load<const H: usize> {
     rested_s: f32,
     /// Since the first slip of the object (s).
     known_s: f32,
-    slips: u32,
-    /// Whether the hypotheses go on after a stop, and whether the object has moved again since.
+    /// Whether the hypotheses go on after a stop.
     runs: bool,
-    resumed: bool,
-    forecast: Forecast,
+    seen: Seen,
     /// Need of the whole load (N): 10, 50 and 90 %.
     needed: Option<[f32; 3]>,
 }
@@ -225,18 +180,13 @@ impl<const H: usize> Load<H> {
             missing_s: 0.0,
             last: None,
             last_n: 0.0,
-            impulse: 0.0,
-            impulses: [0.0; KEPT],
-            at: 0,
             trust: TRUST,
             since_s: 0.0,
             unweighed_s: 0.0,
             rested_s: f32::INFINITY,
             known_s: 0.0,
-            slips: 0,
             runs: false,
-            resumed: false,
-            forecast: FORECAST,
+            seen: Seen::NOTHING,
             needed: None,
         }
     }
@@ -246,7 +196,6 @@ impl<const H: usize> Load<H> {
         self.prior.forget();
         self.stylus.forget();
         self.trust = TRUST;
-        self.slips = 0;
         self.needed = None;
         self.known_s = 0.0;
         self.rested_s = f32::INFINITY;
@@ -262,12 +211,6 @@ impl<const H: usize> Load<H> {
         let [low_n, median_n, high_n] = self.needed?;
         let admissible_m_s2 = NeededForce::admissible(command_n, high_n);
         Some(NeededForce { low_n, median_n, high_n, admissible_m_s2 })
-    }
-
-    /// What the slip shows so far.
-    #[must_use]
-    pub fn forecast(&self) -> &Forecast {
-        &self.forecast
     }
 
     /// A slip was noticed. One that follows a stop so closely that pads may swing is none before it is seen to move.
@@ -295,8 +238,7 @@ impl<const H: usize> Load<H> {
         self.travel.begin(alarm.travel, alarm.moved_m, self.block_s);
         self.stage = Stage::Rests;
         self.runs = false;
-        self.resumed = false;
-        self.forecast = Forecast { from_n: alarm.force_n, by_stylus: alarm.by_stylus, ..FORECAST };
+        self.seen = Seen::NOTHING;
         if self.rested_s > AGAIN_S || !self.has_stylus {
             self.start(alarm.force_n, alarm.moved_m.abs(), alarm.by_stylus);
         } else {
@@ -306,7 +248,6 @@ impl<const H: usize> Load<H> {
 
     /// The object begins to move under `force_n` (N); the travel shows `moved_m` (m) of it.
     fn start(&mut self, force_n: f32, moved_m: f32, by_stylus: bool) {
-        self.slips += 1;
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
@@ -333,50 +274,18 @@ impl<const H: usize> Load<H> {
         if !self.prior.is_known() {
             self.known_s = 0.0;
         }
-        self.impulse = 0.0;
         self.since_s = 0.0;
         self.unweighed_s = WEIGHED_S;
         self.stage = Stage::Moves;
-        self.forecast = Forecast {
-            slips: true,
-            moves: true,
-            informed: there || law.is_some(),
-            trusted: fine && trust > 0.5,
-            known: self.prior.is_known(),
-            by_stylus,
-            from_n: force_n,
-            low_n: force_n,
-            median_n: force_n,
-            whole_low_n: force_n,
-            whole_n: force_n,
-            whole_high_n: force_n,
-            p_travel: trust,
-            slips_seen: self.slips,
-            ..FORECAST
-        };
+        self.seen = Seen { informed: there || law.is_some(), p_travel: trust, ..Seen::NOTHING };
     }
 
     /// The object moves again in the same slip: the hypotheses have gone on meanwhile.
-    fn resume(&mut self, force_n: f32, by_stylus: bool) {
-        self.slips += 1;
+    fn resume(&mut self, force_n: f32) {
         self.stylus.start();
         self.bank.resume(force_n);
-        self.impulse = 0.0;
         self.since_s = 0.0;
-        self.resumed = true;
         self.stage = Stage::Moves;
-        let before = self.forecast;
-        self.forecast = Forecast {
-            slips: true,
-            moves: true,
-            known: true,
-            by_stylus,
-            from_n: force_n,
-            since_s: 0.0,
-            slips_seen: self.slips,
-            held_n: None,
-            ..before
-        };
     }
 
     /// Takes a sample of the slip.
@@ -413,9 +322,6 @@ impl<const H: usize> Load<H> {
 
     fn block(&mut self, reading: &Reading) {
         self.known_s += self.block_s;
-        self.impulse += reading.force_n * self.block_s;
-        self.at = (self.at + 1) % KEPT;
-        self.impulses[self.at] = self.impulse;
         let sunk = reading.sinks_per_n * (reading.force_n - self.last_n);
         self.last_n = reading.force_n;
         let power = self.stylus.block(sunk).filter(|_| self.has_stylus);
@@ -446,7 +352,7 @@ impl<const H: usize> Load<H> {
                     self.rest(reading);
                     return;
                 }
-                self.report(reading);
+                self.report();
                 if self.is_over(reading) {
                     self.stop();
                 }
@@ -455,40 +361,19 @@ impl<const H: usize> Load<H> {
     }
 
     /// What the bank says, with what the sensors show.
-    fn report(&mut self, reading: &Reading) {
+    fn report(&mut self) {
         let summary = self.bank.summary;
         let there = self.travel.is_there();
-        let fine = there && self.travel.is_fine();
-        let trusted = fine && summary.p_travel > 0.5;
-        let stylus = self.has_stylus && self.stylus.moves();
-        let moves = match (trusted, self.has_stylus, there) {
-            (true, ..) => self.travel.moves() || (stylus && summary.speed_m_s > SLOW_M_S),
-            (_, true, _) => stylus,
-            (_, _, true) => self.travel.moves(),
-            _ => reading.evident,
-        };
-        let y = self.travel.y();
+        let trusted = there && self.travel.is_fine() && summary.p_travel > 0.5;
         let informed = there || self.has_stylus;
         if informed {
-            self.needed = Some([summary.whole_low_n, summary.whole_n, summary.whole_high_n]);
+            self.needed = Some(summary.whole_n);
         }
-        self.forecast = Forecast {
-            moves,
+        self.seen = Seen {
             informed,
-            trusted,
-            since_s: self.since_s,
-            moved_m: trusted.then_some(y),
-            travel_m_s: self.bank.track_m_s(),
-            speed_m_s: summary.speed_m_s,
-            low_n: summary.low_n,
-            median_n: summary.median_n,
-            whole_low_n: summary.whole_low_n,
-            whole_n: summary.whole_n,
-            whole_high_n: summary.whole_high_n,
+            far: trusted && self.travel.y() > FAR_M,
             p_travel: summary.p_travel,
             p_null: summary.p_null,
-            far: trusted && y > FAR_M,
-            ..self.forecast
         };
     }
 
@@ -499,7 +384,7 @@ impl<const H: usize> Load<H> {
         }
         let there = self.travel.is_there();
         let fine = there && self.travel.is_fine();
-        let p_travel = self.forecast.p_travel;
+        let p_travel = self.seen.p_travel;
         let stylus = !self.has_stylus || self.stylus.stands();
         let travel = !there || (!fine && self.has_stylus) || p_travel < 0.5 || self.travel.stands();
         let trusted = fine && p_travel > 0.9 && self.travel.stood_s > TRAVEL_ALONE_S;
@@ -514,36 +399,16 @@ impl<const H: usize> Load<H> {
         if self.stage == Stage::Moves {
             self.stop();
         }
-        self.forecast.slips = false;
     }
 
-    /// The object has stopped: what does it need?
+    /// The object has stopped.
     fn stop(&mut self) {
-        let forecast = &mut self.forecast;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some blocks")]
-        let back = (NOTICED_S / self.block_s + 0.5) as usize;
-        let back = back.min(KEPT - 1);
-        let lasted_s = self.since_s - back as f32 * self.block_s;
-        let held_n = if !forecast.informed {
-            // No sensor has shown the course: what has stopped it is what it needs.
-            self.last_n
-        } else if forecast.trusted || self.resumed {
-            forecast.whole_n
-        } else {
-            let impulse = self.impulses[(self.at + KEPT - back) % KEPT];
-            self.bank.balance_n(impulse, lasted_s).max(forecast.from_n)
-        };
-        let held = forecast.p_null > if self.prior.is_known() { 0.4 } else { 0.5 };
-        let null = held && !forecast.far && forecast.informed;
-        forecast.held_n = Some(held_n).filter(|_| !null);
-        forecast.slips = false;
-        forecast.moves = false;
-        self.trust = if self.travel.is_there() {
-            forecast.p_travel.clamp(LEAST_TRUST, TRUST)
-        } else {
-            self.trust
-        };
-        if !null && forecast.informed {
+        let Seen { informed, far, p_travel, p_null } = self.seen;
+        if self.travel.is_there() {
+            self.trust = p_travel.clamp(LEAST_TRUST, TRUST);
+        }
+        let held = p_null > if self.prior.is_known() { 0.4 } else { 0.5 };
+        if informed && (far || !held) {
             self.bank.learn(&mut self.prior);
         }
         self.stage = Stage::Rests;
@@ -575,7 +440,7 @@ impl<const H: usize> Load<H> {
         let needs = !self.runs || !fine || self.bank.summary.p_null < HELD || y > FAR_M;
         if (alarms || advances) && needs {
             if self.runs {
-                self.resume(force_n, alarms);
+                self.resume(force_n);
             } else {
                 self.start(force_n, y, alarms);
             }
@@ -587,30 +452,6 @@ impl<const H: usize> Load<H> {
         }
     }
 }
-
-const FORECAST: Forecast = Forecast {
-    slips: false,
-    moves: false,
-    informed: false,
-    trusted: false,
-    known: false,
-    by_stylus: true,
-    since_s: 0.0,
-    moved_m: None,
-    travel_m_s: 0.0,
-    speed_m_s: 0.0,
-    from_n: 0.0,
-    low_n: 0.0,
-    median_n: 0.0,
-    whole_low_n: 0.0,
-    whole_n: 0.0,
-    whole_high_n: 0.0,
-    p_travel: 0.0,
-    p_null: 0.0,
-    held_n: None,
-    slips_seen: 0,
-    far: false,
-};
 
 #[cfg(test)]
 mod tests;

@@ -10,10 +10,7 @@ use crate::{
 const KEPT: usize = 64;
 /// Bounds of the slope of a surface (rms).
 const SLOPE: [f32; 2] = [0.005, 0.3];
-/// It moves where block means go further than this many deviations within this time (s).
-const MOVES: f32 = 7.5;
-const MOVES_S: f32 = 2.4e-3;
-/// It stands where they stay within this many for this time (s), and for the second where peaks are hardly above the noise.
+/// It stands where block means stay within this many deviations for this time (s), and for the second where peaks are hardly above the noise.
 const STANDS: f32 = 8.5;
 const STANDS_S: f32 = 6e-3;
 const STANDS_FAINT_S: f32 = 11.4e-3;
@@ -39,13 +36,13 @@ const SINKS_SHARE: f32 = 0.1;
 const NOISIEST_M: f32 = 5e-6;
 
 /// Vibration: over noise (rms) at this speed (m/s), least and most; weight of a block; time in which the finger rings out (s); time constant of the
-/// mean that is taken off (s); power over that of the noise of a finger that moves, vibrates, moves again and stands.
+/// mean that is taken off (s); power over that of the noise of a finger that vibrates, moves again and stands.
 const LEVEL: [f32; 2] = [0.2, 1000.0];
 const LEVEL_M_S: f32 = 0.1;
 const WEIGHT: f32 = 0.25;
 const RINGS_S: f32 = 2.5e-3;
 const MEAN_S: f32 = 1.6e-3;
-const POWER: [f32; 4] = [2.0, 6.0, 3.4, 1.7];
+const POWER: [f32; 2] = [3.4, 1.7];
 /// What is below this share of the largest power is the finger that rings.
 const ECHO: f32 = 0.01;
 /// A reading counts up to so many deviations of the noise.
@@ -261,18 +258,10 @@ impl Stylus {
         self.fast / (ECHO * self.most).max(1.0)
     }
 
-    /// Whether it moves now.
-    pub(super) fn moves(&self) -> bool {
-        match self.signal {
-            Signal::Displacement => self.range(MOVES_S) > MOVES * self.mean_noise(),
-            Signal::Vibration => self.power() > POWER[0],
-        }
-    }
-
     /// Whether it stands.
     pub(super) fn stands(&self) -> bool {
         if self.signal == Signal::Vibration {
-            return self.power() < POWER[3];
+            return self.power() < POWER[1];
         }
         let most = STANDS * self.mean_noise();
         let swing = self.turns.swing();
@@ -301,7 +290,7 @@ impl Stylus {
     pub(super) fn moves_again(&mut self, block_s: f32, soon: bool, stands: bool) -> bool {
         let strict = usize::from(stands);
         if self.signal == Signal::Vibration {
-            return self.power() > POWER[2];
+            return self.power() > POWER[0];
         }
         if self.kept == 0 {
             return false;

@@ -2,7 +2,6 @@
 
 extern crate std;
 use super::*;
-use std::vec::Vec;
 
 const DT_S: f32 = 1e-4;
 const G: f32 = 9.806_65;
@@ -78,18 +77,18 @@ fn begun(alarm: &Alarm) -> Load<CELLS> {
 }
 
 fn in_order(load: &Load<CELLS>) {
-    let now = load.forecast();
-    let whole = [now.whole_low_n, now.whole_n, now.whole_high_n];
-    let numbers =
-        [now.low_n, now.median_n, now.speed_m_s, now.travel_m_s, now.p_travel, now.p_null];
-    assert!(numbers.into_iter().chain(whole).all(f32::is_finite), "{now:?}");
-    assert!(now.low_n > 0.0 && now.low_n <= now.median_n, "{now:?}");
-    assert!(whole[0] <= whole[1] && whole[1] <= whole[2], "{now:?}");
-    assert!(
-        (0.0..=1.001).contains(&now.p_travel) && (0.0..=1.001).contains(&now.p_null),
-        "{now:?}"
-    );
-    assert!(now.held_n.is_none_or(|held_n| held_n.is_finite() && held_n > 0.0), "{now:?}");
+    quantiles_in_order(load.bank.summary.whole_n);
+    let now = load.bank.summary;
+    assert!(now.speed_m_s.is_finite(), "{now:?}");
+    for p in [now.p_travel, now.p_null, load.seen.p_travel, load.seen.p_null] {
+        assert!((0.0..=1.001).contains(&p), "{now:?}");
+    }
+}
+
+fn quantiles_in_order(now: [f32; 3]) {
+    let [low_n, median_n, high_n] = now;
+    let ordered = 0.0 < low_n && low_n <= median_n && median_n <= high_n && high_n.is_finite();
+    assert!(ordered, "{now:?}");
 }
 
 /// Slides for `ms` under a constant force; the travel shows what `seen` makes of it. Probability that it shows the object.
@@ -101,7 +100,7 @@ fn slides(ms: u16, seed: u32, seen: fn(f32) -> f32) -> f32 {
         load.push(&Reading { stylus: Some(object.stylus()), travel_m, ..reading(2.0) });
         in_order(&load);
     }
-    load.forecast().p_travel
+    load.seen.p_travel
 }
 
 #[test]
@@ -114,14 +113,14 @@ fn a_travel_that_agrees_keeps_its_probability_and_one_that_is_stuck_loses_it() {
     }
 }
 
-/// The force follows the median with a lag of 5 ms: needs at the stop, and what is held.
-fn stopped(need_n: f32, seed: u32, travel: bool, stylus: bool) -> Forecast {
+/// The force follows the median with a lag of 5 ms: what is needed by then (N).
+fn stopped(need_n: f32, seed: u32, travel: bool, stylus: bool) -> [f32; 3] {
     let sigma = alarm().sigma.filter(|_| stylus);
     let sensor = alarm().travel.filter(|_| travel);
     let mut load = begun(&Alarm { sigma, travel: sensor, by_stylus: stylus, ..alarm() });
     let (mut object, mut force_n) = (Object::new(need_n, seed), 2.0_f32);
     for _ in 0..3000 {
-        let wanted_n = 1.3 * load.forecast().median_n;
+        let wanted_n = 1.3 * load.bank.summary.whole_n[1];
         force_n += DT_S / 5e-3 * (wanted_n - force_n);
         object.step(force_n);
         let (x, y) = (object.stylus(), object.travel());
@@ -132,25 +131,21 @@ fn stopped(need_n: f32, seed: u32, travel: bool, stylus: bool) -> Forecast {
             ..reading(force_n)
         });
         in_order(&load);
-        if !load.forecast().slips {
-            return *load.forecast();
+        if load.stage == Stage::Rests {
+            return load.bank.summary.whole_n;
         }
     }
-    panic!("{need_n} N: never stopped, {:?}", load.forecast());
+    panic!("{need_n} N: never stopped, {:?}", load.bank.summary);
 }
 
 #[test]
 fn the_stop_shows_what_the_object_needs_by_each_set_of_sensors() {
     for (travel, stylus, within) in [(true, true, 1.4), (true, false, 1.4), (false, true, 2.0)] {
         for (seed, need_n) in (1..).zip([3.0, 4.0, 6.0, 10.0, 16.0, 25.0]) {
-            let now = stopped(need_n, seed, travel, stylus);
-            let held_n = now.held_n.unwrap_or(now.from_n);
-            let over = (held_n / need_n).max(need_n / held_n);
+            let now @ [low_n, median_n, high_n] = stopped(need_n, seed, travel, stylus);
+            let over = (median_n / need_n).max(need_n / median_n);
             assert!(over < within, "{need_n} N by {travel} {stylus}: {now:?}");
-            assert!(
-                now.whole_low_n <= 1.25 * need_n && need_n <= 1.25 * now.whole_high_n,
-                "{now:?}"
-            );
+            assert!(low_n <= 1.25 * need_n && need_n <= 1.25 * high_n, "{need_n} N: {now:?}");
         }
     }
 }
@@ -169,12 +164,12 @@ fn what_is_needed_is_reported_until_another_object_is_in_hand() {
     let need = load.needed(8.0).unwrap();
     assert!(need.low_n <= 4.4 && need.high_n >= 3.6 && need.low_n <= need.high_n, "{need:?}");
     load.end();
-    assert!(load.needed(8.0).is_some() && !load.forecast().slips);
+    assert!(load.needed(8.0).is_some() && load.stage == Stage::Rests);
     load.take(None);
     assert_eq!(load.needed(8.0), None);
     load.take(Some(7.0));
     load.begin(&alarm());
-    assert!(load.forecast().known, "a memory states it");
+    assert!(load.prior.is_known(), "a memory states it");
 }
 
 /// A stylus that is gone leaves the travel, a travel that is gone the stylus, and where both are gone it is reported.
@@ -192,10 +187,9 @@ fn sensors_that_are_lost_in_a_slip_are_left_out() {
             });
             in_order(&load);
         }
-        let now = load.forecast();
-        assert_eq!((now.informed, now.trusted), (stylus || travel, travel), "{now:?}");
-        assert!(now.slips && now.moves, "{now:?}");
-        assert!(now.whole_low_n <= 4.4 && now.whole_high_n >= 3.6, "{now:?}");
+        let (seen, [low_n, _, high_n]) = (load.seen, load.bank.summary.whole_n);
+        assert_eq!((seen.informed, load.stage), (stylus || travel, Stage::Moves), "{seen:?}");
+        assert!(low_n <= 4.4 && high_n >= 3.6, "{low_n} to {high_n} N");
     }
 }
 
@@ -207,12 +201,11 @@ fn what_no_sensor_has_shown_teaches_nothing() {
         let force_n = 2.0 + 0.02 * f32::from(i.min(300));
         load.push(&Reading { evident: i < 300, ..reading(force_n) });
     }
-    let now = load.forecast();
-    assert!(!now.slips && !now.informed && now.held_n == Some(8.0), "{now:?}");
+    assert!(load.stage == Stage::Rests && !load.seen.informed, "{:?}", load.seen);
     assert_eq!(load.needed(8.0), None);
     load.end();
     load.begin(&alarm());
-    assert!(!load.forecast().known, "{:?}", load.forecast());
+    assert!(!load.prior.is_known());
 }
 
 /// An alarm of pads that move within their shear, while the object is held with enough.
@@ -228,8 +221,8 @@ fn an_alarm_in_which_nothing_slides_needs_no_more() {
         load.push(&Reading { stylus, travel_m, evident: i < 50, ..reading(2.0) });
         in_order(&load);
     }
-    let now = load.forecast();
-    assert!(!now.slips && now.held_n.is_none_or(|held_n| held_n < 2.5), "{now:?}");
+    assert!(load.stage == Stage::Rests && load.seen.p_null > 0.5, "{:?}", load.seen);
+    assert!(!load.prior.is_known(), "it has taught nothing");
 }
 
 /// Whatever comes: no panic, and quantiles that are numbers in order.
@@ -281,19 +274,7 @@ fn garbage(seed: u32) {
                     dead_s: 1e-3 * pick(true),
                     evident: i % 3 > 0,
                 });
-                let now = *load.forecast();
-                let forces: Vec<f32> =
-                    [now.low_n, now.median_n, now.whole_low_n, now.whole_n, now.whole_high_n]
-                        .into();
-                assert!(
-                    forces.iter().all(|n| n.is_finite() && *n >= 0.0),
-                    "{run} {slip} {i}: {now:?}"
-                );
-                assert!(
-                    now.low_n <= now.median_n && now.whole_low_n <= now.whole_n,
-                    "{run} {i}: {now:?}"
-                );
-                assert!(now.whole_n <= now.whole_high_n, "{run} {slip} {i}: {now:?}");
+                load.needed.into_iter().for_each(quantiles_in_order);
                 assert!(load.needed(2.0).is_none_or(|need| need.admissible_m_s2.is_finite()));
             }
             load.end();

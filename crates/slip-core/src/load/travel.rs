@@ -8,10 +8,9 @@ const KEPT: usize = 64;
 const LEAST_M: f32 = 3e-7;
 /// A travel with less noise than this (m) is fine: it shows the start of a slip.
 const FINE_M: f32 = 4e-6;
-/// It moves where it goes further than this many deviations, and this far (m), within this time (s) ...
+/// It has moved where it is further than this many deviations, and this far (m) ...
 const MOVES: f32 = 5.0;
 const MOVES_M: f32 = 1.5e-6;
-const MOVES_S: f32 = 2.4e-3;
 /// ... and stands where it stays within these for this time (s).
 const STANDS: f32 = 6.0;
 const STANDS_M: f32 = 3e-6;
@@ -210,11 +209,6 @@ impl Travel {
             high = high.max(mean);
         }
         high - low
-    }
-
-    /// Whether it moves now.
-    pub(super) fn moves(&self) -> bool {
-        self.range(MOVES_S) > self.moves_m()
     }
 
     /// Whether it stands.

@@ -393,29 +393,11 @@ fn a_force_that_rises_brakes_what_slides_fast_by_its_friction_alone() {
 }
 
 #[test]
-fn the_force_that_balances_an_impulse_is_that_of_the_motion() {
-    // 10 N are needed once the load has come, in 50 ms or at once; 4 N held it at first, and it rests again after 100 ms.
-    for ramp_s in [0.0_f32, 0.05] {
-        let lasted_s = 0.1_f32;
-        let steps = 10_000_u16;
-        let dt_s = lasted_s / f32::from(steps);
-        let load = |t: f32| if ramp_s > 0.0 { (4.0 + 10.0 * t / ramp_s).min(10.0) } else { 10.0 };
-        let impulse: f32 = (0..steps).map(|i| load((f32::from(i) + 0.5) * dt_s) * dt_s).sum();
-        let need_n = balance(impulse, lasted_s, 4.0, ramp_s);
-        assert!((need_n - 10.0).abs() < 0.05, "{ramp_s} s: {need_n} N");
-    }
-}
-
-#[test]
 fn a_quantile_is_where_the_weights_below_add_up_to_it() {
-    let mut bins = [0.0; BINS];
-    for (over, w) in [(0.5, 0.3), (1.0, 0.3), (3.0, 0.4)] {
-        put(&mut bins, over, w);
+    // Each weight is spread over its bin: from half a place before it to half a place behind it.
+    let bins = [0.0, 0.3, 0.3, 0.0, 0.4];
+    for (share, wanted) in [(0.1, 0.833), (0.5, 2.167), (0.9, 4.25)] {
+        let place = quantile(&bins, share);
+        assert!((place - wanted).abs() < 1e-3, "{share}: {place}");
     }
-    let quantiles = [0.1, 0.5, 0.9].map(|share| BIN * quantile(&bins, share));
-    for (quantile, wanted) in quantiles.iter().zip([0.5, 1.0, 3.0]) {
-        assert!((quantile - wanted).abs() <= 0.5 * BIN, "{quantiles:?}");
-    }
-    let sum: f32 = bins.iter().sum();
-    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
 }
