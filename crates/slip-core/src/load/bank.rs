@@ -557,6 +557,11 @@ impl<const H: usize> Bank<H> {
         }
     }
 
+    /// Whether the turns of the stylus count in this slip.
+    pub(super) fn counts_turns(&self) -> bool {
+        self.law.is_some_and(|law| law.turns)
+    }
+
     /// The stylus is further than at the extreme so far, `within_s` after the end of the last block.
     pub(super) fn extreme(&mut self, within_s: f32) {
         for mode in &mut self.modes {

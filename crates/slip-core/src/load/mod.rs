@@ -251,7 +251,7 @@ impl<const H: usize> Load<H> {
         self.stylus.start();
         let there = self.alarm.travel.is_some() && self.travel.is_there();
         let fine = there && self.travel.is_fine();
-        let law = self.stylus.law().filter(|_| self.has_stylus);
+        let law = self.stylus.law(!there).filter(|_| self.has_stylus);
         let mut trust = self.trust;
         if fine && by_stylus && law.is_some() && moved_m < UNMOVED_M {
             let odds = UNMOVED * trust / (1.0 - trust);
@@ -304,7 +304,8 @@ impl<const H: usize> Load<H> {
         }
         if let Some(x) = reading.stylus.filter(|_| self.has_stylus) {
             let seen = self.stylus.push(x);
-            if let Some(seen) = seen.filter(|_| self.stage == Stage::Moves) {
+            let counts = self.stage == Stage::Moves && self.bank.counts_turns();
+            if let Some(seen) = seen.filter(|_| counts) {
                 if let Turn::Turned { ends } = seen.turn {
                     self.bank.turn(ends);
                 }

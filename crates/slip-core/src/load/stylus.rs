@@ -10,12 +10,9 @@ use crate::{
 const KEPT: usize = 64;
 /// Bounds of the slope of a surface (rms).
 const SLOPE: [f32; 2] = [0.005, 0.3];
-/// It stands where block means stay within this many deviations for this time (s), and for the second where peaks are hardly above the noise.
+/// It stands where block means stay within this many deviations for this time (s).
 const STANDS: f32 = 8.5;
 const STANDS_S: f32 = 6e-3;
-const STANDS_FAINT_S: f32 = 11.4e-3;
-/// A mean swing below this many deviations of a block mean is faint.
-const FAINT: f32 = 25.0;
 /// Squared differences of readings over those of the noise: so fast that block means blur it, moves again, moves again although a fine
 /// travel shows nothing, and stands no longer.
 const BLURRED: f32 = 6.7;
@@ -143,13 +140,14 @@ impl Stylus {
         self.swing = 0.0;
     }
 
-    /// How it follows the distance; `None` where it is too noisy to show a surface.
-    pub(super) fn law(&self) -> Option<Law> {
+    /// How it follows the distance, where it is `alone` by its turns too: beside a travel they are worth less than they are sure of. `None` where it
+    /// is too noisy to show a surface.
+    pub(super) fn law(&self, alone: bool) -> Option<Law> {
         let block_s = f32::from(self.samples) * self.dt_s;
         match self.signal {
             Signal::Displacement if self.sigma > NOISIEST_M => None,
             Signal::Displacement => {
-                Some(Law { slope: SLOPE, turns: true, rings: 0.0, weight: None })
+                Some(Law { slope: SLOPE, turns: alone, rings: 0.0, weight: None })
             }
             Signal::Vibration => Some(Law {
                 slope: LEVEL.map(|level| level / (LEVEL_M_S * block_s)),
@@ -263,12 +261,8 @@ impl Stylus {
         if self.signal == Signal::Vibration {
             return self.power() < POWER[1];
         }
-        let most = STANDS * self.mean_noise();
-        let swing = self.turns.swing();
-        let faint = swing > 0.0 && swing < FAINT * self.mean_noise();
-        let still_s = if faint { STANDS_FAINT_S } else { STANDS_S };
-        self.kept >= self.blocks(still_s)
-            && self.range(still_s) < most
+        self.kept >= self.blocks(STANDS_S)
+            && self.range(STANDS_S) < STANDS * self.mean_noise()
             && self.fast < NOT_STILL * self.fast_noise()
     }
 

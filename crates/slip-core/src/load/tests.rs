@@ -150,6 +150,20 @@ fn the_stop_shows_what_the_object_needs_by_each_set_of_sensors() {
     }
 }
 
+/// Beside a travel the turns of the stylus are no evidence of their own; those of a vibration are none at all.
+#[test]
+fn turns_count_for_a_stylus_without_a_travel_only() {
+    for (travel, signal, counts) in [
+        (false, Signal::Displacement, true),
+        (true, Signal::Displacement, false),
+        (false, Signal::Vibration, false),
+    ] {
+        let sensor = alarm().travel.filter(|_| travel);
+        let load = begun(&Alarm { travel: sensor, signal, ..alarm() });
+        assert_eq!(load.bank.counts_turns(), counts, "travel: {travel}, {signal:?}");
+    }
+}
+
 /// What slips have shown is reported until another object is taken.
 #[test]
 fn what_is_needed_is_reported_until_another_object_is_in_hand() {
