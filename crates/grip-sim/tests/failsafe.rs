@@ -9,7 +9,7 @@
 //! | R4 limits live in the MCU; clamp and report; negative = reject | | grip-link `force::force_keeps_its_bounds`, `force::out_of_range_is_clamped_and_reported`, `force::negative_force_and_unknown_modes_are_rejected`, `session::forces_in_newtons_become_millinewtons` (NaN), `force::travel_end_stops_the_rise` |
 //! | R5 passive at start; release is never implicit | `r5_*` | grip-link `force::passive_until_the_first_command`, `force::a_new_host_takes_over_without_dropping`; benches `daemon_faults` (reboot under the daemon) |
 //! | R6 faults latch; an unknown fault is major | | grip-link `force::every_fault_code_latches`, `session::estop_is_latched_until_it_is_cleared` |
-//! | R7 no usable slip sensor left (stylus dead, frozen or saturated, and no other): hold and report | `r7_*` | slip-core `pipeline::faults` (the reflex stops); benches `daemon_faults` |
+//! | R7 no usable slip sensor left (stylus dead, frozen or saturated, and no other): hold and report | `r7_*` | slip-core `pipeline::faults` (the reflex stops); grip-eval `grasp::a_stylus_that_dies_during_the_hold_never_opens_the_fingers` |
 //! | R8 object lost: torque off, never back by itself | `r8_*` | |
 //! | R9 watchdog fed only if control, link and sampling ran | `r9_*` | grip-link `force::watchdog_needs_every_task` |
 #![expect(clippy::unwrap_used, reason = "test code")]
