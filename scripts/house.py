@@ -10,7 +10,7 @@ from pathlib import Path
 
 # Ground first. A package may depend on packages of lower floors only (normal and build dependencies, optional ones too).
 FLOORS = [
-    ["slip-msg", "mlp-core", "grip-plot", "grip-table"],
+    ["slip-msg", "mlp-core", "grip-plot", "grip-table", "stories"],
     ["slip-core", "grip-link", "mlp"],
     ["grip-port", "grip-record", "grip-robotiq"],
     ["grip-session"],
@@ -20,11 +20,12 @@ FLOORS = [
     ["grip-eval", "grip-study"],
     ["grip-scope"],
     ["gripd", "gripctl", "gripmon"],
-    ["grip-manuals", "stories"],
+    ["grip-manuals"],
     ["slip-benches"],
 ]
-# Packages that are benches or tests: what they rebuild concerns nobody beside a gripper.
-BENCHES_AND_TESTS = {"slip-benches", "stories"}
+# Packages that are benches or tests.
+BENCHES_AND_TESTS = {"slip-benches"}
+
 
 def sources():
     """Rust files under git, also new ones."""
@@ -89,40 +90,7 @@ def constants_by_folder(texts):
     return counts
 
 
-def rebuilt(packages, kinds):
-    """For each package those that depend on it by dependencies of these kinds, directly or not."""
-    users = collections.defaultdict(set)
-    for package in packages.values():
-        for dependency in package["dependencies"]:
-            if dependency["name"] in packages and dependency["kind"] in kinds:
-                users[dependency["name"]].add(package["name"])
-    closure = {}
-    for name in packages:
-        seen, todo = set(), [name]
-        while todo:
-            for user in users[todo.pop()] - seen:
-                seen.add(user)
-                todo.append(user)
-        closure[name] = seen - {name}
-    return closure
-
-
-def rebuilt_by_tests(packages):
-    """Those whose own tests are built again: they depend on it, or have a dev-dependency on one that does."""
-    normal = rebuilt(packages, {None, "build"})
-    closure = {}
-    for name in packages:
-        touched = normal[name] | {name}
-        testers = {
-            package["name"]
-            for package in packages.values()
-            if any(dependency["kind"] == "dev" and dependency["name"] in touched for dependency in package["dependencies"])
-        }
-        closure[name] = (touched | testers) - {name}
-    return closure
-
-
-def floors(packages):
+def edges_up(packages):
     floor = {name: number for number, names in enumerate(FLOORS) for name in names}
     unknown, gone = sorted(set(packages) - set(floor)), sorted(set(floor) - set(packages))
     if unknown or gone:
@@ -134,7 +102,7 @@ def floors(packages):
             if other in packages and floor[other] >= floor[package["name"]]:
                 if dependency["kind"] != "dev" or other in BENCHES_AND_TESTS:
                     up.append(f"{package['name']} -> {other}" + (" (dev)" if dependency["kind"] == "dev" else ""))
-    return floor, up
+    return up
 
 
 class Modules:
@@ -317,16 +285,7 @@ def main():
         print(f"| {name} | {count} |")
     print(f"| **all** | **{sum(constants.values())}** |")
 
-    print("\n## Packages rebuilt by a change\n")
-    print("By normal and build dependencies, optional ones too, directly or not; without benches, tests and the package itself.")
-    print("With tests: packages whose own tests are built again are counted as well.\n")
-    print("| a change in | rebuilds | with tests | which |\n|---|---|---|---|")
-    normal, with_tests = rebuilt(packages, {None, "build"}), rebuilt_by_tests(packages)
-    floor, up = floors(packages)
-    for name in sorted(packages, key=lambda name: (floor[name], name)):
-        users = sorted(normal[name] - BENCHES_AND_TESTS, key=lambda user: (floor[user], user))
-        print(f"| {name} | {len(users)} | {len(with_tests[name] - BENCHES_AND_TESTS)} | {' '.join(users)} |")
-
+    up = edges_up(packages)
     closure = os.environ["GRIPD_CLOSURE"].splitlines()
     own = sorted({line.split()[0] for line in closure} & set(packages))
     print("\n## gripd's closure (default features, normal and build dependencies)\n")
@@ -338,7 +297,6 @@ def main():
     print(f"{len(up)} against the floors of the script (dev-dependencies count where they are benches or tests).")
     print("".join(f"- {edge}\n" for edge in sorted(up)), end="")
 
-    knots = folder_circles(files, packages)
     knots = sorted(folder_circles(files, packages))
     print("\n## Circles between folders\n")
     print("Sets of a crate's top modules (a folder, or a file of src) that import each other, tests and lib.rs left out;")
@@ -352,16 +310,6 @@ def main():
     print(f"\n## Tuples of arguments\n\n{len(tuples)}.")
     print("".join(f"- {place}\n" for place in tuples), end="")
 
-    print("\n## Seconds of .ci/run\n")
-    if len(sys.argv) > 2:
-        steps = re.findall(r"^== (.+) \((\d+) s\)$", Path(sys.argv[2]).read_text(), re.M)
-        # Lints run beside others and are shown behind them.
-        steps.sort(key=lambda step: int(step[1]))
-        for (step, begin), (_, end) in zip(steps, steps[1:]):
-            print(f"- {step}: {int(end) - int(begin)}")
-        print(f"- all: {steps[-1][1] if steps else 'no step found'}")
-    else:
-        print("no log given")
     if up or tuples or any(has_folder for has_folder, _ in knots):
         sys.exit("scripts/house.py: an edge points up, folders import each other, or a tuple is an argument")
 

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# Measures the workspace as a building: lines by kind and package, constants of slip-core, what a change rebuilds, gripd's
-# closure, dependency edges that point up, circles between folders, CI seconds. Says in each heading how it is counted.
-#   scripts/house.sh [LOG of .ci/run]
+# Measures the workspace as a building: lines by kind and package, constants of slip-core, gripd's closure, dependency edges
+# that point up, circles between folders. Says in each heading how it is counted.
 # Fails where a crate has no floor, an edge points up, or folders import each other. Needs Python 3.9 and cargo; builds nothing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -11,4 +10,4 @@ cargo metadata --locked --offline --no-deps --format-version 1 >"$metadata" 2>/d
     cargo metadata --locked --no-deps --format-version 1 >"$metadata"
 export GRIPD_CLOSURE
 GRIPD_CLOSURE=$(cargo tree --locked -p gripd -e normal,build --prefix none --format '{p}' | sed 's/ (\*)$//' | sort -u)
-python3 scripts/house.py "$metadata" "$@"
+python3 scripts/house.py "$metadata"

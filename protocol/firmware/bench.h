@@ -2,7 +2,7 @@
  *
  * A line is key=value pairs; main.c and gripper.h name the numbers. One byte in is one order:
  *   n new object   f stylus freezes   C, L, S task hangs (control, link, sampling)   X the whole loop hangs
- *   R software reset   p forget the peak force   q the link's own sequence number goes to FFC0, near its wrap */
+ *   R software reset   p forget the peak force */
 #ifndef BENCH_H
 #define BENCH_H
 

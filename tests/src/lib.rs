@@ -5,26 +5,31 @@ mod build;
 mod program;
 
 pub use build::Build;
-pub use program::{Ended, Program};
+pub use program::{Ended, Program, command};
 pub use rustix::process::Signal;
 
 use core::time::Duration;
 use std::thread;
 
-/// Looks of 20 ms after which something that should happen has not, however busy the machine.
-const LOOKS: u32 = 4500;
+/// After this time something that should happen has not, however busy the machine (ms).
+const PATIENCE_MS: u32 = 90_000;
 /// Runs of which one must go as the story demands.
 const TRIES: u32 = 5;
 
 /// Looks until it is so; `false` where it does not become so.
-pub fn until(mut is_so: impl FnMut() -> bool) -> bool {
-    (0..LOOKS).any(|_| is_so() || pause())
+pub fn until(is_so: impl FnMut() -> bool) -> bool {
+    looked(PATIENCE_MS, is_so)
 }
 
+/// Looks every 2 ms for so many.
 #[expect(clippy::disallowed_methods, reason = "a test may wait for another program")]
-fn pause() -> bool {
-    thread::sleep(Duration::from_millis(20));
-    false
+fn looked(ms: u32, mut is_so: impl FnMut() -> bool) -> bool {
+    (0..ms / 2).any(|_| {
+        is_so() || {
+            thread::sleep(Duration::from_millis(2));
+            false
+        }
+    })
 }
 
 /// What the first run gives that goes well. A machine that stops the programs for longer than an object takes to fall drops it: they may try

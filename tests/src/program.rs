@@ -1,14 +1,20 @@
 //! A folder and arguments in, a program that runs while the story goes on out.
 
-use crate::{build, until};
+use crate::{build, looked, until};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::{
+    env,
     fs::{self, File},
+    io::Write as _,
     path::Path,
-    process::{Child, Command},
+    process::{Child, Command, Stdio},
+    thread,
 };
 use tempfile::TempDir;
+
+/// Longer than any run, however busy the machine (ms).
+const ENDING_MS: u32 = 300_000;
 
 /// A program of ours; killed when it goes out of scope.
 #[derive(Debug)]
@@ -29,6 +35,15 @@ pub struct Ended {
     pub err: String,
 }
 
+/// The call of a program in `folder`, unaware of the settings of whoever runs the tests.
+#[must_use]
+pub fn command(program: impl AsRef<Path>, folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(program.as_ref());
+    let path = env::var_os("PATH").unwrap_or_default();
+    command.current_dir(folder).env_clear().env("HOME", folder).env("PATH", path).args(args);
+    command
+}
+
 impl Program {
     /// Starts gripd in `folder`, unaware of the settings of whoever runs the stories.
     #[must_use]
@@ -45,12 +60,27 @@ impl Program {
     /// Starts the program of this file in `folder`.
     #[must_use]
     pub fn start(program: &Path, folder: &Path, args: &[&str]) -> Self {
+        Self::of(command(program, folder, args))
+    }
+
+    /// Starts what is called.
+    #[must_use]
+    pub fn of(mut command: Command) -> Self {
         let output = tempfile::tempdir().unwrap();
         let file = |name: &str| File::create(output.path().join(name)).unwrap();
-        let mut command = Command::new(program);
-        command.current_dir(folder).env_clear().env("HOME", folder).args(args);
         let child = command.stdout(file("out")).stderr(file("err")).spawn().unwrap();
         Self { child, output }
+    }
+
+    /// Starts what is called, with `input` on its standard input.
+    #[must_use]
+    pub fn fed(mut command: Command, input: Vec<u8>) -> Self {
+        command.stdin(Stdio::piped());
+        let mut program = Self::of(command);
+        let mut stdin = program.child.stdin.take().unwrap();
+        // Whoever has read enough closes it.
+        thread::spawn(move || stdin.write_all(&input).unwrap_or_default());
+        program
     }
 
     /// What it printed so far.
@@ -118,7 +148,7 @@ impl Program {
     #[must_use]
     pub fn ended(mut self) -> Ended {
         let mut status = None;
-        until(|| {
+        looked(ENDING_MS, || {
             status = self.child.try_wait().unwrap();
             status.is_some()
         });
@@ -140,9 +170,22 @@ impl Drop for Program {
 impl Ended {
     /// Done, or done with the loss of data that a busy machine may cause.
     #[track_caller]
-    #[must_use]
     pub fn done(self) -> Self {
         assert!([0, 3].contains(&self.code), "{self:?}");
+        self
+    }
+
+    /// Ended with `code`, said each of `words` and nothing twice, and printed no result.
+    #[track_caller]
+    pub fn refused(self, code: i32, words: &[&str]) -> Self {
+        assert_eq!(self.code, code, "{self:?}");
+        for word in words {
+            assert!(self.err.contains(word), "no {word:?} in {}", self.err);
+        }
+        let longest = self.err.lines().max_by_key(|line| line.len()).unwrap_or_default();
+        let reported = longest.split_once(": ").map_or(longest, |(_, text)| text);
+        assert_eq!(self.err.matches(reported).count(), 1, "reported twice: {}", self.err);
+        assert!(self.out.is_empty(), "{self:?}");
         self
     }
 

@@ -1,10 +1,9 @@
-//! A gripper that restarts, a stylus that fails, a line full of noise, a daemon that stands still, settings that change.
+//! A gripper that restarts, a line full of noise, a daemon that stands still.
 
 use super::{
     rig::{Object, Rig, times_stated},
     spread, times,
 };
-use grip_sim::mcu::{Sensor, SensorFault};
 use slip_benches::time;
 use stories::{Program, Signal};
 
@@ -46,25 +45,6 @@ fn a_restarted_gripper_is_passive_until_it_is_armed_and_gripped_again() {
 }
 
 #[test]
-fn a_stylus_that_breaks_or_sticks_is_reported_and_the_force_stays() {
-    for (fault, health) in [(SensorFault::Dead, "failed"), (SensorFault::Stuck, "frozen")] {
-        let rig = Rig::new(Object::Lifted);
-        let daemon = rig.gripping(&["--json", "--record", "stylus.mcap"]);
-        rig.gripper.bench().mcu.break_sensor(Sensor::Stylus, Some(fault));
-        let stated = |line: &str| {
-            [r#""type":"health""#, r#""channel":"stylus""#, health]
-                .iter()
-                .all(|it| line.contains(it))
-        };
-        let reported = time::until(PATIENCE_S, || daemon.printed().lines().any(stated));
-        rig.must(reported, "the stylus is not reported", &daemon);
-        time::wait_ms(1000);
-        rig.commands_again(&daemon, 200);
-        rig.finish(daemon);
-    }
-}
-
-#[test]
 fn noise_both_ways_and_a_daemon_that_stands_still_again_and_again() {
     let rig = Rig::new(Object::Lifted);
     let daemon = rig.daemon(&["--record", "noise.mcap"]);
@@ -101,27 +81,4 @@ fn pause(rig: &Rig, daemon: &Program) -> f64 {
     let most_n = rig.gripper.bench().mcu.commanded_n();
     daemon.signal(Signal::CONT);
     most_n - before_n
-}
-
-#[test]
-fn sighup_with_a_broken_file_changes_nothing_and_with_a_good_one_the_settings() {
-    let rig = Rig::new(Object::Lifted);
-    let daemon = rig.gripping(&["--record", "reload.mcap"]);
-    let reload = |stated: &str| {
-        let before = times_stated(&daemon, stated);
-        daemon.signal(Signal::HUP);
-        let received = time::until(PATIENCE_S, || times_stated(&daemon, stated) > before);
-        rig.must(received, "what became of the settings was not reported", &daemon);
-    };
-    let all = times(1);
-    for index in 0..all {
-        rig.configure(if index % 2 == 0 { "backoff_n_s = [" } else { "backoff_n_s = -1.0" });
-        reload("the settings in force stay");
-        rig.configure(&format!("backoff_n_s = {}.0", 5 + index % 2));
-        reload("the new settings are in force");
-        rig.commands_again(&daemon, 200);
-    }
-    let placed = times_stated(&daemon, "gripd.toml");
-    assert!(placed >= usize::try_from(all).unwrap(), "{}", daemon.reported());
-    rig.finish(daemon);
 }

@@ -21,7 +21,6 @@ mod recordings;
 mod release;
 mod rig;
 mod slips;
-mod storage;
 
 /// `few`, or so many times as many as GRIP_TIMES states.
 fn times(few: u64) -> u64 {

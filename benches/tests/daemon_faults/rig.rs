@@ -70,16 +70,16 @@ impl Rig {
         // A port of the loopback that nobody uses.
         let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
         let rig = Self { object, folder, gripper, address, _alone };
-        rig.configure("backoff_n_s = 20.0");
+        rig.configure();
         rig
     }
 
-    /// Writes the configuration, with one more line about the grip. Nothing is searched, so a force that falls is a fault.
-    pub(crate) fn configure(&self, grip: &str) {
+    /// Writes the configuration. Nothing is searched, so a force that falls is a fault.
+    fn configure(&self) {
         let Limits { force_max_mn, slew_mn_s } = LIMITS;
         let trial_n = if self.object == Object::Slipping { 1.2 } else { 2.0 };
         let text = format!(
-            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\ntrial_force_n = {trial_n:?}\nrelax_per_s = 0.0\n{grip}\n",
+            "listen = \"tcp:{}\"\nallow_commands = true\n[grip]\nf_max_n = {:?}\nslew_n_s = {:?}\ntrial_force_n = {trial_n:?}\nrelax_per_s = 0.0\nbackoff_n_s = 20.0\n",
             self.address,
             f64::from(force_max_mn) / 1e3,
             f64::from(slew_mn_s) / 1e3,

@@ -648,10 +648,10 @@ fn counters_are_asked_about_and_units_are_converted() {
         assert_eq!((imported.uses.len(), imported.recording.rate_hz), (1, 1600.0), "{header}");
         assert_eq!(imported.recording.samples[3].t.0, 1875);
     }
-    let array = ndarray::Array2::from_shape_fn((50, 2), |(row, column)| {
-        if column == 0 { row as f64 } else { (row % 7) as f64 }
-    });
-    ndarray_npy::write_npy(folder.join("x.npy"), &array).unwrap();
+    let head = "{'descr': '<f8', 'fortran_order': False, 'shape': (50, 2), }";
+    let mut npy = [&b"\x93NUMPY\x01\0v\0"[..], format!("{head:117}\n").as_bytes()].concat();
+    npy.extend((0..50).flat_map(|row| [row, row % 7]).flat_map(|n| f64::from(n).to_le_bytes()));
+    fs::write(folder.join("x.npy"), npy).unwrap();
     refused(&folder.join("x.npy"), &ImportOptions::default(), &["--rate HZ", "--time-unit"]);
     assert_eq!(import(&folder.join("x.npy"), &rate).unwrap().uses.len(), 1);
 

@@ -8,15 +8,15 @@ use std::path::{Path, PathBuf};
 
 use grip_table::TableError;
 use ndarray::{Array1, Array2};
-use ndarray_npy::{NpzWriter, WriteNpzError};
 use slip_core::sample::Sample;
 use slip_core::units::Micros;
+use zip::{ZipWriter, result::ZipResult};
 
 use crate::channels::{ARRIVAL, Channel, Scale, StylusKind};
 use crate::csv_read::CsvOptions;
 use crate::error::{CsvError, excerpt};
 use crate::find::Signal;
-use crate::npz::npz_table;
+use crate::npz::{npz_table, write_array};
 use crate::numbers::{Coding, NumberColumn, NumberRows, NumberTable};
 use crate::pace::Pace;
 use crate::plan::{Head, Plan, name_axes};
@@ -291,24 +291,23 @@ impl Recording {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn write_npz(&self, out: impl Write + Seek) -> Result<(), WriteNpzError> {
-        let mut npz = NpzWriter::new(out);
-        npz.add_array("t_s", &self.times_s())?;
+    pub fn write_npz(&self, out: impl Write + Seek) -> ZipResult<()> {
+        let mut npz = ZipWriter::new(out);
+        write_array(&mut npz, "t_s", self.times_s().iter().map(|time| time.to_le_bytes()))?;
         let readings = self.readings();
         for (name, column) in self.columns().iter().zip(readings.columns()) {
-            npz.add_array(name.as_str(), &column)?;
+            write_array(&mut npz, name, column.iter().map(|value| value.to_le_bytes()))?;
         }
         if self.channels.arrivals {
-            let us = |time: Micros| time.0 as f64;
             for (name, age) in ARRIVAL.into_iter().zip([false, true]) {
                 let column = self.samples.iter().map(|sample| {
-                    let arrival = sample.arrival;
-                    arrival.map_or(f64::NAN, |a| us(if age { a.age } else { a.at }))
+                    let time = sample.arrival.map(|a| if age { a.age } else { a.at });
+                    time.map_or(f64::NAN, |time| time.0 as f64).to_le_bytes()
                 });
-                npz.add_array(name, &column.collect::<Array1<f64>>())?;
+                write_array(&mut npz, name, column)?;
             }
         }
-        npz.finish().map(drop)
+        Ok(npz.finish()?.flush()?)
     }
 
     fn taxel_count(&self) -> usize {

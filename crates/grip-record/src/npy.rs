@@ -1,22 +1,18 @@
 //! The header of an `.npy` in, where its numbers lie out; or the bytes of one column in, its numbers or texts out.
 //!
-//! The header is checked before `ndarray-npy` parses it: that allocates whatever the header asks for, and follows brackets
-//! as deep as they go.
+//! A header is a literal of Python, of so many bytes at most; it is read as the JSON that says the same.
 
-use std::io::Read;
+use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
 use ndarray::Array1;
-use ndarray_npy::npy::header::Header;
-use py_literal::Value;
+use serde_json::Value;
 
 use crate::files;
 use crate::numbers::{Cell, Coding, NumberColumn, NumberTable, Strand};
 
 /// Most bytes of a header: what NumPy itself accepts.
 const MOST_HEADER: usize = 10_000;
-/// Brackets within each other: the dictionary, fields, one of them, its shape; twice, for fields of fields.
-const DEPTH: usize = 8;
 /// From here on neighbours among the integers are the same double.
 const MOST_INTEGER: u128 = 1 << 53;
 /// Most columns of an array.
@@ -55,7 +51,15 @@ pub fn npy_table(file: &Path) -> Result<NumberTable, String> {
     Ok(table)
 }
 
-/// What a header states.
+/// What a header states, by the names it has there.
+#[derive(serde::Deserialize)]
+struct Stated {
+    descr: Value,
+    fortran_order: bool,
+    shape: Vec<usize>,
+}
+
+/// The same, understood.
 #[derive(Debug)]
 pub(crate) struct Npy {
     kind: Kind,
@@ -98,16 +102,23 @@ impl Npy {
     /// What is wrong, as the end of a sentence about the array.
     pub(crate) fn read(input: &mut impl Read) -> Result<Self, String> {
         let bytes = header(input)?;
-        let parsed = Header::from_reader(&mut &bytes[..]).map_err(|error| error.to_string())?;
-        let kind = if let Some(kind) = parsed.type_descriptor.as_string() {
-            Kind::Plain(kind.clone())
+        let before = if bytes[6] == 1 { 10 } else { 12 };
+        // Version 3 is UTF-8, what came before Latin-1.
+        let literal = match core::str::from_utf8(&bytes[before..]) {
+            Ok(literal) => json(literal),
+            Err(_) => json(&bytes[before..].iter().copied().map(char::from).collect::<String>()),
+        };
+        let stated: Stated = serde_json::from_str(&literal)
+            .map_err(|error| format!("has a header that is not understood: {error}"))?;
+        let kind = if let Value::String(kind) = stated.descr {
+            Kind::Plain(kind)
         } else {
             let mut fields = Fields::default();
-            fields.take(&parsed.type_descriptor, "")?;
+            fields.take(&stated.descr, "")?;
             Kind::Fields(fields)
         };
-        let fortran = parsed.layout.is_fortran();
-        Ok(Self { kind, shape: parsed.shape, fortran, length: bytes.len() as u64 })
+        let length = bytes.len() as u64;
+        Ok(Self { kind, shape: stated.shape, fortran: stated.fortran_order, length })
     }
 
     /// The columns of this array in `file`, whose elements begin at `place`; under `name`, if it has one.
@@ -295,17 +306,17 @@ impl Fields {
     fn take(&mut self, descr: &Value, within: &str) -> Result<(), String> {
         let odd =
             || "has a type that is not understood; save its columns with numpy.savez".to_owned();
-        for field in descr.as_list().ok_or_else(odd)? {
-            let [name, kind, shape @ ..] = field.as_tuple().ok_or_else(odd)?.as_slice() else {
+        for field in descr.as_array().ok_or_else(odd)? {
+            let [name, kind, shape @ ..] = field.as_array().ok_or_else(odd)?.as_slice() else {
                 return Err(odd());
             };
             // A field may have a title beside its name.
-            let name = name.as_string().or_else(|| name.as_tuple()?.get(1)?.as_string());
+            let name = name.as_str().or_else(|| name.get(1)?.as_str());
             let name = format!("{within}{}", name.ok_or_else(odd)?);
             let mut times = 1_usize;
-            for size in shape.first().and_then(Value::as_tuple).into_iter().flatten() {
-                let size: usize = size.to_string().parse().map_err(|_| odd())?;
-                times = times.saturating_mul(size);
+            for size in shape.first().and_then(Value::as_array).into_iter().flatten() {
+                let size = size.as_u64().and_then(|size| usize::try_from(size).ok());
+                times = times.saturating_mul(size.ok_or_else(odd)?);
             }
             self.count = self.count.saturating_add(times);
             if self.count > MOST_COLUMNS {
@@ -313,14 +324,14 @@ impl Fields {
             }
             for k in 0..times {
                 let name = if shape.is_empty() { name.clone() } else { format!("{name}_{k}") };
-                let Some(kind) = kind.as_string() else {
+                let Some(kind) = kind.as_str() else {
                     self.take(kind, &format!("{name}."))?;
                     continue;
                 };
                 let size = size(kind).ok_or_else(|| format!("{name} {}", no_number(kind)))?;
                 // Void without a name is padding.
                 if !(name.is_empty() && kind.contains('V')) {
-                    self.fields.push(Field { name, at: self.size, kind: kind.clone() });
+                    self.fields.push(Field { name, at: self.size, kind: kind.to_owned() });
                 }
                 self.size = self.size.saturating_add(size);
             }
@@ -369,6 +380,57 @@ fn no_number(kind: &str) -> String {
     format!("holds values of type {kind:?}: {what}")
 }
 
+/// A literal of Python as JSON: its quotes and brackets, its truths, and no comma before an end.
+fn json(literal: &str) -> String {
+    let mut json = String::with_capacity(literal.len());
+    let mut letters = literal.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\'' | '"' => {
+                json.push('"');
+                while let Some(within) = letters.next().filter(|within| *within != letter) {
+                    match within {
+                        '"' => json.push_str("\\\""),
+                        '\\' => match letters.next() {
+                            Some('\'') => json.push('\''),
+                            Some('x') => json.push_str("\\u00"),
+                            escaped => json.extend(['\\'].into_iter().chain(escaped)),
+                        },
+                        plain => json.push(plain),
+                    }
+                }
+                json.push('"');
+            }
+            '(' => json.push('['),
+            ')' | ']' | '}' => {
+                let kept = json.trim_end().strip_suffix(',').map(str::len);
+                json.truncate(kept.unwrap_or(json.len()));
+                json.push(if letter == ')' { ']' } else { letter });
+            }
+            'T' | 'F' => json.push(letter.to_ascii_lowercase()),
+            plain => json.push(plain),
+        }
+    }
+    json
+}
+
+/// Writes an array of one dimension of floating-point numbers of `N` bytes, as NumPy does.
+pub(crate) fn write<const N: usize>(
+    out: impl Write,
+    numbers: impl ExactSizeIterator<Item = [u8; N]>,
+) -> std::io::Result<()> {
+    let rows = numbers.len();
+    let header = format!("{{'descr': '<f{N}', 'fortran_order': False, 'shape': ({rows},), }}");
+    // All that stands before the numbers takes a multiple of 64 bytes: 128 with any count of rows.
+    let mut out = BufWriter::new(out);
+    out.write_all(b"\x93NUMPY\x01\x00\x76\x00")?;
+    writeln!(out, "{header:<117}")?;
+    for number in numbers {
+        out.write_all(&number)?;
+    }
+    out.flush()
+}
+
 /// The bytes of a header, with those before it.
 fn header(input: &mut impl Read) -> Result<Vec<u8>, String> {
     let truncated = |_| "ends within its header".to_owned();
@@ -405,16 +467,29 @@ fn header(input: &mut impl Read) -> Result<Vec<u8>, String> {
     let start = bytes.len();
     bytes.resize(start + length, 0);
     input.read_exact(&mut bytes[start..]).map_err(truncated)?;
-    let mut depth = 0_usize;
-    for byte in &bytes[start..] {
-        match byte {
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if depth > DEPTH {
-            return Err(format!("has a header with {depth} brackets within each other"));
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn literals_of_python_are_json() {
+        for (python, json) in [
+            (
+                "{'shape': (3,), 'fortran_order': False, }",
+                r#"{"shape": [3], "fortran_order": false}"#,
+            ),
+            (
+                r#"[(('a title', "x'y"), '<f4', (2, 3)), ('(,T"', 'i1' , )]"#,
+                r#"[[["a title", "x'y"], "<f4", [2, 3]], ["(,T\"", "i1"]]"#,
+            ),
+            (r"'\'\\\n\xe9\u00fcü'", r#""'\\\n\u00e9\u00fcü""#),
+            ("()", "[]"),
+            ("'open", r#""open""#),
+        ] {
+            let understood = super::json(python);
+            let value = serde_json::from_str::<serde_json::Value>(&understood).unwrap();
+            assert_eq!(value, serde_json::from_str::<serde_json::Value>(json).unwrap(), "{python}");
         }
     }
-    Ok(bytes)
 }

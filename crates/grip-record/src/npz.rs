@@ -8,14 +8,15 @@ use std::io::{BufReader, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array1, ArrayRef2};
-use ndarray_npy::{NpzWriter, WritableElement, WriteNpzError};
-use zip::{CompressionMethod, ZipArchive};
+use zip::result::{ZipError, ZipResult};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::channels::COLUMN_NAMES;
 use crate::csv_read::read_bytes;
 use crate::error::CsvError;
 use crate::files;
-use crate::npy::Npy;
+use crate::npy::{self, Npy};
 use crate::numbers::{NumberTable, Packed, Strand};
 
 /// Most bytes that the columns read from one file may take, unpacked and as doubles, all together: a small file can hold
@@ -229,8 +230,8 @@ fn archive<R: Read + Seek>(
     }
     let archive = ZipArchive::new(input).map_err(|error| no_archive(error.to_string()))?;
     let name = |at: usize| {
-        let name = archive.name_for_index(at).unwrap_or_default();
-        name.strip_suffix(".npy").unwrap_or(name).to_owned()
+        let name = archive.name_for_index(at).and_then(Result::ok).unwrap_or_default();
+        name.strip_suffix(".npy").unwrap_or(&name).to_owned()
     };
     let names = (0..archive.len()).map(name).collect();
     Ok((archive, names))
@@ -305,7 +306,7 @@ fn member(
     at: usize,
     name: &str,
 ) -> Result<NumberTable, String> {
-    let damaged = |error: zip::result::ZipError| format!("is damaged: {error}");
+    let damaged = |error: ZipError| format!("is damaged: {error}");
     let mut member = archive.by_index(at).map_err(damaged)?;
     let npy = Npy::read(&mut member)?;
     let deflated = match member.compression() {
@@ -319,7 +320,8 @@ fn member(
         before: npy.length,
         crc: member.crc32(),
     };
-    let place = Strand { offset: member.data_start(), frame: 1, packed: Some(packed) };
+    let offset = member.data_start().ok_or_else(|| "is damaged".to_owned())?;
+    let place = Strand { offset, frame: 1, packed: Some(packed) };
     let table = npy.table(file, name, place)?;
     let found = member.size().saturating_sub(npy.length);
     if table.bytes() == Some(found) {
@@ -337,22 +339,31 @@ fn too_large() -> String {
 ///
 /// # Errors
 /// Where it cannot be written.
-pub fn write_columns<T: WritableElement + Clone>(
+pub fn write_columns(
     out: impl Write + Seek,
     names: &[&str],
-    values: &ArrayRef2<T>,
-) -> Result<(), WriteNpzError> {
-    let mut npz = NpzWriter::new(out);
+    values: &ArrayRef2<f64>,
+) -> ZipResult<()> {
+    let mut npz = ZipWriter::new(out);
     for (name, column) in names.iter().zip(values.columns()) {
-        npz.add_array(*name, &column)?;
+        write_array(&mut npz, name, column.iter().map(|value| value.to_le_bytes()))?;
     }
-    npz.finish().map(drop)
+    Ok(npz.finish()?.flush()?)
+}
+
+/// Writes an array of the bytes of numbers, not compressed.
+pub(crate) fn write_array<const N: usize>(
+    npz: &mut ZipWriter<impl Write + Seek>,
+    name: &str,
+    numbers: impl ExactSizeIterator<Item = [u8; N]>,
+) -> ZipResult<()> {
+    let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    npz.start_file(format!("{name}.npy"), stored)?;
+    Ok(npy::write(npz, numbers)?)
 }
 
 #[cfg(test)]
 mod tests {
-    use zip::write::{SimpleFileOptions, ZipWriter};
-
     use super::*;
 
     /// Two arrays of as many zeros in single bytes, packed, with room for so many bytes.
@@ -360,11 +371,13 @@ mod tests {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
         for name in ["a", "b"] {
-            let mut npy = Vec::new();
-            let zeros = Array1::<u8>::zeros(count);
-            ndarray_npy::WriteNpyExt::write_npy(&zeros, &mut npy).unwrap();
+            let header =
+                format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({count},), }}");
+            let length = u16::try_from(header.len()).unwrap().to_le_bytes();
+            let zeros = vec![0; count];
             zip.start_file(name, options).unwrap();
-            zip.write_all(&npy).unwrap();
+            let parts = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &zeros];
+            zip.write_all(&parts.concat()).unwrap();
         }
         let bytes = zip.finish().unwrap().into_inner();
         assert!(bytes.len() < count / 100);

@@ -57,7 +57,8 @@ fn bound(bytes: &[u8]) -> Result<(), String> {
     let mut all = 0;
     for at in 0..parts.len() {
         let part = parts.by_index(at).map_err(|error| error.to_string())?;
-        let (name, packed) = (part.name().to_ascii_lowercase(), part.compressed_size());
+        let name = part.name().map_err(|error| error.to_string())?.to_ascii_lowercase();
+        let packed = part.compressed_size();
         let most = if name.ends_with("sharedstrings.xml") { MOST_STRINGS } else { MOST_UNPACKED };
         let most = most.min(ANY_RATIO.max(packed.saturating_mul(MOST_RATIO)));
         let size = io::copy(&mut part.take(most + 1), &mut io::sink())

@@ -44,7 +44,7 @@ pub struct SlipOptions {
 /// in this row; in stylus, stylus_y and stylus_z it is a reading that cannot be used, and too many of them fail the
 /// stylus.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SlipBlock {
     /// Samples.
     pub rows: usize,
@@ -120,7 +120,7 @@ pub enum SlipObject {
 
 /// An event.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SlipEvent {
     /// Time of the sample (us).
     pub t_us: u64,
@@ -261,7 +261,7 @@ pub(crate) fn known(value: Option<f32>) -> f32 {
 
 /// The pipeline after a block.
 #[repr(C)]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SlipState {
     /// Time of the last sample (us).
     pub t_us: u64,
@@ -304,7 +304,7 @@ impl From<Option<NeededForce>> for SlipNeed {
 
 /// Where the results of a block go, and what came of it.
 #[repr(C)]
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct SlipResult {
     /// In: room for events, or NULL.
     pub events: *mut SlipEvent,

@@ -126,42 +126,10 @@ impl Table {
             motion,
             arrived_us: time(&self.arrived_us),
             age_us: time(&self.age_us),
-            ..EMPTY
+            ..SlipBlock::default()
         }
     }
 }
-
-const EMPTY: SlipBlock = SlipBlock {
-    rows: 0,
-    t_us: ptr::null(),
-    stylus: ptr::null(),
-    stylus_y: ptr::null(),
-    stylus_z: ptr::null(),
-    normal_force_n: ptr::null(),
-    tangential_n: ptr::null(),
-    travel_m: ptr::null(),
-    velocity_m_s: ptr::null(),
-    second_stylus: ptr::null(),
-    reference: ptr::null(),
-    reference_y: ptr::null(),
-    reference_z: ptr::null(),
-    pressure: ptr::null(),
-    motion: ptr::null(),
-    taxels: ptr::null(),
-    taxel_count: 0,
-    arrived_us: ptr::null(),
-    age_us: ptr::null(),
-};
-
-const NO_STATE: SlipState = SlipState {
-    t_us: 0,
-    statistic: 0.0,
-    command_n: 0.0,
-    scene: 0,
-    grip: 0,
-    sensors: [0; 4],
-    floor: 0,
-};
 
 /// Results of a block of `rows`.
 fn push(
@@ -175,8 +143,7 @@ fn push(
         room: events.capacity(),
         statistic: statistic.as_mut_ptr(),
         command_n: command_n.as_mut_ptr(),
-        found: 0,
-        state: NO_STATE,
+        ..SlipResult::default()
     };
     // SAFETY: all of it is ours.
     let status = unsafe { slip_push(pipeline, block, &raw mut result) };
@@ -205,34 +172,26 @@ fn rust(config: PipelineConfig) -> (Twin, EventLog) {
 
 /// What [`SlipEvent`] is to hold of `event`.
 fn expected(event: &Event, row: u64) -> SlipEvent {
+    let (long, short) = (f64::NAN, f32::NAN);
     let other = |kind, t: Micros, sensor, code, command_n: Option<f32>| SlipEvent {
         t_us: t.0,
         row,
-        esc_w: f64::NAN,
-        esc: f64::NAN,
-        duration_s: f64::NAN,
         kind,
-        irregularities: 0,
         sensor,
         code,
-        phase: 0,
-        method: 0,
-        speed_source: 0,
-        reading: 0,
-        esc_flags: 0,
-        notes: 0,
-        ruled_out: 0,
-        possible: 0,
-        first: 0,
-        statistic: f32::NAN,
-        confidence: f32::NAN,
-        speed_m_s: f32::NAN,
-        speed_sigma_m_s: f32::NAN,
-        moved_m: f32::NAN,
-        estimate_n: f32::NAN,
-        estimate_sigma_n: f32::NAN,
-        command_n: command_n.unwrap_or(f32::NAN),
-        certified_s: f32::NAN,
+        command_n: command_n.unwrap_or(short),
+        esc_w: long,
+        esc: long,
+        duration_s: long,
+        statistic: short,
+        confidence: short,
+        speed_m_s: short,
+        speed_sigma_m_s: short,
+        moved_m: short,
+        estimate_n: short,
+        estimate_sigma_n: short,
+        certified_s: short,
+        ..SlipEvent::default()
     };
     match event {
         Event::Slip(slip) => SlipEvent {
@@ -497,10 +456,8 @@ fn nothing_is_allocated_after_create() {
         let mut result = SlipResult {
             events: events.as_mut_ptr(),
             room: events.capacity(),
-            statistic: ptr::null_mut(),
             command_n: &raw mut command_n,
-            found: 0,
-            state: NO_STATE,
+            ..SlipResult::default()
         };
         let seen = allocation_counter::measure(|| {
             // SAFETY: all of it is ours.
@@ -595,7 +552,7 @@ fn settings_of_a_file_are_in_force() {
         rows: t_us.len(),
         stylus: stylus.as_ptr(),
         normal_force_n: force.as_ptr(),
-        ..EMPTY
+        ..SlipBlock::default()
     };
     // SAFETY: made by `create`.
     let command = |operation, force_n| unsafe { slip_command(pipeline, operation, force_n) };
@@ -651,15 +608,7 @@ fn esc_is_that_of_the_rust_sums() {
 
 /// Status, `found` and state of a block, with a result that held something else before.
 fn outcome(pipeline: *mut SlipPipeline, block: *const SlipBlock) -> (SlipStatus, usize, SlipState) {
-    let (events, values) = (ptr::null_mut(), ptr::null_mut());
-    let mut result = SlipResult {
-        events,
-        room: 0,
-        statistic: values,
-        command_n: values,
-        found: 99,
-        state: NO_STATE,
-    };
+    let mut result = SlipResult { found: 99, ..SlipResult::default() };
     // SAFETY: all of it is ours, or null.
     let status = unsafe { slip_push(pipeline, block, &raw mut result) };
     (status, result.found, result.state)
@@ -672,13 +621,17 @@ fn a_time_that_does_not_rise_refuses_the_whole_block() {
     let push = |t_us: &[u64]| {
         let stylus = vec![1e-9; t_us.len()];
         let (rows, t_us) = (t_us.len(), t_us.as_ptr());
-        let (status, _, state) =
-            outcome(pipeline, &SlipBlock { rows, t_us, stylus: stylus.as_ptr(), ..EMPTY });
+        let (status, _, state) = outcome(
+            pipeline,
+            &SlipBlock { rows, t_us, stylus: stylus.as_ptr(), ..SlipBlock::default() },
+        );
         (status, state.t_us)
     };
     let untimed = || {
-        let (status, _, state) =
-            outcome(pipeline, &SlipBlock { rows: 1, stylus: [1e-9].as_ptr(), ..EMPTY });
+        let (status, _, state) = outcome(
+            pipeline,
+            &SlipBlock { rows: 1, stylus: [1e-9].as_ptr(), ..SlipBlock::default() },
+        );
         (status, state.t_us)
     };
     let (ok, value) = (SlipStatus::Ok, SlipStatus::Value);
@@ -701,7 +654,8 @@ fn the_state_is_always_written_and_found_too() {
     let mut memory = Memory::uninit();
     let options = SlipOptions { control: 1, ..DEFAULTS };
     let pipeline = create(&mut memory, &options).unwrap();
-    let (status, found, state) = outcome(pipeline, &EMPTY);
+    let empty = SlipBlock::default();
+    let (status, found, state) = outcome(pipeline, &empty);
     assert_eq!((status, found, state.command_n, state.grip), (SlipStatus::Ok, 0, 0.0, 1), "open");
     assert!(needed(pipeline).unwrap().median_n.is_nan(), "nothing is held");
     assert_eq!(needed(ptr::null_mut()).unwrap_err(), SlipStatus::Null);
@@ -709,13 +663,13 @@ fn the_state_is_always_written_and_found_too() {
     assert_eq!(unsafe { slip_needed(pipeline, ptr::null_mut()) }, SlipStatus::Null);
     let (stylus, force) = ([0.0; 2000], [2.0; 2000]);
     let (stylus, normal_force_n) = (stylus.as_ptr(), force.as_ptr());
-    let block = SlipBlock { rows: 2000, stylus, normal_force_n, ..EMPTY };
+    let block = SlipBlock { rows: 2000, stylus, normal_force_n, ..SlipBlock::default() };
     let last = outcome(pipeline, &block).2;
     assert!(last.command_n > 0.0 && last.t_us == 199_900, "{last:?}");
     let refused = SlipBlock { taxel_count: 257, ..block };
     let no_stylus = SlipBlock { stylus: ptr::null(), ..block };
     for (block, expected) in [
-        (ptr::from_ref(&EMPTY), SlipStatus::Ok),
+        (&raw const empty, SlipStatus::Ok),
         (&raw const refused, SlipStatus::Size),
         (&raw const no_stylus, SlipStatus::Null),
         (ptr::null(), SlipStatus::Null),
@@ -729,12 +683,12 @@ fn the_state_is_always_written_and_found_too() {
     assert_eq!(outcome(pipeline, &block).1, 0, "of a pipeline that has ended");
     let signal = SlipSignal::Absent as u32;
     let pipeline = create(&mut memory, &SlipOptions { signal, ..DEFAULTS }).unwrap();
-    let nothing = SlipBlock { rows: 1, ..EMPTY };
+    let nothing = SlipBlock { rows: 1, ..SlipBlock::default() };
     assert_eq!(outcome(pipeline, &nothing).0, SlipStatus::Null, "rows with no channel");
     // SAFETY: made by `create`.
     assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
     let pipeline = create(&mut memory, &DEFAULTS).unwrap();
-    assert!(outcome(pipeline, &EMPTY).2.command_n.is_nan(), "no controller, no command");
+    assert!(outcome(pipeline, &empty).2.command_n.is_nan(), "no controller, no command");
     // SAFETY: made by `create`.
     assert_eq!(unsafe { slip_destroy(pipeline) }, SlipStatus::Ok);
 }
@@ -779,7 +733,7 @@ fn taxels_and_arrivals_reach_the_pipeline() {
         normal_force_n: force_n.as_ptr(),
         arrived_us: arrived_us.as_ptr(),
         age_us: age_us.as_ptr(),
-        ..EMPTY
+        ..SlipBlock::default()
     };
     let (events, values, _) = push(pipeline, &block).unwrap();
     let mut events = events.iter();

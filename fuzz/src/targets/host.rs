@@ -3,8 +3,6 @@
 //! The gripper is the real device, so that the input reaches every state; frames can be forged, damaged, lost and late.
 
 use super::gripper::{CONFIG, SESSION, device, wire};
-use super::host_script::{Call, Notes, Talk};
-use super::host_words::event_words;
 use super::input::Input;
 use grip_link::decoder::{Decoder, Role, Verdict};
 use grip_link::device::DeviceLink;
@@ -36,20 +34,10 @@ struct Line {
     /// Session and force of the GRIP sent last; `None` after the link was opened anew.
     sent: Option<(u16, i32)>,
     received: u64,
-    notes: Notes,
 }
 
 /// The target.
 pub fn check(data: &[u8]) {
-    let _none = live(data, Notes(None));
-}
-
-/// All that the host of this life is asked, for the mode `host` of the peers, and what it reports.
-pub fn talk(data: &[u8]) -> Talk {
-    live(data, Notes(Some(Talk::default()))).0.unwrap()
-}
-
-fn live(data: &[u8], notes: Notes) -> Notes {
     let mut line = Line {
         host: HostLink::new(HostConfig::new(CONFIG)).unwrap(),
         device: device(1),
@@ -62,11 +50,8 @@ fn live(data: &[u8], notes: Notes) -> Notes {
         cmd_id: 0,
         sent: None,
         received: 0,
-        notes,
     };
     line.device.ready(0);
-    line.notes.take(&line.host, line.now_us, &Call::New);
-    line.notes.take(&line.host, line.now_us, &Call::Open(SESSION));
     line.host.open(line.now_us, SESSION).unwrap();
     let mut input = Input(data);
     for _ in 0..MOST_TURNS {
@@ -76,8 +61,6 @@ fn live(data: &[u8], notes: Notes) -> Notes {
         line.turn(&mut input);
         line.look();
     }
-    line.notes.stands(&line.host);
-    line.notes
 }
 
 impl Line {
@@ -120,11 +103,9 @@ impl Line {
     fn write(&mut self) {
         let mut out = [0; MAX_WIRE];
         let mut frames = 0;
-        self.notes.take(&self.host, self.now_us, &Call::Transmit);
         while let Some(len) = self.host.poll_transmit(self.now_us, &mut out) {
             frames += 1;
             assert!(frames <= MOST_FRAMES, "{frames} frames at one time");
-            self.notes.wrote(Some(len), &out);
             self.look_at(&out[..len]);
             self.to_device.extend_from_slice(&out[..len]);
         }
@@ -138,11 +119,9 @@ impl Line {
     fn receive(&mut self, bytes: &[u8]) {
         let mut input = bytes;
         let mut events = 0;
-        self.notes.take(&self.host, self.now_us, &Call::Receive(bytes));
         while let Some(event) = self.host.receive(self.now_us, &mut input) {
             events += 1;
             assert!(events <= 2 * bytes.len() + 8, "events without end");
-            self.notes.line(|| event_words(&self.host, &event));
             if let HostEvent::Samples { header, .. } = event {
                 let samples = self.host.samples(header).unwrap();
                 assert_eq!(samples.rows().count(), samples.len());
@@ -191,9 +170,7 @@ impl Line {
             cause_sample: 1,
         };
         let mut out = [0; MAX_WIRE];
-        self.notes.take(&self.host, self.now_us, &Call::Grip(command));
         let written = self.host.grip(self.now_us, &command, &mut out);
-        self.notes.wrote(written, &out);
         let state = self.host.state();
         let session = self.host.session();
         let before_mn = self.sent.and_then(|(of, force_mn)| (of == session).then_some(force_mn));
@@ -261,17 +238,10 @@ impl Line {
         let now_us = self.now_us;
         let mut out = [0; MAX_WIRE];
         match input.u8() % 8 {
-            0 => {
-                self.notes.take(&self.host, now_us, &Call::Stop);
-                self.host.stop(now_us);
-            }
-            1 => {
-                self.notes.take(&self.host, now_us, &Call::Start);
-                self.host.start(now_us);
-            }
+            0 => self.host.stop(now_us),
+            1 => self.host.start(now_us),
             2 => {
                 let fault = self.device.fault();
-                self.notes.take(&self.host, now_us, &Call::ClearFault(fault));
                 self.host.clear_fault(now_us, fault);
             }
             3 => {
@@ -281,39 +251,24 @@ impl Line {
                     channel_mask: input.u32(),
                     ..CONFIG
                 };
-                self.notes.take(&self.host, now_us, &Call::Reconfigure(config));
                 let refused = self.host.reconfigure(now_us, config).is_err();
-                if refused {
-                    self.notes.line(|| "refused".to_owned());
-                }
                 assert_eq!(refused, config.force_max_mn < 0 || config.sample_rate_hz == 0);
             }
             4 => {
                 let beat = Heartbeat { turns: 1, longest_us: 2, late: 3, flags: 0 };
-                self.notes.take(&self.host, now_us, &Call::Heartbeat(beat));
-                let written = self.host.heartbeat(&beat, &mut out);
-                self.notes.wrote(written, &out);
-                if let Some(len) = written {
+                if let Some(len) = self.host.heartbeat(&beat, &mut out) {
                     self.look_at(&out[..len]);
                 }
             }
             5 => {
-                self.notes.take(&self.host, now_us, &Call::Estop);
                 let len = self.host.estop(&mut out).unwrap();
-                self.notes.wrote(Some(len), &out);
                 self.to_device.extend_from_slice(&out[..len]);
             }
-            6 => {
-                self.notes.take(&self.host, now_us, &Call::Close);
-                self.host.close();
-            }
+            6 => self.host.close(),
             _ => {
                 let session = input.u16();
-                self.notes.take(&self.host, now_us, &Call::Open(session));
                 assert_eq!(self.host.open(now_us, session).is_err(), session == 0);
-                if session == 0 {
-                    self.notes.line(|| "refused".to_owned());
-                } else {
+                if session != 0 {
                     (self.sent, self.received) = (None, 0);
                 }
             }

@@ -6,8 +6,6 @@ pub mod device;
 pub mod directed;
 pub mod gripper;
 pub mod host;
-pub mod host_script;
-pub mod host_words;
 pub mod input;
 pub mod messages;
 pub mod peers;

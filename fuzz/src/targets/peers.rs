@@ -1,6 +1,6 @@
 //! The folder of seeds in, lines for the peers in C and Python out: each seed as it is, and with one byte changed here and there.
 
-use super::{decoder, host, host_script::Talk, script};
+use super::{decoder, script};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -39,10 +39,4 @@ pub fn device_scripts(folder: &Path) -> Vec<Vec<String>> {
     let all = seeds(folder, "device");
     let lives = all.iter().flat_map(|(_, seed)| variants(seed, 12));
     lives.map(|data| script::steps(&data).iter().map(script::Step::line).collect()).collect()
-}
-
-/// Scripts for the mode `host` of the peer in Python, with the answers to them.
-pub fn host_talks(folder: &Path) -> Vec<Talk> {
-    let all = seeds(folder, "host");
-    all.iter().flat_map(|(_, seed)| variants(seed, 12)).map(|data| host::talk(&data)).collect()
 }

@@ -3,11 +3,10 @@
 //! The language is that of `script`; `new T [passive]` is another gripper, whose ESTOP holds the force or takes the torque off.
 
 use super::gripper::ident;
-use super::host_script::config_words;
 use super::words::{hex, unhex};
 use grip_link::device::{DeviceConfig, DeviceEvent, DeviceLink, Drive, RowError};
 use grip_link::frame::MAX_WIRE;
-use grip_link::message::{FaultCode, Grip, LogLevel, Reaction};
+use grip_link::message::{Config, FaultCode, Grip, LogLevel, Reaction};
 
 /// A device that follows a script.
 #[derive(Debug)]
@@ -134,7 +133,24 @@ fn event_words(event: &DeviceEvent) -> String {
 }
 
 /// The fields of a GRIP in their order on the wire.
-pub fn grip_words(grip: &Grip) -> String {
+fn grip_words(grip: &Grip) -> String {
     let Grip { cmd_id, mode, flags, ttl_ms, force_mn, slew_mn_s, cause_sample } = grip;
     format!("{cmd_id} {mode} {flags} {ttl_ms} {force_mn} {slew_mn_s} {cause_sample}")
+}
+
+/// The fields of a CONFIG in their order on the wire.
+fn config_words(c: &Config) -> String {
+    format!(
+        "{} {} {} {} {} {} {} {} {} {}",
+        c.sample_rate_hz,
+        c.batch,
+        c.format.code(),
+        c.ttl_ms,
+        c.channel_mask,
+        c.force_max_mn,
+        c.slew_mn_s,
+        c.hold_cap_mn,
+        c.loss_after_ms,
+        c.loss_action.code()
+    )
 }

@@ -157,7 +157,6 @@ class Board:
 
     def fresh(self) -> None:
         """A new start with open fingers over a new object."""
-        self.echo(False)
         termios.tcflush(self._spare, termios.TCIOFLUSH)
         self.reset()
         self._drain()
@@ -178,13 +177,6 @@ class Board:
             before = counts
             for _ in range(3):
                 self.next_truth()
-
-    def echo(self, on: bool) -> None:
-        """Makes the line send back what the firmware says."""
-        modes = termios.tcgetattr(self._spare)
-        # Bytes as they are, not ^@ for 00.
-        modes[3] = modes[3] & ~(termios.ECHO | termios.ECHOCTL) | (termios.ECHO if on else 0)
-        termios.tcsetattr(self._spare, termios.TCSANOW, modes)
 
     def lost_s(self, since: Truth) -> float:
         """How far the firmware's clock fell behind this computer's since a line of the present start (s), or for how long a

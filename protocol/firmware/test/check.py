@@ -11,9 +11,9 @@ import sys
 import time
 
 from board import Board, CheckFailed
-from device_faults import rebooted, wrapped, echoed, garbage, frozen, hung
+from device_faults import rebooted, garbage, frozen, hung
 from hold import gripd_holds, too_little_force_drops
-from host_faults import impossible_forces, killed, killed_with_cap, replayed, session_changed, silent_mid_rise, stalled
+from host_faults import killed, killed_with_cap, silent_mid_rise, stalled
 from grip_link.messages import LossAction
 
 CHECKS = {
@@ -25,12 +25,7 @@ CHECKS = {
     "silent host, passive": lambda board, _: killed_with_cap(board, LossAction.PASSIVE),
     "stalled gripd": stalled,
     "silent mid-rise": silent_mid_rise,
-    "NaN and negative force": impossible_forces,
-    "replayed and stale commands": replayed,
     "reboot mid-grip": rebooted,
-    "sequence wrap": wrapped,
-    "session change": session_changed,
-    "echo": echoed,
     "AT garbage": garbage,
     "frozen stylus": frozen,
     "control task": lambda board, _: hung(board, "C", "control"),

@@ -1,14 +1,14 @@
-"""Rules R5 to R9 against the firmware, and a bad line: resets, wraps, echo, garbage, a dead sensor, hung tasks."""
+"""Rules R5 to R9 against the firmware, and a bad line: resets, garbage, a dead sensor, hung tasks."""
 
 from __future__ import annotations
 
 import os
 import time
 
-from board import LIFTED, PIN, WATCHDOG, Board, must
+from board import PIN, WATCHDOG, Board, must
 from forces import ACTIVE, ARMED, FAULT, IDLE, LINKED, NEAR_MN, PATIENCE_S, counted, forget_peak, held, highest, settled
 from host import Host
-from grip_link.host import Batch, HostState, Rebooted
+from grip_link.host import HostState, Rebooted
 
 
 def rebooted(board: Board, _: str) -> str:
@@ -39,58 +39,6 @@ def rebooted(board: Board, _: str) -> str:
     must(highest_mn == 0 and quiet["applied_mn"] == 0 and state is HostState.STREAM, said)
     # The object fell when the torque was off: pressing on nothing is found out (R8).
     must(armed["drive_mn"] == 3000 or armed["fault"] == 0x0201, said)
-    return said
-
-
-def wrapped(board: Board, _: str) -> str:
-    """Sequence numbers of both directions pass FFFF -> 0000 in the middle of a grip."""
-    board.fresh()
-    board.order("q")
-    host = Host(board, first_seq=0xFFA0)
-    try:
-        held(board, host)
-        before, batches = board.next_truth(), len(host.told(Batch))
-        while host.link._sender.next_seq > 0x8000:
-            host.run(0.1, 7500)
-        host.run(0.5, 7500)
-        after = settled(board, host, 7500)
-        seq = host.link._sender.next_seq
-        counters, lost = host.link.counters, host.link.loss.lost
-        refused = sum(after[name] - before[name] for name in ("duplicate", "stale", "crc"))
-    finally:
-        host.close()
-    said = (
-        f"from FFA0 the host counted to {seq:04x}, {after['cmd']} commands, {refused} refused;"
-        f" from FFC0 the device to {after['seq']:04x}, {len(host.told(Batch)) - batches} batches, {lost} rows lost, {counters.gap} gaps,"
-        f" {counters.duplicate} duplicates; force {after['applied_mn']} mN of 7500 mN"
-    )
-    must(seq < 0x1000 and after["cmd"] - before["cmd"] > 20 and after["seq"] < 0x4000 and before["seq"] < 0x4000, said)
-    must(refused == 0 and lost + counters.gap + counters.duplicate == 0, said)
-    must(abs(after["applied_mn"] - 7500) <= NEAR_MN, said)
-    return said
-
-
-def echoed(board: Board, _: str) -> str:
-    """A line that sends everything back: own frames are counted as echo and mean nothing."""
-    board.fresh()
-    host = Host(board, channel_mask=1)
-    try:
-        held(board, host)
-        before = forget_peak(board)
-        board.echo(True)
-        host.run(1.0, 7000)
-        board.echo(False)
-        settled(board, host, 7000)
-        after, peak = board.next_truth(), highest(board, before)
-    finally:
-        board.echo(False)
-        host.close()
-    said = (
-        f"{after['echo'] - before['echo']} own frames back in 1 s, {after['crc'] - before['crc']} blocks broken by it, state"
-        f" {after['state']}, force {after['applied_mn']} mN, peak {peak} mN of 7000 mN"
-    )
-    must(after["echo"] - before["echo"] > 20 and peak <= 7000 + NEAR_MN, said)
-    must(after["state"] == ACTIVE and abs(after["applied_mn"] - 7000) <= NEAR_MN and after["object"] == LIFTED, said)
     return said
 
 

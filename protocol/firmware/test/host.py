@@ -110,14 +110,12 @@ def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
 class Host:
     """The Python peer, driven by hand: nothing goes out but what is asked for."""
 
-    def __init__(self, board: Board, first_seq: int = 0, **settings: Any) -> None:
+    def __init__(self, board: Board, **settings: Any) -> None:
         defaults: dict[str, Any] = {"sample_rate_hz": 1000, "format": SampleFormat.I16, "force_max_mn": 20_000,
                                     "hold_cap_mn": 20_000, "slew_mn_s": 500_000}  # fmt: skip
         self.link = HostLink(HostConfig(Config(**{**defaults, **settings})))
-        self.link._sender.next_seq = first_seq
         self._stream = FdStream(os.open(board.port, os.O_RDWR | os.O_NOCTTY))
         self.events: list[HostEvent] = []
-        self.sent: list[bytes] = []
         self.link.open(monotonic_us(), int.from_bytes(os.urandom(2), "little") | 1)
         until = time.monotonic() + 10.0
         while self.link.state is not HostState.STREAM:
@@ -147,10 +145,9 @@ class Host:
                 self.grip(force_mn, **command)
 
     def grip(self, force_mn: int, **command: Any) -> None:
-        """One GRIP, kept in ``sent``."""
+        """One GRIP."""
         wire = self.link.grip(monotonic_us(), GripCommand(force_mn, **command))
         if wire is not None:
-            self.sent.append(wire)
             self.write(wire)
 
     def raw(self, kind: int, payload: bytes) -> bytes:

@@ -1,17 +1,14 @@
-"""Rules R1 to R4 against the firmware: hosts that fall silent, stop, or command what must not be."""
+"""Rules R1 to R3 against the firmware: hosts that fall silent or stop. What the link makes of bytes, the C peer shows without a board."""
 
 from __future__ import annotations
 
-import math
 import signal
-import struct
 import time
 
 from board import LIFTED, Board, CheckFailed, must
-from forces import ACTIVE, FAULT, HOLD, LINKED, LOSS, NEAR_MN, PATIENCE_S, counted, forget_peak, held, highest, settled
+from forces import FAULT, HOLD, LOSS, NEAR_MN, PATIENCE_S, forget_peak, held, highest
 from host import Gripd, Host, gripd_with_object, until_holding
-from grip_link.host import GripCommand
-from grip_link.messages import Grip, Hello, Kind, LossAction
+from grip_link.messages import Grip, Kind, LossAction
 
 
 def killed(board: Board, gripd: str) -> str:
@@ -141,117 +138,4 @@ def silent_mid_rise(board: Board, _: str) -> str:
     must(7000 + 2 * NEAR_MN < hold["drive_mn"] <= most_mn, said)
     must(drive_mn <= hold["drive_mn"] + 1 and late["target_mn"] <= hold["drive_mn"] + 1, said)
     must(applied_mn <= hold["drive_mn"] + NEAR_MN and {now["state"] for now in later} <= {HOLD, LOSS}, said)
-    return said
-
-
-def impossible_forces(board: Board, _: str) -> str:
-    """R4: negative forces and NaN are refused, too large ones clamped; none moves the fingers past the limit."""
-    refused = 0
-    for force_n in (math.nan, -1.0, -math.inf, math.inf):
-        try:
-            GripCommand.newtons(force_n)
-        except ValueError:
-            refused += 1
-    board.fresh()
-    host = Host(board, force_max_mn=8000, hold_cap_mn=8000)
-    try:
-        before = held(board, host)
-        # The wire carries integers: the bits of a NaN with a sign, of -1 N as a float, and -1, and the lowest.
-        bits = (0xFFC00000, 0xBF800000, 0xFFFFFFFF, 0x80000000)
-        for index in range(200):
-            force_mn = struct.unpack("<i", struct.pack("<I", bits[index % len(bits)]))[0]
-            host.raw(Kind.GRIP, Grip(100_000 + index, 1, 0, 100, force_mn, 0, 0).pack())
-            host.run(0.002, 7000 if index % 10 == 0 else None)
-        counted(board, host, "rejected", before["rejected"] + 200)
-        # Nothing but negative forces for a moment: the clamp bits are those of the last command.
-        host.raw(Kind.GRIP, Grip(150_000, 1, 0, 100, -1, 0, 0).pack())
-        rejected = board.wait("201 judged", lambda now: now["rejected"] >= before["rejected"] + 201, PATIENCE_S)
-        # A NaN without a sign and infinity are large integers.
-        for index, value in enumerate((0x7FC00000, 0x7F800000, 0x7FFFFFFF)):
-            host.raw(Kind.GRIP, Grip(200_000 + index, 1, 0, 100, value, 0xFFFFFFFF, 0).pack())
-            host.run(0.05)
-        board.wait("F_max", lambda now: now["applied_mn"] >= 8000 - NEAR_MN and now["clamp"] & 1 != 0, PATIENCE_S)
-        clamped = board.next_truth()
-    finally:
-        host.close()
-    said = (
-        f"{refused} of 4 refused by the peer; firmware: {rejected['rejected'] - before['rejected']} of 201 negative ones"
-        f" rejected, force {rejected['applied_mn']} mN as before; NaN, infinity and 2^31-1 mN: peak {clamped['peak_mn']} mN"
-        f" at F_max 8000 mN"
-    )
-    must(refused == 4 and rejected["rejected"] - before["rejected"] == 201, said)
-    must(rejected["clamp"] & 8 != 0 and abs(rejected["applied_mn"] - before["applied_mn"]) <= NEAR_MN, said)
-    must(clamped["peak_mn"] <= 8000 + NEAR_MN and clamped["clamp"] & 1 != 0, said)
-    return said
-
-
-def replayed(board: Board, _: str) -> str:
-    """Old commands: the same bytes again, an old cmd_id in a new frame, and frames of a session that is over."""
-    board.fresh()
-    host = Host(board)
-    try:
-        held(board, host, 9000)
-        old = list(host.sent[-50:])
-        settled(board, host, 7000)
-        before = forget_peak(board)
-        for wire in old:
-            host.write(wire)
-            host.run(0.004, 7000)
-        duplicates = counted(board, host, "duplicate", before["duplicate"] + 50)
-        for _ in range(50):
-            host.raw(Kind.GRIP, Grip(1, 1, 0, 100, 15_000, 0, 0).pack())
-            host.run(0.004, 7000)
-        older = board.next_truth()
-        own = host.link._sender.session
-        host.link._sender.session = own ^ 0x5555
-        for index in range(50):
-            host.raw(Kind.GRIP, Grip(300_000 + index, 1, 0, 100, 15_000, 0, 0).pack())
-        host.link._sender.session = own
-        after = counted(board, host, "stale", older["stale"] + 50)
-        peak = highest(board, before)
-    finally:
-        host.close()
-    said = (
-        f"50 replayed frames: {duplicates['duplicate'] - before['duplicate']} counted as duplicates; 50 older cmd_ids ignored;"
-        f" 50 frames of another session: {after['stale'] - older['stale']} counted as stale; peak {peak} mN of 7000 mN"
-    )
-    must(duplicates["duplicate"] - before["duplicate"] == 50 and after["stale"] - older["stale"] == 50, said)
-    must(peak <= 7000 + NEAR_MN and after["target_mn"] == 7000, said)
-    return said
-
-
-def session_changed(board: Board, _: str) -> str:
-    """A second host says HELLO mid-grip: the force is held, the first one's commands no longer count."""
-    board.fresh()
-    first = Host(board)
-    try:
-        held(board, first)
-        before = forget_peak(board)
-        old = first.link._sender.session
-        first.link._sender.session = old ^ 0x1234 or 1
-        first.raw(Kind.HELLO, Hello(0).pack())
-        first.link._sender.session = old
-        linked = board.wait("LINKED", lambda now: now["state"] == LINKED, PATIENCE_S)
-        for _ in range(50):
-            first.raw(Kind.GRIP, Grip(400_000, 1, 0, 100, 15_000, 0, 0).pack())
-            first.run(0.002)
-        board.wait("50 judged", lambda now: now["stale"] >= before["stale"] + 50, PATIENCE_S)
-        after = board.next_truth()
-    finally:
-        first.close()
-    second = Host(board)
-    try:
-        second.run(0.3, 7200)
-        settled(board, second, 7200)
-        taken = board.next_truth()
-        peak = highest(board, before)
-    finally:
-        second.close()
-    said = (
-        f"state {linked['state']} (LINKED) with {linked['applied_mn']} mN held; {after['stale'] - before['stale']} stale"
-        f" frames of 50 old commands, force {after['applied_mn']} mN; the new host commands {taken['applied_mn']} mN; peak {peak} mN"
-    )
-    # The first host's PING may be among them.
-    must(50 <= after["stale"] - before["stale"] <= 60 and abs(after["applied_mn"] - 7000) <= NEAR_MN, said)
-    must(taken["state"] == ACTIVE and peak <= 7200 + NEAR_MN and taken["object"] == LIFTED, said)
     return said

@@ -78,14 +78,6 @@ drive 7000
     ]  # fmt: skip
 
 
-def test_host() -> None:
-    script = "open 0 0000\nopen 0 beef\ntx 0\nrx 3000000\ngrip 3000000 1 0 0 5000 0 0\nestop 3000000\nconfig 0" + " 0" * 10
-    told = [line for line in answers(script, "host") if not line.startswith("=")]
-    assert told[0] == "refused" and told[1] == "frame " + "00" * 8 and len(told) == 9
-    assert told[3:7] == ["state closed hello", "closed no_answer 1 0 0 0 0", "state hello closed", "none"]
-    assert told[7].startswith("frame 00") and told[8] == "refused"
-
-
 def opened() -> Decoder:
     """A device's decoder in the session of the vectors."""
     decoder = Decoder(Role.DEVICE)

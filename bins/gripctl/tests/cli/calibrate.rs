@@ -1,6 +1,6 @@
 //! `gripctl calibrate`: what it measures, what it refuses, and that its file is taken.
 
-use crate::run::{Ran, gripctl, number};
+use crate::run::{Ran, gripctl, noise, normal, number};
 use core::fmt::Write as _;
 use grip_sim::disturbance::Disturbance;
 use std::{fs, path::Path};
@@ -19,19 +19,13 @@ fn work(
 ) -> String {
     let mut still = Disturbance::new(0.0, 0.0, 2000.0, seed);
     let mut robot = Disturbance::new(1.0, 0.2, 2000.0, seed);
-    let mut state = 1_u32;
+    let mut noise = normal(1);
     let mut text = String::from("t_s,stylus,reference\n");
     for i in 0..seconds * 2000 {
         let t = f64::from(i) / 2000.0;
-        let noise: f64 = (0..12)
-            .map(|_| {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                f64::from(state >> 8) / f64::from(1 << 24) - 0.5
-            })
-            .sum();
         let (moving, standing) = (robot.next_sample(), still.next_sample());
         let motion = if works(t) { moving } else { standing };
-        let stylus = motion.stylus_m + 1e-6 * rms_um(t) * noise;
+        let stylus = motion.stylus_m + 1e-6 * rms_um(t) * noise();
         writeln!(text, "{t:.6},{stylus:e},{:e}", motion.reference_m).unwrap();
     }
     text
@@ -300,7 +294,7 @@ fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
 
 /// Frames of four taxels, `hz` of them a second: open, then held from 1 s on; from `slips_s` on the pattern moves on.
 fn array(seconds: u32, hz: u32, head: &str, slips_s: f64) -> String {
-    let mut state = 7_u32;
+    let mut noise = noise(7);
     let mut text = format!("{head}pressure_0,pressure_1,pressure_2,pressure_3\n");
     for i in 0..seconds * hz {
         let t = f64::from(i) / f64::from(hz);
@@ -310,11 +304,9 @@ fn array(seconds: u32, hz: u32, head: &str, slips_s: f64) -> String {
             write!(text, ",{force}").unwrap();
         }
         for taxel in 0..4_u32 {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
             let moved = (t - slips_s).max(0.0) * 40.0;
             let pattern = (f64::from(taxel) * 1.3 + moved).sin();
-            write!(text, ",{}", 20.0 + force * (4.0 + pattern) + noise).unwrap();
+            write!(text, ",{}", 20.0 + force * (4.0 + pattern) + noise()).unwrap();
         }
         text.push('\n');
     }

@@ -1,6 +1,6 @@
 //! `gripctl doctor`: what it finds on this machine, at a simulated gripper, and at ports that are none.
 
-use crate::run::{Ran, gripctl};
+use crate::run::{Ran, gripctl, noise, normal, wav};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_sim::Pty;
 use serde_json::Value;
@@ -91,15 +91,10 @@ fn a_configuration_that_is_wrong_is_a_fault() {
 /// A recording of a vibration at `rate_hz`: rounded noise of the deviation `level(t_s)` (counts).
 fn sensor(rate_hz: u32, seconds: u32, level: impl Fn(f64) -> f64) -> String {
     let mut rows = "t_s,vibration\n".to_owned();
-    let mut state = 5_u32;
+    let mut noise = normal(5);
     for i in 0..rate_hz * seconds {
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            sum += f64::from(state) / f64::from(u32::MAX);
-        }
         let t_s = f64::from(i) / f64::from(rate_hz);
-        rows += &format!("{t_s:.6},{}\n", (level(t_s) * sum).round());
+        rows += &format!("{t_s:.6},{}\n", (level(t_s) * noise()).round());
     }
     rows
 }
@@ -164,29 +159,16 @@ fn a_sensor_is_judged_by_a_recording_at_rest() {
     assert!(absent.code != 0 && absent.err.contains("no.csv"), "{absent:?}");
 }
 
-/// A microphone's file as a recorder writes it: one channel of 16 bits.
-fn wav(rate_hz: u32, samples: u32) -> Vec<u8> {
-    let data = 2 * samples;
-    let mut bytes = b"RIFF".to_vec();
-    bytes.extend((36 + data).to_le_bytes());
-    bytes.extend(b"WAVEfmt \x10\0\0\0\x01\0\x01\0");
-    bytes.extend(rate_hz.to_le_bytes());
-    bytes.extend((2 * rate_hz).to_le_bytes());
-    bytes.extend(b"\x02\0\x10\0data");
-    bytes.extend(data.to_le_bytes());
-    let mut state = 7_u32;
-    for _ in 0..samples {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let [.., low, high] = state.to_le_bytes();
-        bytes.extend((i16::from_le_bytes([low, high]) / 256).to_le_bytes());
-    }
-    bytes
+/// Quiet noise of a microphone.
+fn microphone(samples: usize) -> Vec<u8> {
+    let mut noise = noise(7);
+    wav(10_000, core::iter::repeat_with(|| 256.0 * noise()).take(samples))
 }
 
 #[test]
 fn a_wav_is_judged_and_calibrated_as_it_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rest.wav"), wav(10_000, 60_000)).unwrap();
+    fs::write(folder.path().join("rest.wav"), microphone(60_000)).unwrap();
     let judged = checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "rest.wav"]));
     assert!(judged.iter().all(|line| line["verdict"] == "ok"), "{judged:?}");
     let replayed = gripctl(folder.path(), &["replay", "rest.wav"]);
@@ -198,7 +180,7 @@ fn a_wav_is_judged_and_calibrated_as_it_is_replayed() {
 #[test]
 fn a_recording_where_a_port_should_be_is_named_as_one() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rest.wav"), wav(10_000, 10)).unwrap();
+    fs::write(folder.path().join("rest.wav"), microphone(10)).unwrap();
     let lost = gripctl(folder.path(), &["doctor", "rest.wav"]);
     assert!(lost.code == 1 && lost.out.contains("doctor --sensor rest.wav"), "{lost:?}");
     // A sound under another name.

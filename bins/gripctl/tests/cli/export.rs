@@ -1,8 +1,7 @@
 //! `gripctl export`: C that compiles and agrees, ONNX, model cards, and what is refused.
 
 use crate::run::{gripctl, number};
-use assert_cmd::Command;
-use std::{fs, path::Path};
+use std::{fs, path::Path, process::Command};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
@@ -41,7 +40,7 @@ fn folder() -> tempfile::TempDir {
 
 /// Compiles `file` with `compiler` in `folder`; false when there is no such compiler.
 fn compiles(folder: &Path, compiler: &str, options: &[&str], file: &str) -> bool {
-    if std::process::Command::new(compiler).arg("--version").output().is_err() {
+    if Command::new(compiler).arg("--version").output().is_err() {
         eprintln!("left out: no {compiler}");
         return false;
     }

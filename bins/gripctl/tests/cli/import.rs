@@ -1,6 +1,6 @@
 //! Files of other programs through `gripctl import`, `replay` and `label`, to a figure of `score`.
 
-use crate::run::{gripctl, number};
+use crate::run::{self, gripctl, noise, number};
 use core::f64::consts::TAU;
 use std::{fs, path::Path};
 
@@ -9,31 +9,14 @@ fn wav(file: &Path, seed: u32) {
     wav_at(file, seed, 8000);
 }
 
-/// The same 16,000 samples under another rate, written by hand.
+/// The same 16,000 samples under another rate.
 fn wav_at(file: &Path, seed: u32, rate_hz: u32) {
-    let mut state = seed;
-    let data: Vec<u8> = (0..16_000_u32)
-        .flat_map(|i| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let noise = f64::from(state >> 8) / f64::from(1 << 23) - 1.0;
-            let loud = if i >= 12_000 { 4000.0 * (TAU * 0.03 * f64::from(i)).sin() } else { 0.0 };
-            #[expect(clippy::cast_possible_truncation, reason = "below 4100")]
-            let sample = (40.0 * noise + loud) as i16;
-            sample.to_le_bytes()
-        })
-        .collect();
-    let mut bytes = b"RIFF".to_vec();
-    let len = u32::try_from(data.len()).unwrap();
-    bytes.extend((36 + len).to_le_bytes());
-    bytes.extend(b"WAVEfmt ");
-    bytes.extend(16_u32.to_le_bytes());
-    bytes.extend([1_u16, 1].map(u16::to_le_bytes).concat());
-    bytes.extend([rate_hz, 2 * rate_hz].map(u32::to_le_bytes).concat());
-    bytes.extend([2_u16, 16].map(u16::to_le_bytes).concat());
-    bytes.extend(b"data");
-    bytes.extend(len.to_le_bytes());
-    bytes.extend(data);
-    fs::write(file, bytes).unwrap();
+    let mut noise = noise(seed);
+    let samples = (0..16_000_u32).map(|i| {
+        let loud = if i >= 12_000 { 4000.0 * (TAU * 0.03 * f64::from(i)).sin() } else { 0.0 };
+        80.0 * noise() + loud
+    });
+    fs::write(file, run::wav(rate_hz, samples)).unwrap();
 }
 
 #[test]
@@ -191,13 +174,11 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
 
 /// A signal that slips from 2 s on, at 1600 Hz, with stamps in whole milliseconds.
 fn coarse(file: &Path) {
-    let mut state = 5_u32;
+    let mut noise = noise(5);
     let rows: String = (0..4800_u32)
         .map(|i| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let noise = f64::from(state >> 8) / f64::from(1 << 23) - 1.0;
-            let size = if i >= 3200 { 1.0 } else { 0.01 };
-            format!("{};{:.5}\n", i * 1000 / 1600, size * noise)
+            let size = if i >= 3200 { 2.0 } else { 0.02 };
+            format!("{};{:.5}\n", i * 1000 / 1600, size * noise())
         })
         .collect();
     fs::write(file, format!("board ready\nTime (ms);vib\n{rows}")).unwrap();

@@ -1,13 +1,8 @@
 //! No command destroys anything: every output flag of every command, onto every file that it reads and onto files of somebody else.
 
-use crate::run::gripctl;
+use crate::run::{content, gripctl};
 use core::cell::Cell;
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    os::unix::fs::symlink,
-    path::Path,
-};
+use std::{collections::BTreeSet, fs, os::unix::fs::symlink, path::Path};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
@@ -92,19 +87,6 @@ const OTHERWISE: [(&str, &str); 2] = [("study", "--out"), ("sim", "--pty")];
 /// What the refusal of an output states.
 const REFUSED: [&str; 4] =
     ["which is read", "in a folder that is read", "is there already", "two outputs have this name"];
-
-/// The files of a folder, those in its folders too.
-fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut all = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        match path.is_dir() {
-            true => all.extend(content(&path)),
-            false => drop(all.insert(path.display().to_string(), fs::read(&path).unwrap())),
-        }
-    }
-    all
-}
 
 #[test]
 fn no_output_flag_destroys_an_input_or_what_somebody_else_made() {

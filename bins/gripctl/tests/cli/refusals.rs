@@ -1,7 +1,7 @@
 //! What a person may get wrong: each is refused with one message that states what, where and what to do. Most of it stands in
 //! refusals.toml.
 
-use crate::run::gripctl;
+use crate::run::{content, gripctl};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use serde::Deserialize;
 use std::{
@@ -51,13 +51,6 @@ struct Case {
 
 const fn wrong() -> i32 {
     2
-}
-
-/// The files of a folder with what they hold.
-fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
-    let name = |entry: &fs::DirEntry| entry.file_name().into_string().unwrap();
-    entries.map(|entry| (name(&entry), fs::read(entry.path()).unwrap_or_default())).collect()
 }
 
 #[test]

@@ -1,72 +1,20 @@
-//! Recordings through `gripctl replay`: the very events of the run they come from, and the truth about dirty ones.
+//! Recordings through `gripctl replay`: the truth about dirty ones; `tape` holds that the events of a run come again.
 
 use crate::{
-    run::{gripctl, number, real_data},
+    run::{gripctl, noise, normal, number, real_data},
     score,
 };
 use core::fmt::Write as _;
-use grip_eval::trial;
-use grip_record::{Channel, ChannelSet, CsvWriter, StylusKind};
-use grip_session::{HostConfig, Update, model};
-use grip_sim::scene;
-use slip_core::{Sample, units::Micros};
 use std::{fs, path::Path};
-
-/// Grasps in lockstep; gives the event lines of the session and writes its samples to `file`.
-fn record_grasp(scene_name: &str, seed: u64, file: &Path) -> Vec<String> {
-    let scene = scene::load(scene_name).unwrap().reseeded(seed).unwrap();
-    let (mut lines, mut samples) = (Vec::new(), Vec::<Sample>::new());
-    let mut report = |updates: Update<'_>| match updates {
-        Update::Step { sample, .. } => samples.push(*sample),
-        Update::Event(line) => lines.push(serde_json::to_string(&line).unwrap()),
-        _ => {}
-    };
-    let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(2_000_000), &mut report)
-        .unwrap();
-    let channels =
-        Channel::ALL.into_iter().fold(ChannelSet::new(StylusKind::Displacement), ChannelSet::with);
-    let mut writer = CsvWriter::new(fs::File::create(file).unwrap(), &channels).unwrap();
-    samples.iter().for_each(|sample| writer.write(sample).unwrap());
-    lines
-}
-
-#[test]
-fn a_recorded_grasp_replays_to_the_same_lines() {
-    let folder = tempfile::tempdir().unwrap();
-    for (scene, seed) in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
-        let lines = record_grasp(scene, seed, &folder.path().join("run.csv"));
-        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene}: {lines:?}");
-        for args in [&[][..], &[], &["--no-skip"]] {
-            let args = [&["replay", "run.csv", "--json"], args].concat();
-            let ran = gripctl(folder.path(), &args).done();
-            let mut printed: Vec<&str> = ran.out.lines().collect();
-            let summary: serde_json::Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
-            assert_eq!(printed, lines, "{scene} {args:?}");
-            assert_eq!(summary["type"], "summary");
-            let slips = lines.iter().filter(|line| line.contains("\"slip_end\"")).count();
-            assert!(number(&summary, "slips") >= slips as f64, "{summary}");
-            assert!(number(&summary, "samples") > 10_000.0 && summary["lost"] == 0, "{summary}");
-            assert!((number(&summary, "duration_s") - 1.99).abs() < 0.05, "{summary}");
-        }
-    }
-    let ran = gripctl(folder.path(), &["replay", "run.csv", "--json", "--observe"]).done();
-    let slip = ran.json().into_iter().find(|line| line["type"] == "slip").unwrap();
-    assert!(slip["command_n"].is_null(), "only observed: {slip}");
-    let text = gripctl(folder.path(), &["replay", "run.csv"]).done().out;
-    assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
-}
 
 #[test]
 fn an_alarm_that_keeps_the_level_of_a_machine_is_asked_about() {
     let folder = tempfile::tempdir().unwrap();
     let put = |name: &str, seconds: u32, quiet_s: u32| {
-        let (mut seed, mut text) = (1_u32, String::from("t_s,vibration\n"));
+        let (mut noise, mut text) = (noise(1), String::from("t_s,vibration\n"));
         for i in 0..2000 * seconds {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
             let level = if i < 2000 * quiet_s { 10.0 } else { 60.0 };
-            writeln!(text, "{:.4},{:.3}", f64::from(i) / 2000.0, level * noise).unwrap();
+            writeln!(text, "{:.4},{:.3}", f64::from(i) / 2000.0, level * noise()).unwrap();
         }
         fs::write(folder.path().join(name), text).unwrap();
     };
@@ -178,16 +126,10 @@ fn bad_readings_and_gaps_are_counted() {
 fn isolated_readings_are_counted_and_are_no_slips() {
     let folder = tempfile::tempdir().unwrap();
     let mut text = "t_s,vibration\n".to_owned();
-    let mut state = 3_u32;
+    let mut noise = normal(3);
     for i in 0..30_000_u32 {
-        let sum: f64 = (0..12)
-            .map(|_| {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                f64::from(state) / f64::from(u32::MAX) - 0.5
-            })
-            .sum();
         let wrong = if i % 1000 == 500 { 40.0 } else { 0.0 };
-        text += &format!("{:.4},{:.4}\n", f64::from(i) * 1e-4, sum + wrong);
+        text += &format!("{:.4},{:.4}\n", f64::from(i) * 1e-4, noise() + wrong);
     }
     fs::write(folder.path().join("spiked.csv"), text).unwrap();
     let summary =

@@ -1,12 +1,12 @@
 //! Arguments in, what gripctl printed and how it ended out.
 
-use assert_cmd::Command;
-use core::time::Duration;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-
-/// Longer than any run, however busy the machine; a program that hangs is killed.
-const PATIENCE: Duration = Duration::from_secs(300);
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+};
+use stories::{Ended, Program};
 
 /// A run that has ended.
 #[derive(Debug)]
@@ -18,12 +18,7 @@ pub(crate) struct Ran {
 
 /// Runs gripctl in `folder` to its end; a panic is never one.
 pub(crate) fn gripctl(folder: &Path, args: &[&str]) -> Ran {
-    let mut command = Command::new(crate::PROGRAM);
-    let output = command.current_dir(folder).args(args).timeout(PATIENCE).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    let (out, err) = (text(output.stdout), text(output.stderr));
-    assert!(!err.contains("panicked"), "{err}");
-    let code = output.status.code().unwrap_or_else(|| panic!("gripctl was killed: {err}"));
+    let Ended { code, out, err } = Program::start(Path::new(crate::PROGRAM), folder, args).ended();
     Ran { code, out, err }
 }
 
@@ -34,18 +29,12 @@ impl Ran {
         self
     }
 
-    /// Ended with `code`, said each of `words` once, and printed no result.
+    /// As [`Ended::refused`].
     #[track_caller]
     pub(crate) fn refused(self, code: i32, words: &[&str]) -> Self {
-        assert_eq!(self.code, code, "{self:?}");
-        for word in words {
-            assert!(self.err.contains(word), "no {word:?} in {}", self.err);
-        }
-        let longest = self.err.lines().max_by_key(|line| line.len()).unwrap_or_default();
-        let reported = longest.split_once(": ").map_or(longest, |(_, text)| text);
-        assert_eq!(self.err.matches(reported).count(), 1, "reported twice: {}", self.err);
-        assert!(self.out.is_empty(), "{self:?}");
-        self
+        let Self { code: own, out, err } = self;
+        let Ended { code, out, err } = Ended { code: own, out, err }.refused(code, words);
+        Self { code, out, err }
     }
 
     /// The lines of standard output as JSON.
@@ -57,6 +46,45 @@ impl Ran {
 #[track_caller]
 pub(crate) fn number(value: &Value, name: &str) -> f64 {
     value[name].as_f64().unwrap_or_else(|| panic!("no number {name} in {value}"))
+}
+
+/// Even noise from -0.5 to 0.5, the same every time.
+pub(crate) fn noise(mut seed: u32) -> impl FnMut() -> f64 {
+    move || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
+    }
+}
+
+/// Nearly normal noise of the deviation 1.
+pub(crate) fn normal(seed: u32) -> impl FnMut() -> f64 {
+    let mut even = noise(seed);
+    move || (0..12).map(|_| even()).sum()
+}
+
+/// A WAV of one channel of 16 bits.
+pub(crate) fn wav(rate_hz: u32, samples: impl Iterator<Item = f64>) -> Vec<u8> {
+    #[expect(clippy::cast_possible_truncation, reason = "saturates, as a microphone does")]
+    let data: Vec<u8> = samples.flat_map(|sample| (sample as i16).to_le_bytes()).collect();
+    let len = u32::try_from(data.len()).unwrap();
+    let [all, rate, bytes, len] = [36 + len, rate_hz, 2 * rate_hz, len].map(u32::to_le_bytes);
+    let head = [b"RIFF", &all, &b"WAVEfmt \x10\0\0\0\x01\0\x01\0"[..], &rate, &bytes];
+    [&head.concat()[..], b"\x02\0\x10\0data", &len, &data].concat()
+}
+
+/// The files of a folder, those in its folders too, with what they hold.
+pub(crate) fn content(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => all.extend(content(&path)),
+            false => {
+                all.insert(path.display().to_string(), fs::read(&path).unwrap_or_default());
+            }
+        }
+    }
+    all
 }
 
 /// The folder `name` of the real recordings, which are no part of the project.

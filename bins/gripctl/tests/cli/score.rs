@@ -1,20 +1,18 @@
 //! `gripctl score`: labelled recordings, made here and real.
 
-use crate::run::{gripctl, number, real_data};
+use crate::run::{gripctl, noise, number, real_data};
 use core::fmt::Write as _;
 use serde_json::Value;
 use std::{fs, path::Path};
 
 /// 0.6 s at 2.2 kHz in counts: seeded noise of 10 counts, and a tone from `slip_from_s` on.
 fn recording(slip_from_s: f64, tone_counts: f64, seed: u32) -> String {
-    let mut state = seed;
+    let mut noise = noise(seed);
     let mut text = String::from("t_s,vibration\n");
     for i in 0..1320_u32 {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let noise = f64::from(state >> 8) / f64::from(1 << 24) * 10.0 - 5.0;
         let t = f64::from(i) / 2200.0;
         let tone = if t >= slip_from_s { tone_counts * (942.0 * t).sin() } else { 0.0 };
-        writeln!(text, "{t:.6},{}", (noise + tone).round()).unwrap();
+        writeln!(text, "{t:.6},{}", (10.0 * noise() + tone).round()).unwrap();
     }
     text
 }

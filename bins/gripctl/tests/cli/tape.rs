@@ -1,6 +1,6 @@
 //! MCAP recordings through `gripctl replay`, `recover` and `csv`.
 
-use crate::run::gripctl;
+use crate::run::{gripctl, number};
 use grip_eval::trial;
 use grip_record::mcap::{Attached, McapWriter, Record, SampleRecord};
 use grip_session::{
@@ -8,6 +8,7 @@ use grip_session::{
     recording::{MODEL_NAME, event_record, pipeline_record},
 };
 use grip_sim::scene;
+use serde_json::Value;
 use slip_core::units::Micros;
 use std::{
     fs::{self, File},
@@ -16,12 +17,16 @@ use std::{
 
 /// Grasps and records as the daemon does; gives the lines of the session.
 fn record(file: &Path) -> Vec<String> {
-    record_events(file, None)
+    record_events(file, ("default", 0), None)
 }
 
-/// The same with another text in place of that of each event.
-fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
-    let scene = scene::load("default").unwrap();
+/// The same in a scene of a seed, with another text in place of that of each event.
+fn record_events(
+    file: &Path,
+    (scene, seed): (&str, u64),
+    tampered: Option<&'static str>,
+) -> Vec<String> {
+    let scene = scene::load(scene).unwrap().reseeded(seed).unwrap();
     let out = File::create(file).unwrap();
     let mut writer = McapWriter::new(out, "gripd test", 1_763_766_000_000_000_000).unwrap();
     let data = model::default_text().as_bytes().to_vec();
@@ -59,32 +64,38 @@ fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
 #[test]
 fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     let folder = tempfile::tempdir().unwrap();
-    let lines = record(&folder.path().join("run.mcap"));
-    assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{lines:?}");
-    for args in
-        [&["replay", "run.mcap", "--json"][..], &["replay", "run.mcap", "--json", "--no-skip"]]
-    {
-        let ran = gripctl(folder.path(), args).done();
-        let mut printed: Vec<&str> = ran.out.lines().collect();
-        let summary: serde_json::Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
-        assert_eq!(printed, lines);
-        assert_eq!((&summary["pipelines"], &summary["lost"]), (&1.into(), &0.into()));
+    for scene in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
+        let lines = record_events(&folder.path().join("run.mcap"), scene, None);
+        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene:?}: {lines:?}");
+        let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
+        assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{ran:?}");
+        for file in ["run.mcap", "run.csv", "run.npz"] {
+            if file != "run.mcap" {
+                gripctl(folder.path(), &["csv", "run.mcap", "-o", file, "--force"]).done();
+            }
+            for more in [&[][..], &["--no-skip"]] {
+                let args = [&["replay", file, "--json"], more].concat();
+                let ran = gripctl(folder.path(), &args).done();
+                let mut printed: Vec<&str> = ran.out.lines().collect();
+                let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
+                assert_eq!(printed, lines, "{scene:?} {args:?}");
+                assert_eq!((&summary["type"], &summary["lost"]), (&"summary".into(), &0.into()));
+                assert!((number(&summary, "duration_s") - 1.49).abs() < 0.05, "{summary}");
+            }
+        }
     }
-    let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
-    assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{}", ran.out);
-    for file in ["run.csv", "run.npz"] {
-        gripctl(folder.path(), &["csv", "run.mcap", "-o", file]).done();
-        let ran = gripctl(folder.path(), &["replay", file, "--json"]).done();
-        let printed: Vec<&str> = ran.out.lines().collect();
-        assert_eq!(printed.get(..lines.len()).unwrap(), lines, "{file}");
-    }
+    let ran = gripctl(folder.path(), &["replay", "run.csv", "--json", "--observe"]).done();
+    let slip = ran.json().into_iter().find(|line| line["type"] == "slip").unwrap();
+    assert!(slip["command_n"].is_null(), "only observed: {slip}");
+    let text = gripctl(folder.path(), &["replay", "run.csv"]).done().out;
+    assert!(text.contains("slip (") && text.contains("0 gaps"), "{text}");
 }
 
 #[test]
 fn a_difference_is_shown_and_fails() {
     let folder = tempfile::tempdir().unwrap();
     // Its events were tampered with: the chunks are written anew, so nothing is damaged.
-    record_events(&folder.path().join("other.mcap"), Some("{\"type\":\"slip\"}"));
+    record_events(&folder.path().join("other.mcap"), ("default", 0), Some("{\"type\":\"slip\"}"));
     let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(

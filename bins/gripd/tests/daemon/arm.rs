@@ -3,7 +3,7 @@
 #[path = "../../../../crates/grip-robotiq/src/gripper/tests/device.rs"]
 mod device;
 
-use crate::running::{Running, until};
+use crate::running::serving;
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -18,6 +18,7 @@ use std::{
     thread,
     time::Instant,
 };
+use stories::until;
 
 /// What a test does with the arm while gripd uses it.
 #[derive(Clone)]
@@ -132,16 +133,16 @@ fn a_slip_is_answered_over_the_forwarder_and_its_faults_open_nothing() {
     let rows = folder.path().join("rows.sock");
     let gripper = format!("robotiq:2f-85:tcp:127.0.0.1:{}", arm.port);
     let port = format!("rows:unix:{}", rows.display());
-    let gripd = Running::start(folder.path(), &["--port", &port, "--gripper", &gripper]);
+    let gripd = serving(folder.path(), &["--port", &port, "--gripper", &gripper]);
     let _sensor = Sensor::start(rows);
-    gripd.wait_for(&format!("2F-85 on tcp:127.0.0.1:{}: found", arm.port));
+    gripd.until_reported(&format!("2F-85 on tcp:127.0.0.1:{}: found", arm.port));
     assert!(until(|| gripd.printed().contains("\"slip\"")), "{}", gripd.reported());
     let pressed = || arm.asks().is_some_and(|register| register > 0);
     assert!(until(pressed), "the force follows the slip: {}", gripd.reported());
 
     let held = arm.asks();
     arm.reset();
-    gripd.wait_for("found again");
+    gripd.until_reported("found again");
     assert!(arm.asks() >= held, "a reset of the connection lets nothing go");
 
     // Tool power off, for as long as a gripper takes to start, and on: nothing is activated or written.
@@ -154,12 +155,12 @@ fn a_slip_is_answered_over_the_forwarder_and_its_faults_open_nothing() {
         (device.answers, device.activated, device.registers) = (true, false, [0; 3]);
         device.writes.len()
     };
-    gripd.wait_for("not activated");
+    gripd.until_reported("not activated");
     let writes = arm.device.lock().unwrap().writes.clone();
     assert_eq!(writes.len(), written, "{writes:?}");
     let opens = |[action, position, _]: &[u16; 3]| *position == 0 || action & 0x0100 == 0;
     assert!(!writes.iter().any(opens), "{writes:?}");
-    let ran = gripd.stop();
+    let ran = gripd.interrupted();
     assert!([0, 3].contains(&ran.code), "{ran:?}");
 }
 
@@ -169,7 +170,8 @@ fn an_arm_that_is_not_there_is_named() {
     // Nothing listens at a port that was given back.
     let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let rows = ["--sensor", "rows:unix:rows.sock", "--listen", "off", "--gripper"];
-    let start = |gripper: &str| crate::run::gripd(folder.path(), &[&rows[..], &[gripper]].concat());
+    let start =
+        |gripper: &str| crate::running::gripd(folder.path(), &[&rows[..], &[gripper]].concat());
     start(&format!("robotiq:2f-85:tcp:127.0.0.1:{port}"))
         .refused(1, &[&format!("tcp:127.0.0.1:{port}"), "is the robot on", "forwarder"]);
     start("robotiq:2f-85:tcp:192.168.1.10").refused(2, &["expected tcp:HOST:PORT"]);

@@ -1,9 +1,10 @@
 //! A sensor on one line and a gripper on another, both boards that speak the link.
 
-use crate::{run::gripd, running::until};
+use crate::running::gripd;
 use core::sync::atomic::{AtomicU64, Ordering};
 use grip_sim::port::Simulator;
 use std::sync::Arc;
+use stories::until;
 
 /// A simulated board whose clock runs `ppm` fast.
 #[expect(clippy::disallowed_methods, reason = "a board lives in real time")]
@@ -36,7 +37,7 @@ fn the_board_on_the_other_line_grips_and_that_of_the_sensor_does_not() {
         "3",
     ];
     let ran = gripd(folder.path(), &args).done();
-    let summary = ran.json().pop().unwrap();
+    let summary = ran.lines().pop().unwrap();
     assert!(summary["commands"].as_u64().unwrap() > 100, "{summary} {}", ran.err);
     assert!(summary["rows"]["taken"].as_u64().unwrap() > 4000, "{summary}");
     assert_eq!((&summary["rows"]["bad"], &summary["rows"]["late"]), (&0.into(), &0.into()));

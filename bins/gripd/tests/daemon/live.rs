@@ -1,6 +1,6 @@
 //! Whole runs over a real pseudo-terminal: what is printed and recorded, and that a replay states the same.
 
-use crate::run::{Ran, command, ended, gripd};
+use crate::running::{command, gripd};
 use grip_record::{CsvOptions, Recording, read_csv};
 use grip_session::{HostConfig, model, replay, report::EventLog};
 use serde_json::Value;
@@ -12,6 +12,7 @@ use std::{
     path::{Path, PathBuf},
     process::Stdio,
 };
+use stories::Ended;
 
 /// The event lines that a replay of `recording` prints.
 fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<String> {
@@ -28,7 +29,7 @@ fn replayed(recording: &Recording, config: &HostConfig, no_skip: bool) -> Vec<St
 
 /// The recording gives the very lines that were printed, however often and however thoroughly it is replayed. Where the
 /// machine was too busy to record every sample there is nothing to compare.
-pub(crate) fn replays_identically(file: &Path, ran: &Ran, config: &HostConfig) {
+pub(crate) fn replays_identically(file: &Path, ran: &Ended, config: &HostConfig) {
     // A table has no clock of a device: a gripper that lives by no clock of its own is fast or slow.
     let printed = ran.out.lines().filter(|line| !line.contains("\"channel\":\"clock\""));
     let mut printed: Vec<&str> = printed.collect();
@@ -62,10 +63,10 @@ fn number(value: &Value, name: &str) -> f64 {
 }
 
 /// A machine that stops the program for longer than the object takes to fall drops it: it may try again.
-fn until_held(folder: &Path, args: &[&str]) -> Ran {
+fn until_held(folder: &Path, args: &[&str]) -> Ended {
     for _ in 0..3 {
         let ran = gripd(folder, args).done();
-        if ran.json().last().unwrap()["held"] == true {
+        if ran.lines().last().unwrap()["held"] == true {
             return ran;
         }
         eprintln!("not held: {}", ran.out);
@@ -112,7 +113,7 @@ fn the_object_is_held_and_every_line_is_as_agreed() {
     let file = folder.path().join("run.csv");
     let args = ["--port", "sim", "--duration", "4", "--json", "--record", "run.csv"];
     let ran = until_held(folder.path(), &args);
-    let mut lines = ran.json();
+    let mut lines = ran.lines();
     check_summary(&lines.pop().unwrap(), ran.code);
     check_events(&lines);
     replays_identically(&file, &ran, &HostConfig::default());
@@ -121,7 +122,7 @@ fn the_object_is_held_and_every_line_is_as_agreed() {
 #[test]
 fn a_person_reads_the_same_in_sentences() {
     let folder = tempfile::tempdir().unwrap();
-    let said = |ran: &Ran| {
+    let said = |ran: &Ended| {
         let words = ["slip (", "slip ended after", "latency from frame to command", "object HELD"];
         ran.err.contains("gripper found") && words.iter().all(|words| ran.out.contains(words))
     };
@@ -137,8 +138,8 @@ fn a_gripper_without_other_sensors_replays_identically() {
     fs::write(folder.path().join("bare.toml"), scene).unwrap();
     let args = ["--port", "sim:bare.toml", "--duration", "2.5", "--json", "--record", "run.csv"];
     // A machine that stands still for most of the run loses the slip.
-    let slips = |ran: &Ran| {
-        ran.json().iter().any(|line| line["type"] == "slip" && line["command_n"].is_f64())
+    let slips = |ran: &Ended| {
+        ran.lines().iter().any(|line| line["type"] == "slip" && line["command_n"].is_f64())
     };
     let mut ran = gripd(folder.path(), &args).done();
     for _ in 1..5 {
@@ -191,13 +192,13 @@ fn a_dry_run_commands_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--port", "sim", "--duration", "1.2", "--dry-run", "--json", "--no-skip"];
     let ran = gripd(folder.path(), &args).done();
-    let summary = ran.json().pop().unwrap();
+    let summary = ran.lines().pop().unwrap();
     assert_eq!(summary["commands"], 0, "{summary}");
     assert_eq!(number(&summary, "force_final_n"), 0.0, "{summary}");
     assert_eq!(summary["held"], false, "{summary}");
     fs::write(folder.path().join("old.csv"), "t_s,stylus\n0,0\n").unwrap();
     let args = ["--port", "./nowhere", "--record", "old.csv"];
-    ended(command(folder.path(), &args)).refused(1, &["./nowhere", "no such port"]);
+    gripd(folder.path(), &args).refused(1, &["./nowhere", "no such port"]);
     let kept = fs::read_to_string(folder.path().join("old.csv")).unwrap();
     assert_eq!(kept, "t_s,stylus\n0,0\n");
 }

@@ -9,7 +9,6 @@ mod ports;
 mod recording;
 mod refusals;
 mod rows;
-mod run;
 mod running;
 mod service_manager;
 mod shadow;

@@ -1,20 +1,20 @@
 //! Objects that gripd remembers: the second grasp of a name begins with what the first has shown.
 
-use crate::run::gripd;
-use crate::running::{Running, UPDATES, receive, until};
+use crate::running::{UPDATES, client, gripd, receive, serving};
 use grip_daemon::client::Client;
 use grip_link::message::{
     Kind,
     daemon::{GripState, NoticeKind, Operation, ToClient},
 };
 use std::fs;
+use stories::{Program, until};
 
 /// A file of the memory and a name, gripd with it, and a client that may command.
-fn remembering(folder: &std::path::Path) -> (Running, Client) {
+fn remembering(folder: &std::path::Path) -> (Program, Client) {
     let settings = "allow_commands = true\n[memory]\nfile = \"objects.toml\"\n";
     fs::write(folder.join("gripd.toml"), settings).unwrap();
-    let running = Running::start(folder, &[]);
-    let client = running.client(5, UPDATES);
+    let running = serving(folder, &[]);
+    let client = client(folder, 5, UPDATES);
     (running, client)
 }
 
@@ -52,7 +52,7 @@ fn a_grasp_begins_with_what_those_before_it_have_shown() {
         &mut client,
         |message| matches!(message, ToClient::Nack(nack) if nack.kind == Kind::OBJECT),
     );
-    running.stop().done();
+    running.interrupted().done();
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn what_a_grasp_shows_stands_in_the_file() {
     let file = folder.path().join("objects.toml");
     let learned =
         until(|| fs::read_to_string(&file).is_ok_and(|text| text.contains("[brick.needed_n]")));
-    let said = running.stop();
+    let said = running.interrupted();
     assert!(learned, "{}", said.err);
     assert!(said.err.contains("object brick: learned"), "{}", said.err);
 }

@@ -1,6 +1,6 @@
 //! Ports that are no gripper: each is distinguished from the others, within the three seconds that gripd asks.
 
-use crate::run::{Ran, command, ended, gripd};
+use crate::running::{command, gripd};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
@@ -13,6 +13,7 @@ use std::{
     os::unix::{fs::PermissionsExt as _, process::CommandExt as _},
     thread,
 };
+use stories::{Ended, Program};
 
 /// Ends the other side of the line, also where a test fails.
 struct Ending<'a>(&'a AtomicBool);
@@ -24,7 +25,7 @@ impl Drop for Ending<'_> {
 }
 
 /// gripd on a pseudo-terminal whose other end gives `answer` to what it reads (nothing, every 20 ms, where nothing comes).
-fn on_line(answer: impl FnMut(&[u8]) -> Vec<u8> + Send) -> Ran {
+fn on_line(answer: impl FnMut(&[u8]) -> Vec<u8> + Send) -> Ended {
     let folder = tempfile::tempdir().unwrap();
     let pty = Pty::open(None).unwrap();
     let port = pty.port().display().to_string();
@@ -104,7 +105,7 @@ fn ident() -> Ident {
 }
 
 /// gripd facing a device of protocol `version` that answers every HELLO with `ident` and knows no other request.
-fn facing(version: u8, ident: &Ident) -> Ran {
+fn facing(version: u8, ident: &Ident) -> Ended {
     let mut decoder = Decoder::new(Role::Device);
     let mut payload = [0; Ident::MAX_SIZE];
     let len = ident.write(&mut payload).unwrap();
@@ -169,7 +170,7 @@ fn a_port_that_may_not_be_opened() {
             return;
         }
     }
-    ended(command).refused(1, &["./locked", "access denied", "dialout"]);
+    Program::of(command).ended().refused(1, &["./locked", "access denied", "dialout"]);
 }
 
 #[test]

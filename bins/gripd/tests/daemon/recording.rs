@@ -1,14 +1,12 @@
 //! Whole runs recorded as MCAP: the replay states byte by byte what was printed, whatever happened in between.
 
-use crate::{
-    run::Ran,
-    running::{Running, UPDATES, receive},
-};
+use crate::running::{UPDATES, client, holding, receive};
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
 use grip_session::tape::{Played, Tape, TapeOptions, TapeSummary};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{fs, path::Path};
+use stories::Ended;
 
 /// Lines of the replay, and what it has seen.
 fn replayed(file: &Path) -> (Vec<String>, TapeSummary) {
@@ -23,7 +21,7 @@ fn replayed(file: &Path) -> (Vec<String>, TapeSummary) {
 }
 
 /// The recording gives what was printed, if the machine let the recorder and the printer have everything.
-pub(crate) fn replays(folder: &Path, ran: &Ran) -> TapeSummary {
+pub(crate) fn replays(folder: &Path, ran: &Ended) -> TapeSummary {
     let mut printed: Vec<&str> = ran.out.lines().collect();
     let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
     let whole = summary["unrecorded_samples"] == 0 && summary["untold_notes"] == 0;
@@ -40,14 +38,20 @@ pub(crate) fn replays(folder: &Path, ran: &Ran) -> TapeSummary {
 #[test]
 fn a_reload_in_between_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
-    let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
+    let running = holding(folder.path(), &["--record", "run.mcap"]);
     fs::write(folder.path().join("gripd.toml"), "[detector.shear]\nlow_hz = 30.0\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("the new settings are in force: detector.shear.low_hz: 20.0 -> 30.0");
+    running.until_reported("the new settings are in force: detector.shear.low_hz: 20.0 -> 30.0");
     fs::write(folder.path().join("gripd.toml"), "[grip]\ntrial_force_n = 2.5\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("grip.trial_force_n: 1.2 -> 2.5");
-    let ran = running.stop();
+    running.until_reported("grip.trial_force_n: 1.2 -> 2.5");
+    // What is wrong is named and changes nothing.
+    for (wrong, place) in [("[grip\n", ":1:6"), ("[grip]\nbackoff_n_s = -1.0\n", ":2:1")] {
+        fs::write(folder.path().join("gripd.toml"), wrong).unwrap();
+        running.signal(Signal::HUP);
+        running.until_reported(&format!("the settings in force stay: gripd.toml{place}"));
+    }
+    let ran = running.interrupted();
     assert_eq!(replays(folder.path(), &ran).pipelines, 3);
 }
 
@@ -64,8 +68,8 @@ fn ask(client: &mut grip_daemon::client::Client, command: &Command) {
 fn what_clients_ask_for_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gripd.toml"), "allow_commands = true\n").unwrap();
-    let running = Running::holding(folder.path(), &["--record", "run.mcap"]);
-    let mut client = running.client(7, UPDATES);
+    let running = holding(folder.path(), &["--record", "run.mcap"]);
+    let mut client = client(folder.path(), 7, UPDATES);
     let mut token = 0;
     receive(&mut client, |message| {
         if let ToClient::Welcome(welcome) = message {
@@ -85,6 +89,6 @@ fn what_clients_ask_for_is_replayed() {
         |message| matches!(message, ToClient::State(state) if state.applied_n.is_some_and(|force| force < 0.5)),
     );
     ask(&mut client, &Command::new(Operation::Grasp));
-    let ran = running.stop();
+    let ran = running.interrupted();
     assert_eq!(replays(folder.path(), &ran).pipelines, 1);
 }

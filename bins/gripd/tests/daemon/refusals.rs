@@ -1,6 +1,6 @@
 //! What a person may get wrong: each is refused with one message that states what, where and what to do.
 
-use crate::run::gripd;
+use crate::running::gripd;
 use std::{fs, path::Path};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");

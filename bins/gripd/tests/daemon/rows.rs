@@ -2,10 +2,8 @@
 
 use crate::{
     recording::replays,
-    run::{Ran, command, gripd},
-    running::until,
+    running::{command, gripd},
 };
-use assert_cmd::Command;
 use core::{fmt::Write as _, time::Duration};
 use serde_json::Value;
 use std::{
@@ -13,10 +11,10 @@ use std::{
     net::{Shutdown, TcpStream, UdpSocket},
     os::unix::net::UnixStream,
     path::Path,
-    process::{Child, Stdio},
     thread,
     time::Instant,
 };
+use stories::{Ended, Program, until};
 
 const RATE: u32 = 1600;
 
@@ -43,17 +41,9 @@ fn csv() -> String {
 }
 
 /// gripd with `input` on standard input, run to its end.
-fn piped(folder: &Path, args: &[&str], input: impl Into<Vec<u8>>) -> Ran {
+fn piped(folder: &Path, args: &[&str], input: impl Into<Vec<u8>>) -> Ended {
     let args = [&["--listen", "off"], args].concat();
-    let output = Command::from_std(command(folder, &args))
-        .write_stdin(input)
-        .timeout(Duration::from_secs(60))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    let (out, err) = (text(output.stdout), text(output.stderr));
-    assert!(!err.contains("panicked"), "{err}");
-    Ran { code: output.status.code().unwrap(), out, err }
+    Program::fed(command(folder, &args), input.into()).ended()
 }
 
 /// A slip in the loud part, and all rows counted.
@@ -73,8 +63,8 @@ fn standard_input_to_its_end() {
     let args = ["--sensor", "rows:-", "--json", "--record", "run.mcap"];
     let ran = piped(folder.path(), &args, csv()).done();
     replays(folder.path(), &ran);
-    slipped(&ran.json());
-    let summary = ran.json().pop().unwrap();
+    slipped(&ran.lines());
+    let summary = ran.lines().pop().unwrap();
     assert_eq!(
         (summary["commands"].clone(), summary["samples"].clone()),
         (0.into(), (2 * RATE).into())
@@ -108,7 +98,7 @@ fn a_travel_or_taxels_alone_show_a_slip_and_move_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let ran = piped(folder.path(), &[port, "rows:-", "--json", "--record", "run.mcap"], text);
         replays(folder.path(), &ran);
-        let lines = ran.json();
+        let lines = ran.lines();
         let slips = lines.iter().filter(|line| line["type"] == "slip");
         let times: Vec<f64> = slips.filter_map(|slip| slip["t_s"].as_f64()).collect();
         let expected = times.first().is_some_and(|t_s| (2.0..2.2).contains(t_s));
@@ -145,7 +135,7 @@ fn an_alarm_with_the_level_of_a_machine_is_named_once() {
 fn a_csv_of_a_vibration_has_its_column() {
     let folder = tempfile::tempdir().unwrap();
     let ran = piped(folder.path(), &["--sensor", "rows:-", "--json", "--record", "run.csv"], csv());
-    slipped(&ran.done().json());
+    slipped(&ran.done().lines());
     let recorded = std::fs::read_to_string(folder.path().join("run.csv")).unwrap();
     let columns: Vec<&str> = recorded.lines().next().unwrap().split(',').collect();
     assert!(columns.contains(&"vibration") && !columns.contains(&"stylus"), "{columns:?}");
@@ -164,7 +154,7 @@ fn what_is_wrong_with_rows_is_named() {
     refused("vibration,rate=1600\n1,2\n", &["row 1: 2 values, the header names 1 column"]);
     let bad = csv().replace("\n0.500000,", "\n0.500000,x");
     let ran = piped(folder.path(), &["--sensor", "rows:-", "--json"], bad);
-    let summary = ran.json().pop().unwrap();
+    let summary = ran.lines().pop().unwrap();
     assert!(ran.err.contains("row 801: `x"), "{}", ran.err);
     assert_eq!((ran.code, summary["rows"]["bad"].clone()), (3, 1.into()), "data is lost: {ran:?}");
 }
@@ -190,40 +180,15 @@ fn an_observer_commands_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for ends in [&["--port", "sim", "--gripper", "none"][..], &["--sensor", "sim"]] {
         let ran = gripd(folder.path(), &[ends, &["--duration", "1.2", "--json"]].concat()).done();
-        let summary = ran.json().pop().unwrap();
+        let summary = ran.lines().pop().unwrap();
         assert_eq!(summary["commands"], 0, "{summary}");
         assert_eq!(summary["command_n"], Value::Null, "{summary}");
     }
 }
 
-/// gripd on `sensor` with `args`, until it is over.
-struct Served(Option<Child>);
-
-impl Served {
-    fn start(folder: &Path, ends: &[&str]) -> Self {
-        let args = [ends, &["--listen", "off", "--json"]].concat();
-        let mut command = command(folder, &args);
-        Self(Some(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()))
-    }
-
-    fn end(mut self) -> Ran {
-        let output = self.0.take().unwrap().wait_with_output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        Ran {
-            code: output.status.code().unwrap(),
-            out: text(output.stdout),
-            err: text(output.stderr),
-        }
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        if let Some(mut child) = self.0.take() {
-            child.kill().unwrap();
-            child.wait().unwrap();
-        }
-    }
+/// gripd at `ends`, until it is over.
+fn served(folder: &Path, ends: &[&str]) -> Program {
+    Program::of(command(folder, &[ends, &["--listen", "off", "--json"]].concat()))
 }
 
 /// Tries until somebody listens.
@@ -260,12 +225,12 @@ fn in_real_time(stream: &mut TcpStream) {
 fn a_program_that_connects_gets_events_and_commands_back() {
     let folder = tempfile::tempdir().unwrap();
     let address = format!("127.0.0.1:{}", free_port());
-    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let served = served(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
     let mut stream = connected(|| TcpStream::connect(&address));
     in_real_time(&mut stream);
     stream.shutdown(Shutdown::Write).unwrap();
     let back = json_lines(stream);
-    let ran = served.end();
+    let ran = served.ended();
     slipped(&back);
     let forces: Vec<f64> = back
         .iter()
@@ -274,38 +239,37 @@ fn a_program_that_connects_gets_events_and_commands_back() {
         .collect();
     assert!(forces.iter().any(|force_n| *force_n > 1.0), "{forces:?}");
     assert!(!ran.out.contains("\"command\","), "standard output has the events: {}", ran.out);
-    slipped(&ran.json());
+    slipped(&ran.lines());
 }
 
 #[test]
 fn a_connection_that_breaks_is_reported_and_ends_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let address = format!("127.0.0.1:{}", free_port());
-    let served = Served::start(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
+    let served = served(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
     let mut stream = connected(|| TcpStream::connect(&address));
     stream.write_all(b"vibration,rate=1600\n0.5\n").unwrap();
     // A command comes back once the row is there; then the connection is reset.
     stream.read_exact(&mut [0; 8]).unwrap();
     rustix::net::sockopt::set_socket_linger(&stream, Some(Duration::ZERO)).unwrap();
     drop(stream);
-    let ran = served.end().done();
+    let ran = served.ended().done();
     assert!(ran.err.contains("the connection broke, and its last rows may be missing"), "{ran:?}");
-    assert_eq!(ran.json().pop().unwrap()["rows"]["taken"], 1, "{ran:?}");
+    assert_eq!(ran.lines().pop().unwrap()["rows"]["taken"], 1, "{ran:?}");
 }
 
 #[test]
 fn a_socket_file_is_an_address_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rows.sock");
-    let served =
-        Served::start(folder.path(), &["--sensor", &format!("rows:unix:{}", path.display())]);
+    let served = served(folder.path(), &["--sensor", &format!("rows:unix:{}", path.display())]);
     let mut stream = connected(|| UnixStream::connect(&path));
     let mut bytes = format!("vibration,rate={RATE},format=f32\n").into_bytes();
     bytes.extend(vibration().into_iter().flat_map(f32::to_le_bytes));
     stream.write_all(&bytes).unwrap();
     stream.shutdown(Shutdown::Write).unwrap();
     slipped(&json_lines(stream));
-    let ran = served.end();
+    let ran = served.ended();
     assert_eq!(ran.code, 0, "{ran:?}");
     assert!(!path.exists());
 }
@@ -316,7 +280,7 @@ fn what_sends_no_header_is_no_source() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rows.sock");
     let sensor = format!("rows:unix:{}", path.display());
-    let served = Served::start(folder.path(), &["--sensor", &sensor]);
+    let served = served(folder.path(), &["--sensor", &sensor]);
     drop(connected(|| UnixStream::connect(&path)));
     let second = gripd(folder.path(), &["--sensor", &sensor, "--listen", "off"]);
     second.refused(1, &["another program listens there"]);
@@ -330,8 +294,8 @@ fn what_sends_no_header_is_no_source() {
     let mut stream = connected(|| UnixStream::connect(&path));
     stream.write_all(csv().as_bytes()).unwrap();
     stream.shutdown(Shutdown::Write).unwrap();
-    let ran = served.end();
-    slipped(&ran.json());
+    let ran = served.ended();
+    slipped(&ran.lines());
     assert!(ran.err.contains("no header of rows, waiting for the next: nothing came"), "{ran:?}");
     assert!(ran.err.contains("`GET / HTTP/1.1` is no column"), "{ran:?}");
     assert!(ran.err.contains("\\u001b[2J") && !ran.err.contains('\x1b'), "{ran:?}");
@@ -342,7 +306,7 @@ fn what_sends_no_header_is_no_source() {
 fn datagrams_of_any_size_come_whole_and_foreign_ones_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let address = format!("127.0.0.1:{}", free_port());
-    let served = Served::start(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
+    let served = served(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
     let [foreign, socket] = [0, 1].map(|_| {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
         socket.connect(&address).unwrap();
@@ -360,8 +324,8 @@ fn datagrams_of_any_size_come_whole_and_foreign_ones_are_left_out() {
         socket.send(part.as_bytes()).unwrap();
     }
     socket.send(&[]).unwrap();
-    let ran = served.end();
-    slipped(&ran.json());
+    let ran = served.ended();
+    slipped(&ran.lines());
     assert!(ran.err.contains("`hello` is no column"), "{ran:?}");
 }
 
@@ -369,7 +333,7 @@ fn datagrams_of_any_size_come_whole_and_foreign_ones_are_left_out() {
 fn a_lost_datagram_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let address = format!("127.0.0.1:{}", free_port());
-    let served = Served::start(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
+    let served = served(folder.path(), &["--sensor", &format!("rows:udp:{address}")]);
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     socket.connect(&address).unwrap();
     socket.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
@@ -392,9 +356,9 @@ fn a_lost_datagram_is_counted() {
         listen(&mut back);
     }
     socket.send(&[]).unwrap();
-    let ran = served.end();
+    let ran = served.ended();
     (0..50).for_each(|_| listen(&mut back));
-    let summary = ran.json().pop().unwrap();
+    let summary = ran.lines().pop().unwrap();
     assert_eq!((ran.code, summary["rows"]["missing"].clone()), (3, 16.into()), "{ran:?}");
     assert!(back.contains("\"type\":\"slip\""), "{back}");
 }

@@ -1,6 +1,6 @@
 //! A service manager that waits for signs of life, also while there is no gripper.
 
-use crate::run::command;
+use crate::running::command;
 use core::time::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{os::unix::net::UnixDatagram, process::Stdio};

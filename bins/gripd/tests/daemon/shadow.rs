@@ -2,13 +2,13 @@
 
 use crate::{
     live::replays_identically,
-    run::Ran,
-    running::{Running, UPDATES, receive},
+    running::{UPDATES, client, receive, serving},
 };
 use grip_daemon::client::Client;
 use grip_link::message::daemon::{Estimates, Load, ToClient};
 use grip_session::{HostConfig, model};
 use std::{fs, path::Path};
+use stories::Ended;
 
 /// The default model with twice the range of its target: it asks for twice the force.
 fn twice() -> String {
@@ -53,12 +53,12 @@ fn bring(client: &mut Client, text: &str, send: impl Fn(&mut Client, &Load<'_>))
 }
 
 /// A grasp with a slip and a shadow: what both models made of it, and how gripd ended.
-fn grasp(folder: &Path) -> Option<(Estimates, Ran)> {
+fn grasp(folder: &Path) -> Option<(Estimates, Ended)> {
     fs::remove_file(folder.join("run.csv")).unwrap_or_default();
-    let running = Running::start(folder, &["--record", "run.csv"]);
-    let mut client = running.client(1, UPDATES);
+    let running = serving(folder, &["--record", "run.csv"]);
+    let mut client = client(folder, 1, UPDATES);
     assert!(cast(&mut client, &twice()));
-    running.wait_for("of a client estimates beside the one in force");
+    running.until_reported("of a client estimates beside the one in force");
     let (mut estimates, mut fallen) = (None, false);
     receive(&mut client, |message| {
         match message {
@@ -68,7 +68,7 @@ fn grasp(folder: &Path) -> Option<(Estimates, Ran)> {
         }
         estimates.is_some() || fallen
     });
-    let ran = running.stop().done();
+    let ran = running.interrupted().done();
     estimates.map(|estimates| (estimates, ran))
 }
 
@@ -90,8 +90,8 @@ fn a_shadow_estimates_beside_the_model_in_force_and_changes_no_command() {
 fn a_file_that_is_no_model_is_no_shadow_either() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gripd.toml"), "allow_models = true\n").unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
+    let running = serving(folder.path(), &[]);
+    let mut client = client(folder.path(), 1, UPDATES);
     assert!(!cast(&mut client, "{}"));
-    running.wait_for("the model that a client asked for is not taken as a shadow: ");
+    running.until_reported("the model that a client asked for is not taken as a shadow: ");
 }

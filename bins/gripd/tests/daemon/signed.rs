@@ -1,13 +1,13 @@
 //! Models that have to be signed: those of clients, and that of the configuration; and the way back, which no signature closes.
 
 use crate::{
-    run::{Ran, gripd},
-    running::{Running, UPDATES},
+    running::{UPDATES, client, gripd, serving},
     shadow::{cast, load},
 };
 use grip_session::model::default_text;
 use rustix::process::Signal;
 use std::fs;
+use stories::Ended;
 
 /// A key, a model with its signature by that key, and two of its signatures that are not taken.
 const KEY: &str = "RWQX4ME9UTGBr9z/nnfFMLox/Beua3vRoZ+aO7nc6TUMmM0TFCAfbnmZ";
@@ -38,8 +38,8 @@ fn a_client_brings_signed_models_only_where_a_key_is_set() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gripd.toml"), "allow_models = true\n".to_owned() + &keys())
         .unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
+    let running = serving(folder.path(), &[]);
+    let mut client = client(folder.path(), 1, UPDATES);
     let by = |signature: &str| MODEL.to_owned() + signature;
     for (text, why) in [
         (
@@ -58,20 +58,20 @@ fn a_client_brings_signed_models_only_where_a_key_is_set() {
     ] {
         // Neither in force nor beside.
         assert!(!load(&mut client, &text) && !cast(&mut client, &text), "{why}");
-        running.wait_for(&format!("is not put in force: {why}"));
-        running.wait_for(&format!("is not taken as a shadow: {why}"));
+        running.until_reported(&format!("is not put in force: {why}"));
+        running.until_reported(&format!("is not taken as a shadow: {why}"));
     }
     assert!(!running.reported().contains(" of a client "), "{}", running.reported());
     assert!(cast(&mut client, &signed()));
-    running.wait_for(&format!("estimates beside the one in force {SIGNER}"));
+    running.until_reported(&format!("estimates beside the one in force {SIGNER}"));
     assert!(load(&mut client, &signed()));
-    running.wait_for(&format!(" of a client is in force {SIGNER}"));
+    running.until_reported(&format!(" of a client is in force {SIGNER}"));
     drop(client);
-    running.stop().done();
+    running.interrupted().done();
 }
 
 /// The folder has gripd.toml with keys, and force.json.
-fn check(folder: &std::path::Path) -> Ran {
+fn check(folder: &std::path::Path) -> Ended {
     gripd(folder, &["--check-config"])
 }
 
@@ -121,25 +121,25 @@ fn a_reload_asks_for_signatures_and_leaves_what_is_in_force() {
     let config = "allow_models = true\nmodel = \"force.json\"\n";
     fs::write(place("force.json"), MODEL).unwrap();
     fs::write(place("gripd.toml"), config).unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
+    let running = serving(folder.path(), &[]);
+    let mut client = client(folder.path(), 1, UPDATES);
     assert!(load(&mut client, &unsigned()));
     fs::write(place("gripd.toml"), config.to_owned() + &keys()).unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("the settings in force stay: ");
-    running.wait_for("force.json: it is not signed");
+    running.until_reported("the settings in force stay: ");
+    running.until_reported("force.json: it is not signed");
     assert!(load(&mut client, &(unsigned() + " ")), "no key is in force yet");
     fs::write(place("force.json.minisig"), SIGNATURE).unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("the new settings are in force: model_keys: ");
+    running.until_reported("the new settings are in force: model_keys: ");
     assert!(!load(&mut client, &(unsigned() + "  ")));
     // What was in force comes back, also the model of the configuration of which the file is gone.
     assert!(load(&mut client, &unsigned()));
     fs::remove_file(place("force.json")).unwrap();
     assert!(load(&mut client, ""));
-    running.wait_for("force.json is in force");
+    running.until_reported("force.json is in force");
     drop(client);
-    running.stop().done();
+    running.interrupted().done();
 }
 
 #[test]
@@ -147,25 +147,25 @@ fn a_model_of_before_the_keys_comes_back_after_a_start() {
     let folder = tempfile::tempdir().unwrap();
     let config = "allow_models = true\ndump_dir = \"state\"\n";
     fs::write(folder.path().join("gripd.toml"), config).unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
-    assert!(load(&mut client, &unsigned()));
+    let running = serving(folder.path(), &[]);
+    let mut viewer = client(folder.path(), 1, UPDATES);
+    assert!(load(&mut viewer, &unsigned()));
     // To be asked is not to be in force.
-    assert!(cast(&mut client, &(unsigned() + " ")));
-    drop(client);
-    running.stop().done();
+    assert!(cast(&mut viewer, &(unsigned() + " ")));
+    drop(viewer);
+    running.interrupted().done();
     fs::write(folder.path().join("gripd.toml"), config.to_owned() + &keys()).unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
-    assert!(!load(&mut client, &(unsigned() + " ")));
-    assert!(load(&mut client, &unsigned()));
-    drop(client);
-    running.stop().done();
+    let running = serving(folder.path(), &[]);
+    let mut viewer = client(folder.path(), 1, UPDATES);
+    assert!(!load(&mut viewer, &(unsigned() + " ")));
+    assert!(load(&mut viewer, &unsigned()));
+    drop(viewer);
+    running.interrupted().done();
     // Whoever deletes the file closes that way.
     fs::remove_file(folder.path().join("state/accepted-models")).unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(1, UPDATES);
-    assert!(!load(&mut client, &unsigned()));
-    drop(client);
-    running.stop().done();
+    let running = serving(folder.path(), &[]);
+    let mut viewer = client(folder.path(), 1, UPDATES);
+    assert!(!load(&mut viewer, &unsigned()));
+    drop(viewer);
+    running.interrupted().done();
 }

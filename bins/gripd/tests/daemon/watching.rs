@@ -1,6 +1,6 @@
 //! Clients and a scraper at a real gripd: every sample arrives once, the pages answer, a fault leaves a dump.
 
-use crate::running::{Running, UPDATES, receive, until};
+use crate::running::{UPDATES, client, holding, receive, serving};
 use grip_link::message::daemon::{NoticeKind, Subscribe, ToClient};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -9,13 +9,14 @@ use std::{
     io::{Read as _, Write as _},
     net::{TcpListener, TcpStream},
 };
+use stories::until;
 
 /// Numbers from the first row on without a gap, unless gripd reports that it dropped frames or lost samples.
 #[test]
 fn a_client_that_wants_every_sample_gets_each_once() {
     let folder = tempfile::tempdir().unwrap();
-    let running = Running::start(folder.path(), &[]);
-    let mut client = running.client(3, Subscribe { every_nth: 1, ..UPDATES });
+    let running = serving(folder.path(), &[]);
+    let mut client = client(folder.path(), 3, Subscribe { every_nth: 1, ..UPDATES });
     let (mut next, mut rows, mut gaps, mut dropped) = (None, 0_u32, 0_u32, false);
     receive(&mut client, |message| {
         match message {
@@ -31,7 +32,7 @@ fn a_client_that_wants_every_sample_gets_each_once() {
         }
         rows >= 20_000
     });
-    let ran = running.stop();
+    let ran = running.interrupted();
     let summary: Value = serde_json::from_str(ran.out.lines().last().unwrap()).unwrap();
     let whole = summary["lost"] == 0 && summary["untold_notes"] == 0 && !dropped;
     assert!(gaps == 0 || !whole, "{gaps} gaps: {summary}");
@@ -64,7 +65,7 @@ fn the_pages_report_what_runs() {
     let folder = tempfile::tempdir().unwrap();
     let address = free_address();
     let args = ["--metrics", &address, "--record", "run.mcap"];
-    let running = Running::holding(folder.path(), &args);
+    let running = holding(folder.path(), &args);
     let mut page = String::new();
     // Each counter reaches the page in its own time.
     let counted = until(|| {
@@ -80,7 +81,7 @@ fn the_pages_report_what_runs() {
     assert!(status.contains("200") && body["recording"]["file"] == "run.mcap", "{body}");
     assert!(get(&address, "/healthz").0.contains("200"));
     assert!(get(&address, "/etc/passwd").0.contains("404"));
-    running.stop().done();
+    running.interrupted().done();
 }
 
 #[test]
@@ -88,12 +89,12 @@ fn a_fault_leaves_the_last_frames_behind() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("gripd.toml");
     fs::write(&file, "dump_dir = \"dumps\"\n").unwrap();
-    let running = Running::holding(folder.path(), &[]);
+    let running = holding(folder.path(), &[]);
     // Less than the object needs: it falls, and the gripper notices that it holds nothing.
     fs::write(&file, "dump_dir = \"dumps\"\n[grip]\nf_max_n = 5.0\n").unwrap();
     running.signal(Signal::HUP);
-    running.wait_for("the last frames and the state were written to dumps/gripd-");
-    running.stop().done();
+    running.until_reported("the last frames and the state were written to dumps/gripd-");
+    running.interrupted().done();
     let dump = fs::read_dir(folder.path().join("dumps")).unwrap().next().unwrap().unwrap();
     let name = dump.file_name().into_string().unwrap();
     assert!(name.contains("gripper_fault"), "{name}");

@@ -1,13 +1,13 @@
 //! The failsafe rules of the device, one by one and as properties.
 
-use crate::targets::gripper::{CONFIG, hello, ident, idle, press, wire, written};
+use crate::targets::gripper::{CONFIG, hello, ident, idle, press, sent, wire, written};
 use grip_link::device::{
     DeviceConfig, DeviceConfigError, DeviceEvent, DeviceLink, Drive, RowError,
 };
 use grip_link::frame::{Direction, Header, MAX_WIRE};
 use grip_link::message::{
-    Config, DeviceState, FaultCode, ForceClamp, Grip, GripMode, Ident, Kind, Limits, LossAction,
-    Reaction, StatusFlags, Versions,
+    Config, DeviceState, Event, EventKind, FaultCode, ForceClamp, Grip, GripMode, Ident, Kind,
+    Limits, LossAction, Reaction, StatusFlags, Versions,
 };
 use proptest::prelude::{ProptestConfig, any, prop, proptest};
 use proptest::{prop_assert, prop_assert_eq};
@@ -141,6 +141,12 @@ fn negative_force_and_unknown_modes_are_rejected() {
         assert_eq!((status.last_cmd_id, status.target_mn), (1, 3000));
     }
     assert_eq!(rig.device.status(rig.tick).rejected, 5);
+    let frames = sent(&mut rig.device, rig.tick);
+    let events = frames.iter().filter(|(kind, _)| *kind == Kind::EVENT);
+    let rejected = |(_, event): &(Kind, Vec<u8>)| {
+        Event::parse(event).is_ok_and(|event| event.kind == EventKind::CommandRejected)
+    };
+    assert_eq!(events.filter(|event| rejected(event)).count(), 5);
     rig.run(25, None);
     assert_eq!(rig.device.state(), DeviceState::Hold, "rejected commands do not refresh the ttl");
 }
@@ -194,6 +200,7 @@ fn a_new_host_takes_over_without_dropping() {
     assert_eq!(rig.device.state(), DeviceState::Linked);
     assert_eq!(rig.run(100, None), Drive::Force(6000));
     rig.configure(&CONFIG);
+    rig.send(Kind::STOP, &[]);
     assert_eq!(rig.run(100, None), Drive::Force(6000));
     rig.cmd_id = 0;
     assert_eq!(rig.run(100, Some(7000)), Drive::Force(7000));

@@ -1,9 +1,8 @@
-//! The device in C (protocol/c) and device and host in Python (protocol/python) against this crate: the same scripts and
+//! The device in C (protocol/c) and the device in Python (protocol/python) against this crate: the same scripts and
 //! bytes in, the same lines out. Their own tests: scripts/c-peer-check.sh, scripts/python-peer-check.sh.
 #![cfg(test)]
 
 mod device;
-mod host;
 mod peer;
 #[expect(unreachable_pub, dead_code, reason = "shared with the fuzz workspace and other tests")]
 #[path = "../../../../fuzz/src/targets/mod.rs"]

@@ -7,20 +7,22 @@
 //! Training runs in `f64` or `f32` on the machine's vectors; saved weights are `f32`, and reported errors are those
 //! of the saved model.
 //!
-//! Rows are [`ndarray`] arrays, rows x columns, of any memory layout; an `.npy` of NumPy is one call away:
+//! Rows are [`ndarray`] arrays, rows x columns, of any memory layout:
 //!
 //! ```
 //! use mlp::train::{Algorithm, ColumnSpec, DataSet, FitConfig, fit, predict};
 //! use ndarray::{Array2, Axis, arr2};
 //!
 //! // Speed (m/s), mass (kg) and force (N) of 64 grasps.
-//! let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/grasps.npy");
-//! let grasps: Array2<f64> = ndarray_npy::read_npy(file)?;
+//! let grasps = Array2::from_shape_fn((64, 3), |(row, column)| {
+//!     let (v, m) = (0.01 + 0.03 * (row / 8) as f64, 0.2 * 1.22_f64.powi((row % 8) as i32));
+//!     [v, m, m * (11.8 + 38.6 * v)][column]
+//! });
 //! let (features, force) = grasps.view().split_at(Axis(1), 2);
 //!
 //! let inputs: [ColumnSpec; 2] = ["v_m_s".parse()?, "m_kg:ln".parse()?];
 //! let targets: [ColumnSpec; 1] = ["f_n:ln".parse()?];
-//! let rows = DataSet::from_values(file, &inputs, &targets, features.to_owned(), force.to_owned())?;
+//! let rows = DataSet::from_values("grasps", &inputs, &targets, features.to_owned(), force.to_owned())?;
 //! let config = FitConfig { algorithm: Algorithm::Lm(Default::default()), ..FitConfig::default() };
 //! let fit = fit(&rows, None, None, &config)?;
 //! assert!(fit.train.within_fraction(0.01) > 0.99);

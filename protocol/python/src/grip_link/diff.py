@@ -7,8 +7,6 @@ the gap count and the garbage count out.
 tick second: ready T | rx T HEX | tx T MOST | drive T | i16 T values | f32 T hex bits | fault T HEX | estop T |
 travel T UM | force T MN | alive T | log T LEVEL HEX | new T [passive] (another gripper,
 whose ESTOP takes the torque off).
-``python -m grip_link.diff host``: what a host is asked in, all that it does and how it stands after each line out; the
-commands stand in :mod:`grip_link.diff_host`.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ from typing import Optional, Union
 from .crc import crc32c
 from .decoder import Decoder, Role, Verdict
 from .device import Cleared, Command, Configured, DeviceEvent, DeviceLink, Linked, Rejected, RowError
-from .diff_host import HostPlayer
 from .messages import (
     Channel,
     ChannelKind,
@@ -153,7 +150,7 @@ def device_line(link: DeviceLink, line: str) -> Iterator[str]:
 def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[str]:
     role = Role(arguments.role)
     session = int(arguments.session, 16) if arguments.session else None
-    link, host = DeviceLink(reference_ident()), HostPlayer()
+    link = DeviceLink(reference_ident())
     for line in lines:
         line = line.rstrip("\r\n")
         if arguments.mode == "decode":
@@ -162,8 +159,6 @@ def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[st
             link = DeviceLink(reference_ident(), estop_releases=line.endswith(" passive"))
         elif arguments.mode == "device":
             yield from device_line(link, line)
-        elif arguments.mode == "host":
-            yield from host.obey(line)
         else:
             yield f"{role.value} {verdicts(bytes.fromhex(line), role, session)}"
 
@@ -171,7 +166,7 @@ def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[st
 def main(words: Optional[Sequence[str]] = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(prog="python -m grip_link.diff", description=__doc__.splitlines()[0])
-    parser.add_argument("mode", nargs="?", choices=("verdicts", "decode", "device", "host"), default="verdicts")
+    parser.add_argument("mode", nargs="?", choices=("verdicts", "decode", "device"), default="verdicts")
     parser.add_argument("--role", choices=("host", "device", "client"), default="device", help="who listens")
     parser.add_argument("--session", default="beef", metavar="HEX", help='session that is open, "" for none')
     for answer in _answers(parser.parse_args(words), sys.stdin):
