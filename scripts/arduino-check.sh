@@ -1,7 +1,7 @@
 #!/bin/sh
 # The Arduino library: packed, its manifests checked, its sketches compiled for an ATmega2560 with the core of Arduino and for a Cortex-M0+
-# without one, and run in simavr or against an emulated part, where the Python peer reads their samples over the link. The detector in QEMU, on a Cortex-M4, a Cortex-M3, which has no
-# floating point, and a Cortex-M33: the same bytes as on this machine. Installs the compilers and emulators (Debian) where they are missing.
+# without one, and run in simavr or against an emulated part, where the Python peer reads their samples over the link. The detector in QEMU, on a Cortex-M4, a Cortex-M33, and a
+# Cortex-M3 and a RISC-V without floating point: the same bytes as on this machine. Installs the compilers and emulators (Debian) where they are missing.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/scripts/missing.sh"
@@ -18,6 +18,9 @@ command -v avr-g++ >/dev/null || packages="gcc-avr avr-libc"
 command -v arm-none-eabi-g++ >/dev/null || packages="$packages gcc-arm-none-eabi"
 [ -d /usr/lib/arm-none-eabi/newlib ] || packages="$packages libnewlib-arm-none-eabi"
 command -v qemu-system-arm >/dev/null || packages="$packages qemu-system-arm"
+command -v qemu-system-riscv32 >/dev/null || packages="$packages qemu-system-misc"
+[ -d /usr/lib/picolibc/riscv64-unknown-elf ] || packages="$packages gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf"
+[ -f /usr/lib/xtensa-lx106-elf/picolibc.specs ] || packages="$packages gcc-xtensa-lx106 picolibc-xtensa-lx106-elf"
 # shellcheck disable=SC2086 # a list of packages
 [ -z "$packages" ] || install_packages $packages
 
@@ -104,7 +107,7 @@ detector() { # NAME MACHINE VECTORS MHZ FLAGS..: on this processor of QEMU; its 
     arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off -c "$library/src/slip_detector.c" -o "$build/slip_detector-m.o"
     arm-none-eabi-size "$build/slip_detector-m.o" | awk -v name="$name" 'NR == 2 { print "slip_detector.c, " name ": flash " $1 + $2 " bytes" }'
     # shellcheck disable=SC2086
-    arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off $warnings "-I$library/src" $source "$root/protocol/arduino/test/cortex_m.c" \
+    arm-none-eabi-gcc "$@" -mthumb -O2 -ffp-contract=off $warnings "-I$library/src" $source "$root/protocol/arduino/test/processor.c" \
         --specs=rdimon.specs "-DINSTRUCTIONS=${tick}u" "-DSTACK=$vectors + 0x400000" -Wl,--wrap=sd_step \
         "-Wl,--section-start=.vectors=$vectors" "-Wl,-Ttext-segment=$(printf '0x%x' $((vectors + 0x8000)))" -lm -o "$build/detector-m.elf"
     timeout 120 qemu-system-arm -M "$machine" -display none -monitor none -serial none -icount shift=0 \
@@ -114,4 +117,21 @@ detector() { # NAME MACHINE VECTORS MHZ FLAGS..: on this processor of QEMU; its 
 detector Cortex-M4 mps2-an386 0x0 25 -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard
 detector Cortex-M3 mps2-an385 0x0 25 -mcpu=cortex-m3
 detector 'Cortex-M33, as in an RP2350' mps2-an505 0x10000000 20 -mcpu=cortex-m33 -mfpu=fpv5-sp-d16 -mfloat-abi=hard
-echo "slip_detector.c: the same states and statistics on all three as on this machine"
+bare() { # NAME PROCESSOR FLAGS..: the size of the sources for a processor of Espressif
+    name=$1 processor=$2
+    shift 2
+    for part in slip_detector grip_link; do
+        # shellcheck disable=SC2086
+        "$processor-gcc" "$@" -std=c99 -Os $warnings -c "$library/src/$part.c" -o "$build/$part-e.o"
+        "$processor-size" "$build/$part-e.o" | awk -v name="$part.c, $name" 'NR == 2 { print name ": flash " $1 + $2 " bytes" }'
+    done
+}
+bare ESP8266 xtensa-lx106-elf -mlongcalls --specs=/usr/lib/xtensa-lx106-elf/picolibc.specs
+bare ESP32-C3 riscv64-unknown-elf -march=rv32imc -mabi=ilp32 --specs=picolibc.specs
+riscv64-unknown-elf-gcc -march=rv32imc -mabi=ilp32 -std=c99 -O2 -ffp-contract=off --specs=picolibc.specs --crt0=hosted --oslib=semihost "-I$library/src" \
+    "$library/src/slip_detector.c" "$root/protocol/arduino/test/processor.c" -Wl,--wrap=sd_step -Wl,--defsym=__flash=0x80000000 \
+    -Wl,--defsym=__flash_size=2M -Wl,--defsym=__ram=0x80200000 -Wl,--defsym=__ram_size=2M -lm -o "$build/detector-v.elf"
+(cd "$build" && rm -f got && timeout 120 qemu-system-riscv32 -M virt -bios none -display none -monitor none -serial none -icount shift=0 \
+    -semihosting-config enable=on,target=native -kernel detector-v.elf)
+cmp "$build/got" "$build/expected"
+echo "slip_detector.c: the same states and statistics on all four as on this machine"

@@ -7,7 +7,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 from grip_link import Config, Daemon, GripLink, LinkClosed
 from grip_link.messages import ChannelKind
@@ -82,11 +82,11 @@ class Board:
         self.port, self.config = port, Config(sample_rate_hz=rate_hz, force_max_mn=0, hold_cap_mn=0)
         self.link: Optional[GripLink] = GripLink.open(port, self.config)
 
-    def readings(self) -> List[float]:
+    def readings(self) -> List[Tuple[float, float]]:
         try:
             if self.link is None:
                 self.link = GripLink.open(self.port, self.config)
-            return [sample[ChannelKind.STYLUS] for sample in self.link.samples(0.002)]
+            return [(sample.host_s, sample[ChannelKind.STYLUS]) for sample in self.link.samples(0.002) if sample.host_s > 0]
         except (LinkClosed, OSError):
             self.close()
             time.sleep(0.2)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 import math
+import os
 import socket
 import threading
 import time
@@ -19,6 +20,14 @@ LOAD_S, REPEAT_S, RETRY_S = 0.02, 0.2, 0.5
 """Time between two readings of the load, two writes of the same limit, two tries to connect."""
 LOOKS = 5
 """Readings of the load before the first limit is written."""
+
+
+def urgent(priority: int) -> None:
+    """Real-time priority for this thread, where that is allowed: on a busy computer it is late without."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_RR | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+    except (AttributeError, OSError):
+        pass
 
 
 class Servo(Protocol):
@@ -57,10 +66,10 @@ class Bridge:
     """
 
     def __init__(
-        self, sink: Tuple[str, float], readings: Callable[[], List[float]], servo: Servo, scale: Scale, trial_n: float
+        self, sink: Tuple[str, float], readings: Callable[[], List[Tuple[float, float]]], servo: Servo, scale: Scale, trial_n: float
     ) -> None:
         """``sink``: HOST:PORT of gripd, and rows a second. ``readings`` gives what the sensor has measured since the last
-        call, or an empty list after a while. ``trial_n``: with what the jaw closes and presses at least,
+        call, or an empty list after a while: time (s) and value. What it lost is a gap in the times, and nothing that follows is late for it. ``trial_n``: with what the jaw closes and presses at least,
         ``grip.trial_force_n`` of gripd (N)."""
         host, _, port = sink[0].rpartition(":")
         self.address, self.rate_hz = (host, int(port)), sink[1]
@@ -88,15 +97,16 @@ class Bridge:
             thread.join(2.0)
 
     def _rows(self) -> None:
+        urgent(1)
         while not self._ended.is_set():
             try:
                 line = socket.create_connection(self.address, timeout=2.0)
                 line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                line.sendall(f"vibration,force_n,rate={self.rate_hz:g}\n".encode())
+                line.sendall(f"t_s,vibration,force_n,rate={self.rate_hz:g}\n".encode())
                 self.readings()  # what was measured before the connection is old
                 self._line = line
                 while not self._ended.is_set():
-                    rows = [f"{value:g},\n" for value in self.readings()]
+                    rows = [f"{at:.6f},{value:g},\n" for at, value in self.readings()]
                     if rows and not math.isnan(self._load_n):
                         rows[-1] = f"{rows[-1][:-1]}{self._load_n:g}\n"
                         self._load_n = math.nan
@@ -118,6 +128,7 @@ class Bridge:
         self._ended.wait(RETRY_S)
 
     def _commands(self) -> None:
+        urgent(1)
         text, next_load, next_write = b"", 0.0, 0.0
         while not self._ended.is_set():
             line, wanted = self._line, False

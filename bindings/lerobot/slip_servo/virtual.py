@@ -1,7 +1,7 @@
 """A simulated SO-101 whose gripper holds an object: six servos on a pseudo-terminal, an accelerometer on the finger.
 
     python -m slip_servo.virtual GRIPD                 one object: slip, force, held
-    python -m slip_servo.virtual --objects 100     random ones in simulated time, with the package slipgrip in place of gripd
+    python -m slip_servo.virtual --objects 100     random ones in simulated time, with the package slipgrip in place of gripd; with GRIPD in real time
     python -m slip_servo.virtual GRIPD --faults        each fault of the lines while an object is held
     python -m slip_servo.virtual --serve FOLDER        FOLDER/so101, the bus, and FOLDER/board, the accelerometer, until Ctrl-C
 
@@ -31,7 +31,7 @@ from pathlib import Path
 from typing import Any, Callable, Deque, Dict, List, Optional, Tuple
 
 from . import feetech
-from .bridge import Bridge, Scale
+from .bridge import Bridge, Scale, urgent
 
 RATE_HZ = 800
 FULL_N = 19.0
@@ -39,9 +39,8 @@ FULL_N = 19.0
 MOST = 500
 """LeRobot's own limit of the gripper's torque, against burnt windings (0.1 %)."""
 TRIAL_N = 1.5
-GRIP = {"f_max_n": FULL_N * MOST / 1000, "trial_force_n": TRIAL_N, "reflex_tau_ms": 50.0}
-"""Of gripd.toml. The gear answers 30 ms late: a reflex of 20 ms, the default, is at the largest force before it is felt."""
-SETTINGS = "[grip]\n" + "".join(f"{name} = {value}\n" for name, value in GRIP.items())
+GRIP = {"f_max_n": FULL_N * MOST / 1000, "trial_force_n": TRIAL_N}
+SETTINGS = '[realtime]\nmode = "warn"\n[grip]\n' + "".join(f"{name} = {value}\n" for name, value in GRIP.items())
 OPEN, CLOSED, OBJECT = 3000, 1000, 1800
 """Places of the jaw: open, closed, and where the object is (steps of the servo)."""
 
@@ -55,6 +54,7 @@ class World:
         self.force_n = self.peak_n = self.travel_m = self.speed_m_s = self.time_s = self._ring = 0.0
         self.jaw: float = OPEN
         self.held_s: Optional[float] = None
+        self.late = "in simulated time"
         self.orders: Deque[float] = collections.deque([0.0] * (RATE_HZ // 200))  # a dead time of 5 ms
         self.random = random.Random(seed)
 
@@ -132,7 +132,7 @@ class Arm(threading.Thread):
         self.chunk_s, self.stopped = 0.005, False
         """Readings of the accelerometer come in chunks of this length."""
         self.late = 0
-        self._readings: List[float] = []
+        self._readings: List[Tuple[float, float]] = []
         self._last = 0.0
         self._lock, self._due = threading.Lock(), 0.0
         self._waiting: List[Tuple[float, bytes]] = []
@@ -144,8 +144,8 @@ class Arm(threading.Thread):
         path.symlink_to(os.ttyname(theirs))
         self.start()
 
-    def readings(self) -> List[float]:
-        """What the accelerometer has measured since the last call, in whole chunks."""
+    def readings(self) -> List[Tuple[float, float]]:
+        """What the accelerometer has measured since the last call, in whole chunks, with its times."""
         time.sleep(max(0.0, self._due - time.monotonic()))
         self._due = time.monotonic() + self.chunk_s
         with self._lock:
@@ -157,21 +157,23 @@ class Arm(threading.Thread):
         with self._lock:
             if self._readings:
                 # What nobody asked for in time is gone, as in a sensor without a queue.
-                self._last = self._readings.pop(0)
+                _, self._last = self._readings.pop(0)
                 del self._readings[:-8]
         return self._last
 
     def run(self) -> None:
+        urgent(2)  # a device has a processor of its own
         due = time.monotonic()
         while not self.stopped:
             now = time.monotonic()
             self.late += now - due > 0.02
-            # At most 20 ms of it between two looks at the bus, which waits for an answer.
-            for _ in range(min(RATE_HZ // 50, int((now - due) * RATE_HZ) + 1 if due <= now else 0)):
+            # Where this computer is later than that all the same, the world stands still meanwhile.
+            due = max(due, now - 0.02)
+            while due <= now:
                 on = self.gripper.memory[40]
                 value = self.world.step(self.gripper.get(48) if on else 0, self.gripper.get(42))
                 with self._lock:
-                    self._readings.append(value)
+                    self._readings.append((due, value))
                 due += 1 / RATE_HZ
             self.gripper.set(56, round(self.world.jaw))
             self.gripper.set(60, self.world.load())
@@ -302,12 +304,24 @@ def one(gripd: str) -> bool:
     return not world.dropped
 
 
-def grasp(chance: random.Random, number: int, chunk: int, delay: int) -> World:
+def chosen(chance: random.Random, number: int) -> World:
+    return World(chance.uniform(0.5, 7.0), chance.uniform(0.2, 0.8), chance.uniform(1.0, 2.0), number)
+
+
+def timed(world: World, gripd: str) -> World:
+    """One object in real time; whether and why it was late."""
+    scene = Scene(gripd, world)
+    time.sleep(6.0)
+    scene.end()
+    world.late = f"the device was late {scene.arm.late} times, the bus failed {scene.bridge.failures} times"
+    return world
+
+
+def grasp(world: World, chunk: int, delay: int) -> World:
     """One object in simulated time, with the code of gripd in this process: readings in chunks of so many rows, limits so many rows late."""
     import numpy
     from slipgrip import Pipeline
 
-    world = World(chance.uniform(0.5, 7.0), chance.uniform(0.2, 0.8), chance.uniform(1.0, 2.0), number)
     pipeline = Pipeline(RATE_HZ, ["vibration", "force_n"], config={"grip": GRIP})
     scale = Scale(FULL_N, MOST)
     limits = collections.deque([scale.thousandths(TRIAL_N)] * (delay + 1))
@@ -323,25 +337,27 @@ def grasp(chance: random.Random, number: int, chunk: int, delay: int) -> World:
     return world
 
 
-def objects(count: int, seed: int, chunk_ms: float, delay_ms: float) -> bool:
+def objects(count: int, seed: int, chunk_ms: float, delay_ms: float, gripd: Optional[str]) -> bool:
     """Random ones that need 0.5 to 7 N, with 9.5 N at most."""
     chance = random.Random(seed)
     chunk, delay = max(1, round(chunk_ms * RATE_HZ / 1000)), round(delay_ms * RATE_HZ / 1000)
-    worlds = [grasp(chance, number, chunk, delay) for number in range(count)]
+    chosen_ = [chosen(chance, number) for number in range(count)]
+    worlds = [timed(world, gripd) if gripd else grasp(world, chunk, delay) for world in chosen_]
     held = [world for world in worlds if not world.dropped]
 
     def middle(values: List[float]) -> str:
         ordered = sorted(values)
         return " / ".join(f"{ordered[min(len(ordered) - 1, int(share * len(ordered)))]:.2f}" for share in (0.5, 0.95))
 
-    print(f"{len(held)} of {count} held, seed {seed}, chunks of {chunk_ms:g} ms, limits {delay_ms:g} ms late", end="")
+    way = f"in real time, load {os.getloadavg()[1]:.0f}" if gripd else f"chunks of {chunk_ms:g} ms, limits {delay_ms:g} ms late"
+    print(f"{len(held)} of {count} held, seed {seed}, {way}", end="")
     if held:
         slips, ratios = [1e3 * world.travel_m for world in held], [world.force_n / world.needed_n for world in held]
         print(f"; slip {middle(slips)} mm, force over needed {middle(ratios)} (median / 95 %)", end="")
     print()
     for world in worlds:
         if world.dropped:
-            print(f"dropped: needs {world.needed_n:.2f} N, friction {world.friction:.2f}, peak {world.peak_n:.2f} N")
+            print(f"dropped: needs {world.needed_n:.2f} N, friction {world.friction:.2f}, peak {world.peak_n:.2f} N; {world.late}")
     return len(held) == count
 
 
@@ -396,11 +412,7 @@ def serve(folder: Path) -> None:
 
     names = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
     (folder / "calibration").mkdir(parents=True, exist_ok=True)
-    try:
-        # A device has a processor of its own; where that is not allowed, a busy computer makes it late.
-        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(2))
-    except OSError:
-        pass
+    urgent(2)
     arm = Arm(folder / "so101", World())
     ranges = {name: (number, arm.servos[number].get(9), arm.servos[number].get(11)) for number, name in enumerate(names, 1)}
     made = {
@@ -426,11 +438,11 @@ def main() -> int:
     given = parser.parse_args()
     if given.serve:
         serve(given.serve)
+    gripd = os.path.abspath(given.gripd) if given.gripd else None
     if given.objects:
-        return 0 if objects(given.objects, given.seed, given.chunk_ms, given.delay_ms) else 1
-    if not given.gripd:
+        return 0 if objects(given.objects, given.seed, given.chunk_ms, given.delay_ms, gripd) else 1
+    if not gripd:
         parser.error("the program gripd is needed")
-    gripd = os.path.abspath(given.gripd)
     return 0 if (faults(gripd) if given.faults else one(gripd)) else 1
 
 

@@ -15,7 +15,7 @@ from typing import Any, Callable, Iterator, List, Tuple
 import pytest
 from slip_servo.bridge import Bridge, Scale
 from slip_servo.feetech import GRIPPER, READ, TORQUE_LIMIT, Gripper, packet, packets
-from slip_servo.virtual import OPEN, RATE_HZ, Arm, World, grasp
+from slip_servo.virtual import OPEN, RATE_HZ, Arm, World, chosen, grasp
 
 
 def until(what: Callable[[], bool], seconds: float = 10.0) -> None:
@@ -86,12 +86,12 @@ class Servo:
 
 
 @contextmanager
-def attached(servo: Servo, row: List[float]) -> Iterator[Tuple[Bridge, socket.socket]]:
+def attached(servo: Servo, values: List[float]) -> Iterator[Tuple[Bridge, socket.socket]]:
     """A bridge that has begun, and the socket of gripd that it connects to."""
 
-    def readings() -> List[float]:
+    def readings() -> List[Tuple[float, float]]:
         time.sleep(0.005)
-        return row
+        return [(time.monotonic(), value) for value in values]
 
     with socket.create_server(("127.0.0.1", 0)) as gripd:
         gripd.settimeout(10)
@@ -121,7 +121,9 @@ def test_rows_go_to_gripd_and_commands_to_the_servo(bridged: Tuple[Bridge, Servo
         while text.count(b"\n") < 40 or b",2\n" not in text:
             text += line.recv(4096)
         header, *rows = text.split(b"\n")[:-1]
-        assert header == b"vibration,force_n,rate=400" and set(rows) == {b"0.25,", b"-1.5,", b"-1.5,2"}
+        times, values = zip(*(row.split(b",", 1) for row in rows))
+        assert header == b"t_s,vibration,force_n,rate=400" and set(values) == {b"0.25,", b"-1.5,", b"-1.5,2"}
+        assert all(abs(float(at) - time.monotonic()) < 5 for at in times) and sorted(times) == list(times)
         assert servo.limits[0] == 75  # with what the jaw closes
         line.sendall(b'nonsense\n[1]\n{"type":"slip"}\n{"type":"command","mode":"force","force_n":null}\n' + command(4.0)[:20])
         line.sendall(command(4.0)[20:])
@@ -359,7 +361,7 @@ def test_the_virtual_arm_answers_as_six_servos(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("chunk_ms", "delay_ms"), [(5, 5), (20, 5), (5, 20)])
 def test_random_objects_are_held(chunk_ms: int, delay_ms: int) -> None:
     chance = random.Random(4)
-    worlds = [grasp(chance, number, chunk_ms * RATE_HZ // 1000, delay_ms * RATE_HZ // 1000) for number in range(12)]
+    worlds = [grasp(chosen(chance, number), chunk_ms * RATE_HZ // 1000, delay_ms * RATE_HZ // 1000) for number in range(12)]
     assert not any(world.dropped for world in worlds)
     # What stands needs 5 % less than what slides.
     assert all(1.05 * world.force_n >= world.needed_n for world in worlds)

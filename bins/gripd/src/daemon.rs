@@ -61,7 +61,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
     };
     let session = session(cli, &settings)?;
     let weakness = settings.weakness();
-    let source = source(cli, &settings, clock, &shared)?;
+    let source = realtime::starting(&realtime, || source(cli, &settings, clock, &shared))??;
     // Opened before anything moves: an address or a file that cannot be had is reported at once.
     let (servers, complaint) = servers(&settings, clock)?;
     let started = Recording::start(&settings, clock)?;
@@ -120,7 +120,7 @@ pub(crate) fn run(cli: &Cli, settings: Settings) -> anyhow::Result<Exit> {
         shared: Arc::clone(&shared),
     };
     let manager = PortManager::new(source.lines, options.patient, lines);
-    let port = start_port(manager, Arc::clone(&shared))?;
+    let port = realtime::starting(&realtime, || start_port(manager, Arc::clone(&shared)))??;
     let (hot, granted) = start_hot(hot, realtime, shared)?;
     service.granted(&granted);
     service.run();

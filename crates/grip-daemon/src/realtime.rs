@@ -6,6 +6,7 @@
 use core::{fmt, hint::black_box};
 pub use grip_session::config::{RealtimeConfig, RealtimeMode};
 use rustix::io::Errno;
+use std::{io, panic::resume_unwind, thread};
 
 #[cfg_attr(not(target_os = "linux"), path = "realtime/elsewhere.rs")]
 mod system;
@@ -140,6 +141,29 @@ pub fn enter(config: &RealtimeConfig) -> Granted {
     }
 }
 
+/// Starts threads whose work comes before that of the real-time thread: on a busy computer what they bring late is answered late. They go
+/// before others as well, but behind that thread, as far as the system lets them; the caller keeps its own priority.
+///
+/// # Errors
+/// Where the system has no thread for it.
+pub fn starting<T: Send>(
+    config: &RealtimeConfig,
+    start: impl FnOnce() -> T + Send,
+) -> io::Result<T> {
+    if config.mode == RealtimeMode::Off {
+        return Ok(start());
+    }
+    // A thread has the priority of the one that starts it.
+    let first = || {
+        let _refused_there_too = system::go_first(config.priority.saturating_sub(1).max(1));
+        start()
+    };
+    thread::scope(|threads| {
+        let started = thread::Builder::new().spawn_scoped(threads, first)?.join();
+        Ok(started.unwrap_or_else(|panic| resume_unwind(panic)))
+    })
+}
+
 #[inline(never)]
 fn touch_stack() {
     let mut stack = [0_u8; STACK_BYTES];
@@ -149,7 +173,10 @@ fn touch_stack() {
 #[cfg(test)]
 #[cfg(target_os = "linux")]
 mod tests {
-    use super::{Attempt, Errno, Granted, Measure, Outcome, RealtimeConfig, RealtimeMode, enter};
+    use super::{
+        Attempt, Errno, Granted, Measure, Outcome, RealtimeConfig, RealtimeMode, enter, starting,
+        system,
+    };
     use rustix::{
         mm::munlockall,
         thread::{
@@ -161,6 +188,18 @@ mod tests {
         RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, thread_native_id,
         thread_schedule_policy_param,
     };
+
+    #[test]
+    fn threads_of_the_signal_path_go_first_as_well_and_the_caller_does_not() {
+        let allowed = thread::spawn(|| system::go_first(1).is_ok()).join().unwrap();
+        let (warn, off) = (RealtimeMode::Warn, RealtimeMode::Off);
+        for (mode, priority, given) in [(warn, 7, 6), (warn, 1, 1), (off, 7, 6)] {
+            let config = RealtimeConfig { mode, priority, cpu: None, spin_us: 0 };
+            let asks = || thread::spawn(move || is_fifo(given)).join().unwrap();
+            assert_eq!(starting(&config, asks).unwrap(), allowed && mode == warn, "{config:?}");
+            assert!(!asks(), "the caller");
+        }
+    }
 
     fn outcome(granted: &Granted, measure: Measure) -> Outcome {
         granted.attempts().iter().find(|attempt| attempt.measure == measure).unwrap().outcome

@@ -65,6 +65,8 @@ const SLOWED: f32 = 2.5;
 /// Growth with each peak and valley that the stylus passes, and the slowest growth as a share of the fastest.
 const TURN: f32 = 0.3;
 const SLOWEST: f32 = 0.25;
+/// The force grows by e in no less than so many times what it takes until a force is felt, down to the slowest growth.
+const FELT_AFTER: f32 = 2.0;
 /// A surface of which no peak has passed for this long (s) is too smooth to count them.
 const UNCOUNTED_S: f32 = 0.005;
 /// For this long (s) an object slides on under the force that the estimates asked for before it contradicts them: how late its course is known.
@@ -362,7 +364,7 @@ impl SlipResponse {
             self.aim(config, self.envelope_n);
         }
         if evident && command_n >= self.target_n {
-            let rate = self.growth_per_s(config, input);
+            let rate = self.growth_per_s(config, input, drive.delay_s());
             let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
             let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
             if rate > 0.0 {
@@ -447,8 +449,8 @@ impl SlipResponse {
         measured && self.standing_s >= STANDS_S || self.standing_s >= drive.wait_s(input.late_s)
     }
 
-    /// By what share of itself the target grows in a second where no estimate shows how far.
-    fn growth_per_s(&self, config: &GripConfig, input: &GripInput) -> f32 {
+    /// By what share of itself the target grows in a second where no estimate shows how far, and a force is felt after `delay_s` (s).
+    fn growth_per_s(&self, config: &GripConfig, input: &GripInput, delay_s: f32) -> f32 {
         let recent = self.mean_n.is_some() && self.unconfirmed_s <= ESTIMATE_LASTS_S;
         if input.moved_m.is_none() || input.undecided {
             return match self.mean_n {
@@ -457,7 +459,7 @@ impl SlipResponse {
                 Some(_) if self.unconfirmed_s <= ESTIMATE_SERVES_S => {
                     SLOWEST * 1e3 / config.reflex_tau_ms
                 }
-                _ => felt_growth_per_s(config, input.passing, self.slip_s),
+                _ => felt_growth_per_s(config, input.passing, self.slip_s, delay_s),
             };
         }
         if (recent && !self.refuted) || (self.mean_n.is_some() && !self.slides) {
@@ -619,13 +621,20 @@ impl SlipResponse {
 }
 
 /// By what share of itself the target grows in a second where only the stylus shows the slip: with each peak and valley that it passes, so that it
-/// follows the distance and not the time, within bounds.
-fn felt_growth_per_s(config: &GripConfig, passing: Option<Passing>, slip_s: f32) -> f32 {
+/// follows the distance and not the time, within bounds. What grows faster than it is felt goes on growing after the object stands.
+fn felt_growth_per_s(
+    config: &GripConfig,
+    passing: Option<Passing>,
+    slip_s: f32,
+    delay_s: f32,
+) -> f32 {
     let fastest = 1e3 / config.reflex_tau_ms;
+    let slowest = SLOWEST * fastest;
+    let fastest = fastest.min(1.0 / (FELT_AFTER * delay_s)).max(slowest);
     let Some(passing) = passing else {
-        return if slip_s < UNCOUNTED_S { SLOWEST * fastest } else { fastest };
+        return if slip_s < UNCOUNTED_S { slowest } else { fastest };
     };
-    let growth = (TURN * passing.turns_per_s).max(SLOWEST * fastest).min(fastest);
+    let growth = (TURN * passing.turns_per_s).max(slowest).min(fastest);
     if passing.slows { growth / SLOWED } else { growth }
 }
 

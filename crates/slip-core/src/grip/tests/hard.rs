@@ -1,10 +1,13 @@
 //! Grippers that press hard from touch on, since they cannot do less.
 
-use super::{calm, slipping};
+extern crate std;
+
+use super::{DT_S, calm, slipping};
 use crate::{
     grip::{GripConfig, GripController, GripInput, GripState, SlipNow},
     need::Felt,
 };
+use std::{collections::VecDeque, vec};
 
 const LEAST_N: f32 = 20.0;
 
@@ -103,5 +106,43 @@ fn the_stylus_alone_needs_peaks_that_pass() {
             grip.step(&pressed(calm()));
         }
         assert_eq!(grip.command_n() > LEAST_N, raised, "{turns} {}", grip.command_n());
+    }
+}
+
+/// A slip that only shows, without how far: what an object needs that slips under the least force, with a force that comes `dead_ms` after its command and
+/// behind the lag; the highest force over what it needs, and how far it slid (m).
+fn stopped(dead_ms: usize, needed_n: f32) -> (f32, f32) {
+    let mut grip = grasped();
+    let mut commands = VecDeque::from(vec![LEAST_N; dead_ms]);
+    let (mut force_n, mut peak_n, mut speed_m_s, mut slid_m, mut seen) =
+        (LEAST_N, 0.0_f32, 0.0_f32, 0.0, 0);
+    for ms in 0..1000_u16 {
+        let load = (f32::from(ms) / 300.0).min(1.0);
+        let pull_m_s2 = 9.81 * (load - force_n / needed_n);
+        if speed_m_s > 0.0 || pull_m_s2 > 0.5 {
+            speed_m_s = (speed_m_s + pull_m_s2 * DT_S).max(0.0);
+            slid_m += speed_m_s * DT_S;
+        }
+        seen = if speed_m_s > 0.0 { 6 } else { seen.max(1) - 1 };
+        let slip = if seen > 0 { SlipNow::Evident } else { SlipNow::No };
+        commands.push_back(grip.step(&GripInput { slip, applied_n: Some(force_n), ..calm() }));
+        force_n += (commands.pop_front().unwrap_or(LEAST_N) - force_n) / 16.0;
+        peak_n = peak_n.max(force_n);
+    }
+    assert!(speed_m_s == 0.0, "{needed_n} N, {dead_ms} ms late: it falls");
+    (peak_n / needed_n, slid_m)
+}
+
+/// What is on its way when the object stops is not asked for again and again.
+#[test]
+fn a_force_that_comes_late_does_not_grow_to_the_largest_before_it_is_felt() {
+    for dead_ms in [1, 10, 20] {
+        for needed_n in [22.0, 26.0, 32.0, 44.0] {
+            let (peak, slid_m) = stopped(dead_ms, needed_n);
+            assert!(
+                peak < 2.5 && slid_m < 2e-3,
+                "{needed_n} N, {dead_ms} ms late: {peak}, {slid_m} m"
+            );
+        }
     }
 }
