@@ -16,11 +16,11 @@ use std::{
 
 /// Grasps and records as the daemon does; gives the lines of the session.
 fn record(file: &Path) -> Vec<String> {
-    record_events(file, None)
+    record_events(file, Micros(1_500_000), None)
 }
 
 /// The same with another text in place of that of each event.
-fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
+fn record_events(file: &Path, until: Micros, tampered: Option<&'static str>) -> Vec<String> {
     let scene = scene::load("default").unwrap();
     let out = File::create(file).unwrap();
     let mut writer = McapWriter::new(out, "gripd test", 1_763_766_000_000_000_000).unwrap();
@@ -50,8 +50,7 @@ fn record_events(file: &Path, tampered: Option<&'static str>) -> Vec<String> {
         Update::Gripper { .. } | Update::Link(_) => {}
     };
     let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut report)
-        .unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, until, &mut report).unwrap();
     writer.finish().unwrap();
     lines
 }
@@ -81,10 +80,27 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
 }
 
 #[test]
+fn a_recording_that_ends_before_its_floor_is_known_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for (until_us, learning) in [(100_000, true), (1_500_000, false)] {
+        record_events(&folder.path().join("run.mcap"), Micros(until_us), None);
+        let ran = gripctl(folder.path(), &["replay", "run.mcap", "--json"]).done();
+        let summary = ran.json().pop().unwrap();
+        assert_eq!(summary["learning"], learning, "{summary}");
+        let said = ran.err.contains("run.mcap: ends before its noise floor is learned");
+        assert_eq!(said, learning, "{}", ran.err);
+    }
+}
+
+#[test]
 fn a_difference_is_shown_and_fails() {
     let folder = tempfile::tempdir().unwrap();
     // Its events were tampered with: the chunks are written anew, so nothing is damaged.
-    record_events(&folder.path().join("other.mcap"), Some("{\"type\":\"slip\"}"));
+    record_events(
+        &folder.path().join("other.mcap"),
+        Micros(1_500_000),
+        Some("{\"type\":\"slip\"}"),
+    );
     let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(
