@@ -46,7 +46,7 @@ pub(super) fn judge(
     let recording = contents.recording(detector.companions);
     let known = fitted.config;
     let is_known = known.known_floor.is_some() || known.pressure.known_rms.is_some();
-    let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s } =
+    let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s, learning } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
     let time_s = |at: Option<&Sample>| at.map_or(0.0, |sample| sample.t.as_seconds());
@@ -76,6 +76,7 @@ pub(super) fn judge(
         window_s: 0.0,
         rate_hz: recording.rate_hz,
         floor_from: if is_known { FloorFrom::Known } else { FloorFrom::Own },
+        learning,
         reported_s,
         in_alarm_s,
         length_s,
@@ -177,6 +178,8 @@ struct Played {
     reported_s: f64,
     /// Of it with an alarm (s).
     in_alarm_s: f64,
+    /// Whether the floor was not known at its end, and is needed.
+    learning: bool,
 }
 
 /// What a detector shows with a sample.
@@ -220,6 +223,7 @@ fn play(
         length_s: 0.0,
         reported_s: 0.0,
         in_alarm_s: 0.0,
+        learning: false,
     };
     let (mut moving, mut last_s) = (false, None);
     let shows_motion = |sample: &Sample| sample.reference.is_some() || sample.motion.is_some();
@@ -269,5 +273,6 @@ fn play(
             _ => {}
         }
     }
+    played.learning = detector.decides != Decides::Own && steps.is_learning();
     Ok(played)
 }

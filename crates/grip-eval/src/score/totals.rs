@@ -57,6 +57,8 @@ pub struct RecordingScore {
     pub rate_hz: f32,
     /// Where its noise is known from.
     pub floor_from: FloorFrom,
+    /// Whether it ended before its noise floor was learned, so that the signal shows no slip.
+    pub learning: bool,
     /// Time in which there were samples (s).
     pub length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
