@@ -67,9 +67,9 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     // Of the first detector: the files of all are the same.
     let recordings = scored().next().map_or(&[] as &[_], |score| score.recordings.as_slice());
     for one in recordings {
-        one.remarks.iter().for_each(|remark| output::remark(&one.recording, remark));
+        one.file.remarks.iter().for_each(|remark| output::remark(&one.recording, remark));
     }
-    let cut = recordings.iter().any(|one| one.cut);
+    let cut = recordings.iter().any(|one| one.file.cut);
     for (score, detector) in scores.iter().zip(&detectors) {
         match score {
             Ok(score) => show(score, args)?,

@@ -1,7 +1,7 @@
 //! One labelled recording in, its alarms held against its label out.
 
 use super::{
-    Alarm, Decides, Detector, FloorFrom, LATE_S, RecordingScore, ScoreError,
+    Alarm, Decides, Detector, FileNotes, FloorFrom, LATE_S, RecordingScore, ScoreError,
     beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL, UNKNOWN},
     curve::{APART_S, Trace},
@@ -80,8 +80,7 @@ pub(super) fn judge(
         reported_s,
         in_alarm_s,
         length_s,
-        remarks: recording.notes.remarks.clone(),
-        cut: recording.notes.cut,
+        file: FileNotes { remarks: recording.notes.remarks.clone(), cut: recording.notes.cut },
     };
     let windows = windows(one, guard_ms);
     if windows.is_empty() {

@@ -65,20 +65,26 @@ pub struct RecordingScore {
     pub reported_s: f64,
     /// Of it in alarm (s).
     pub in_alarm_s: f64,
-    /// What is odd about its file: rows that were placed or left out. Stands at the first slip.
+    /// What is odd about its file.
     #[serde(skip)]
+    pub file: FileNotes,
+}
+
+/// What is odd about the file of a recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileNotes {
+    /// Rows that were placed or left out. Stands at the first slip.
     pub remarks: Vec<String>,
-    /// Whether rows at the end of its file are lost.
-    #[serde(skip)]
+    /// Whether rows at its end are lost.
     pub cut: bool,
 }
 
 impl RecordingScore {
     /// Of a further slip: what stands at the first one is not counted again.
     pub(super) fn without_alarms(&self) -> Self {
-        let (alarms, alarms_at, remarks) = (0, Vec::new(), Vec::new());
+        let (alarms, alarms_at) = (0, Vec::new());
         Self {
-            remarks,
+            file: FileNotes { remarks: Vec::new(), ..self.file },
             early: false,
             alarms,
             alarms_at,
