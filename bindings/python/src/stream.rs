@@ -595,5 +595,6 @@ pub(crate) fn trace(py: Python<'_>, path: PathBuf) -> PyResult<Detection> {
         )));
     }
     let commands = !trace.command_n.is_empty();
+    trace.learning = summary.learning;
     trace.detection(py, &events, commands, [summary.slips, summary.unusable, summary.floor_lowered])
 }

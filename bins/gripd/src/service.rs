@@ -155,7 +155,7 @@ impl Service {
         let reload = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGHUP, Arc::clone(&reload))?;
         Ok(Self {
-            board: Board::new(settings.about()),
+            board: Board::new(settings.about(clock.run_id())),
             settings,
             clock,
             ends,
@@ -416,7 +416,7 @@ impl Service {
             (LogLevel::Error, format!("the settings in force stay: {}", message(error)))
         } else {
             self.board.about.reloads.0 += 1;
-            self.board.about.config_files = settings.about().config_files;
+            self.board.about.config_files = settings.about(self.clock.run_id()).config_files;
             self.console.set_level(settings.config.log_level);
             self.settings = settings;
             (LogLevel::Info, format!("the new settings are in force: {}", changes.join(", ")))

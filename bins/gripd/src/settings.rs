@@ -295,8 +295,8 @@ impl Settings {
         Ok(format!("{}model: {model}{signer}{set}{warnings}", files.concat()))
     }
 
-    /// What runs, for the board.
-    pub(crate) fn about(&self) -> board::About {
+    /// What runs, for the board; `run_id` differs from start to start.
+    pub(crate) fn about(&self, run_id: u32) -> board::About {
         let mut files: Vec<PathBuf> = self.layers.files().map(Path::to_owned).collect();
         files.reverse();
         board::About {
@@ -304,6 +304,7 @@ impl Settings {
             port: self.port.clone(),
             config_files: files,
             dry_run: self.cli.dry_run || self.observe,
+            run_id,
             ..board::About::default()
         }
     }

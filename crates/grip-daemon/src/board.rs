@@ -33,6 +33,8 @@ pub struct About {
     pub grants: Vec<Grant>,
     /// Whether no force command is ever sent.
     pub dry_run: bool,
+    /// Differs from start to start.
+    pub run_id: u32,
 }
 
 /// Something that was asked of the system for real time.

@@ -35,6 +35,8 @@ pub(crate) struct Course {
     points: VecDeque<Point>,
     /// Points since the start of the daemon.
     count: u64,
+    /// Times that device time went back.
+    restarts: u32,
     newest: Micros,
     /// Whether a slip was noticed since the newest point, however short it is.
     pub(crate) slipped: bool,
@@ -46,6 +48,7 @@ impl Course {
     pub(crate) fn take(&mut self, state: &PipelineState, faulty: bool) {
         if state.t < self.newest {
             self.points.clear();
+            self.restarts += 1;
         }
         self.slipped |= state.scene == Scene::Slipping;
         // The larger one, or the one that is a number.
@@ -80,6 +83,8 @@ json_object! {
     #[derive(Debug, Serialize)]
     pub(crate) struct Live<'a> of (board: &'a Board, now_us: u64, count: u64) {
         version: &'a str = &board.about.version;
+        /// Points with another one are of another course of time.
+        run: [u32; 2] = [board.about.run_id, board.course().restarts];
         dry_run: bool = board.about.dry_run;
         healthy: bool = board.is_healthy();
         link: Link<'a> = Link::of(board);

@@ -186,9 +186,10 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
             format!("its files are compressed; unpack them with: zstd -d --rm '{folder}'/*.zst*")
         }
         (_, _, [first, ..]) => format!(
-            "it is no bag but holds {} tables, which are recordings of their own; import one by one, for example: \
-             gripctl import '{}' -o run.csv",
+            "it is no bag but holds {} tables, which are recordings of their own: `gripctl replay '{folder}'/*.{}` finds the slips \
+             of each, `gripctl import '{}' -o run.csv` makes a recording of one",
             tables.len(),
+            first.extension().unwrap_or_default().display(),
             first.display()
         ),
         _ => "the folder holds neither .mcap nor .db3".to_owned(),

@@ -33,6 +33,8 @@ pub(crate) struct Plan {
     pub(crate) clock: String,
     pub(crate) unit: Option<TimeUnit>,
     pub(crate) pace: Option<Pace>,
+    /// Rows of which the times were looked at.
+    pub(crate) timed: usize,
     /// Rows at the start that are none.
     pub(crate) skip: usize,
 }
@@ -225,6 +227,7 @@ impl Plan {
             },
             (None, None) => TimeUnit::of_word(name),
         };
+        self.timed = times.len();
         let stamps = clock::stamps(name, times, stated);
         let rate_hz = options.rate_hz.filter(|rate_hz| *rate_hz > 0.0);
         match (stamps, stated) {

@@ -125,8 +125,11 @@ impl Gathering {
         let mut notes = self.notes.clone();
         let pace = plan.pace.filter(|_| self.layout.time.is_some());
         let rate_hz = notes.given_rate_hz.or(pace.map(|pace| pace.rate_hz()));
-        let rate_hz =
-            rate_hz.ok_or_else(|| CsvError::NoRate { file: self.file.clone(), rows: 0 })?;
+        let file = || self.file.clone();
+        let rate_hz = rate_hz.ok_or_else(|| match plan.timed {
+            0 => CsvError::NoRows { file: file() },
+            rows => CsvError::NoRate { file: file(), rows },
+        })?;
         let said = pace.map(|pace| pace.to_string()).filter(|text| !text.is_empty());
         notes.remarks.extend(plan.found.notes.iter().cloned().chain(said));
         let name = self.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();

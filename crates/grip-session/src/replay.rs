@@ -78,6 +78,9 @@ fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
     if gripper && agrees && !given { configured } else { recording.rate_hz }
 }
 
+/// What a recording that ends while its noise floor is still being learned does not show.
+pub const LEARNING: &str = "ends before its noise floor is learned, so that the signal shows no slip; begin with stillness, 0.2 s of it, some seconds at low rates";
+
 /// Every step of a recording, in order.
 #[derive(Debug)]
 pub struct Replay<'a> {
@@ -105,6 +108,12 @@ impl<'a> Replay<'a> {
     #[must_use]
     pub fn detector(&self) -> &SlipDetector {
         self.pipeline.detector()
+    }
+
+    /// Whether the noise floor is still being learned: a stylus shows no slip before.
+    #[must_use]
+    pub fn is_learning(&self) -> bool {
+        self.pipeline.is_learning()
     }
 
     /// How often each stage ran so far.

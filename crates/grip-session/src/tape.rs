@@ -144,6 +144,8 @@ pub struct TapeSummary {
     pub mid_run: bool,
     /// Items that the recorder did not get, or could not write.
     pub unrecorded: u64,
+    /// Whether no pipeline has learned its noise floor: a stylus shows no slip before.
+    pub learning: bool,
 }
 
 /// A recording of one or more files on its way through the pipeline.
@@ -155,6 +157,8 @@ pub struct Tape {
     log: EventLog,
     steady: SteadyAlarm,
     summary: TapeSummary,
+    /// Whether a pipeline that has ended knew its noise floor.
+    learned: bool,
     before: Option<(PathBuf, About)>,
 }
 
@@ -227,7 +231,8 @@ impl Tape {
         if let Some(run) = &self.pipeline {
             run.count(&mut summary);
         }
-        TapeSummary { slips: self.log.slips(), ..summary }
+        let learns = self.pipeline.as_ref().is_some_and(|run| run.pipeline.is_learning());
+        TapeSummary { slips: self.log.slips(), learning: learns && !self.learned, ..summary }
     }
 
     /// Checks that a file goes on where the one before it ended.
@@ -304,6 +309,7 @@ impl Tape {
         let run = Run { begun, pipeline, first: None, last: Micros(0), index: 0 };
         if let Some(ended) = self.pipeline.replace(run) {
             ended.count(&mut self.summary);
+            self.learned |= !ended.pipeline.is_learning();
         }
         self.summary.pipelines += 1;
         (place.report)(Played::Began);

@@ -255,7 +255,7 @@ pub(crate) struct ReplayArgs {
     /// The recording: .mcap as gripd makes it, which has its settings and its model inside, or .csv with `t_s` and `stylus` (m),
     /// `vibration` (sensor units, signed or rectified) or neither but `travel_m` or taxels (`pressure_0` ...), or .npz
     /// with an array for each such column, or .wav, .npy or a rosbag2 as `gripctl import` reads them. Of a recording in
-    /// several files all .mcap in their order.
+    /// several files all .mcap in their order; several of the others one after the other.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// Compare the events with the recorded ones instead of printing them; exit 1 at the first difference. For .mcap.
@@ -362,9 +362,9 @@ pub(crate) struct CalibrateArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum FloorOrigin {
-    /// The labelled rest of the other materials; as live where they have none.
+    /// The labelled rest of the other materials; as live where they have none. For recordings too short to learn a floor.
     Folds,
-    /// Its own earlier samples.
+    /// Its own earlier samples, as on a gripper: the one to cite in a paper.
     Live,
 }
 

@@ -179,6 +179,7 @@ fn next(args: &DemoArgs) -> anyhow::Result<()> {
         first,
         (watch, "live curves in a window"),
         ("gripd --port sim --duration 10".to_owned(), "the same in real time, by the daemon"),
+        ("gripctl replay FILE.csv".to_owned(), "slips in a recording of your own"),
         ("gripctl grasp".to_owned(), "a hundred objects"),
     ];
     output::line("Next:")?;

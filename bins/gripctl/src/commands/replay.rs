@@ -7,14 +7,14 @@ use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
 use grip_record::{StylusKind, outputs::OutputPath};
 use grip_session::{
-    exit::{Exit, WrongArgument, escape},
+    exit::{self, Exit, WrongArgument, escape},
     replay,
     report::EventLog,
     steady::{STEADY, SteadyAlarm},
 };
 use serde::Serialize;
 use slip_core::{Pipeline, PipelineConfig, units::Micros};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Samples between two looks of the bar.
 const SAMPLES_A_LOOK: u64 = 1 << 12;
@@ -22,6 +22,7 @@ const SAMPLES_A_LOOK: u64 = 1 << 12;
 #[derive(Serialize)]
 #[serde(tag = "type", rename = "summary")]
 struct Summary {
+    file: String,
     samples: u64,
     lost: u64,
     slips: u64,
@@ -50,11 +51,32 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
         ))
         .into()),
         [file] => table(args, file, plot.as_ref()),
+        files if tapes == 0 && !args.check && plot.is_none() => tables(args, files),
         _ => Err(WrongArgument(
-            "several files: only .mcap files of one recording can be replayed together".to_owned(),
+            "several files: only .mcap files of one recording are replayed together, others one after the other without --check and --plot".to_owned(),
         )
         .into()),
     }
+}
+
+/// Recordings one after the other, each under its name. One that cannot be used stops none of the others.
+fn tables(args: &ReplayArgs, files: &[PathBuf]) -> anyhow::Result<Exit> {
+    let mut exit = Exit::Done;
+    for file in files {
+        if !args.json {
+            output::line(&escape(&file.display().to_string()))?;
+        }
+        match table(args, file, None) {
+            Err(error) if output::is_closed_pipe(&error) => return Err(error),
+            Err(error) => {
+                output::note(&format!("gripctl: {}", exit::message(error.as_ref())));
+                exit = Exit::WrongArguments;
+            }
+            Ok(Exit::DataLost) if exit == Exit::Done => exit = Exit::DataLost,
+            Ok(_) => {}
+        }
+    }
+    Ok(exit)
 }
 
 /// Whether the name states that it is a recording of everything.
@@ -127,6 +149,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     let health = replay.health_counters();
     let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());
     let summary = Summary {
+        file: file.display().to_string(),
         samples: replay.stage_counters().samples,
         lost: u64::try_from(recording.notes.gaps)?,
         slips: log.slips(),
@@ -138,8 +161,7 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
         learning: replay.is_learning(),
     };
     if summary.learning {
-        let why = "ends before its noise floor is learned, so that the signal shows no slip; begin with stillness, 0.2 s of it, some seconds at low rates";
-        output::remark(file.display(), why);
+        output::remark(file.display(), replay::LEARNING);
     }
     report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })

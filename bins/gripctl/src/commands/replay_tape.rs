@@ -6,7 +6,7 @@ use grip_record::mcap::McapError;
 use grip_record::outputs::OutputPath;
 use grip_session::{
     exit::{Exit, WrongArgument},
-    model,
+    model, replay,
     report::Event,
     tape::{Played, Tape, TapeError, TapeOptions, TapeSummary},
 };
@@ -27,6 +27,8 @@ struct Summary {
     steady_alarms: u64,
     pipelines: u64,
     unrecorded: u64,
+    /// Whether the noise floor was still being learned at the end: a stylus shows no slip before.
+    learning: bool,
     /// Events that are the recorded ones; only with `--check`.
     #[serde(skip_serializing_if = "Option::is_none")]
     checked: Option<u64>,
@@ -78,6 +80,10 @@ pub(super) fn run(args: &ReplayArgs, plot: Option<&OutputPath>) -> anyhow::Resul
             plot,
         )?;
     }
+    if summary.learning {
+        let last = args.files.last().map(|file| file.display().to_string()).unwrap_or_default();
+        output::remark(last, replay::LEARNING);
+    }
     let checked = listener.check.map(|check| check.finish(cut)).transpose()?;
     print(args.json, summary, checked)?;
     let lossy = cut || summary.lost > 0 || summary.unrecorded > 0 || summary.mid_run;
@@ -112,7 +118,7 @@ fn refuse_csv_options(args: &ReplayArgs) -> Result<(), WrongArgument> {
 
 fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Result<()> {
     let TapeSummary { samples, lost, slips, duration_s, unusable, floor_lowered, .. } = summary;
-    let TapeSummary { steady_alarms, pipelines, unrecorded, isolated, .. } = summary;
+    let TapeSummary { steady_alarms, pipelines, unrecorded, isolated, learning, .. } = summary;
     if json {
         return output::json(&Summary {
             samples,
@@ -125,6 +131,7 @@ fn print(json: bool, summary: TapeSummary, checked: Option<u64>) -> anyhow::Resu
             steady_alarms,
             pipelines,
             unrecorded,
+            learning,
             checked,
         });
     }

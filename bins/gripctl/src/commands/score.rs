@@ -15,7 +15,10 @@ use grip_eval::{
 };
 use grip_session::exit::{Exit, WrongArgument};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::{collections::BTreeSet, path::PathBuf};
+
+/// Recordings that a note names.
+const NAMED: usize = 20;
 
 /// Less rest than this makes a floor that the next recording may contradict (s).
 const SHORT_REST_S: f64 = 0.05;
@@ -53,6 +56,7 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     if let Some(score) = scored().next() {
         report_floor(score, args);
     }
+    report_learning(scored());
     if let Some((rms, range)) = scored().find_map(|s| s.taxel_rms.zip(Some(s.taxel_range))) {
         let range = range.map_or_else(String::new, |range| format!(", range {}", any_unit(range)));
         eprintln!(
@@ -63,9 +67,9 @@ pub(crate) fn run(args: &ScoreArgs) -> anyhow::Result<Exit> {
     // Of the first detector: the files of all are the same.
     let recordings = scored().next().map_or(&[] as &[_], |score| score.recordings.as_slice());
     for one in recordings {
-        one.remarks.iter().for_each(|remark| output::remark(&one.recording, remark));
+        one.file.remarks.iter().for_each(|remark| output::remark(&one.recording, remark));
     }
-    let cut = recordings.iter().any(|one| one.cut);
+    let cut = recordings.iter().any(|one| one.file.cut);
     for (score, detector) in scores.iter().zip(&detectors) {
         match score {
             Ok(score) => show(score, args)?,
@@ -103,6 +107,11 @@ fn report_floor(score: &Score, args: &ScoreArgs) {
             score.recordings.len()
         );
     }
+    if args.floor == FloorOrigin::Folds && args.calibration.is_none() {
+        eprintln!(
+            "in a paper cite --floor live: each recording learns its floor from its own beginning, as on a gripper; folds, used here, take it from labelled stillness of the other materials, for recordings too short to learn it"
+        );
+    }
     let Some([shear, vibration, ..]) = score.floor.filter(|_| own < score.recordings.len()) else {
         return;
     };
@@ -123,6 +132,21 @@ fn report_floor(score: &Score, args: &ScoreArgs) {
             "warning: that is less than {SHORT_REST_S} s of stillness; the floor, and with it every figure below, may be far off"
         );
     }
+}
+
+/// Recordings in which the signal shows nothing.
+fn report_learning<'a>(scores: impl Iterator<Item = &'a Score>) {
+    let learning = scores.flat_map(|score| &score.recordings).filter(|one| one.learning);
+    let names: BTreeSet<&str> = learning.map(|one| one.recording.as_str()).collect();
+    let more = match names.len() {
+        0 => return,
+        count if count > NAMED => format!(" and {} more (--json: learning)", count - NAMED),
+        _ => String::new(),
+    };
+    let named = Vec::from_iter(names.into_iter().take(NAMED)).join(", ");
+    eprintln!(
+        "the noise floor is never learned, so that the signal shows no slip, in {named}{more}; longer stillness at the beginning is needed, or --floor folds"
+    );
 }
 
 /// A detector that cannot run on these recordings.

@@ -57,6 +57,28 @@ fn a_recording_that_ends_before_its_floor_is_known_says_so() {
 }
 
 #[test]
+fn a_folder_of_tables_is_replayed_one_after_the_other() {
+    let folder = score::folder();
+    let files = ["labels.csv", "found.csv", "rest.csv"];
+    let ran = gripctl(folder.path(), &[&["replay", "--json"], &files[..]].concat());
+    assert_eq!(
+        (ran.code, ran.err.contains("labels.csv")),
+        (2, true),
+        "the others are read: {ran:?}"
+    );
+    let lines = ran.json();
+    let summaries = lines.iter().filter(|line| line["type"] == "summary");
+    let slips: Vec<_> = summaries.map(|line| (&line["file"], &line["slips"])).collect();
+    assert_eq!(slips, [(&"found.csv".into(), &1.into()), (&"rest.csv".into(), &0.into())]);
+    let text = gripctl(folder.path(), &["replay", "found.csv", "rest.csv"]).done().out;
+    let alone = ["found.csv", "rest.csv"]
+        .map(|file| format!("{file}\n{}", gripctl(folder.path(), &["replay", file]).done().out));
+    assert_eq!(text, alone.concat());
+    let plot = ["replay", "found.csv", "rest.csv", "--plot", "x.svg"];
+    gripctl(folder.path(), &plot).refused(2, &["several files", "--plot"]);
+}
+
+#[test]
 fn slips_are_drawn_without_a_window() {
     let folder = score::folder();
     let folder = folder.path();

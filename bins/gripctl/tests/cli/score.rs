@@ -249,6 +249,28 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
     score("own").refused(2, &["alarms.csv", "line 2", "after begin_s"]);
 }
 
+#[test]
+fn recordings_too_short_for_a_floor_are_named_and_the_floors_to_cite() {
+    let folder = folder();
+    let rows: Vec<String> =
+        recording(0.05, 200.0, 6).lines().take(250).map(|line| format!("{line}\n")).collect();
+    fs::write(folder.path().join("short.csv"), rows.concat()).unwrap();
+    let labels = "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nshort,onset,cork,0.05\n";
+    fs::write(folder.path().join("labels.csv"), labels).unwrap();
+    for (floor, named) in [("live", true), ("folds", false)] {
+        let ran = gripctl(folder.path(), &["score", ".", "--json", "--floor", floor]).done();
+        let why = "the noise floor is never learned, so that the signal shows no slip, in short;";
+        assert_eq!(ran.err.contains(why), named, "{}", ran.err);
+        assert_eq!(ran.err.contains("in a paper cite --floor live"), !named, "{}", ran.err);
+        let learning = |line: &Value| (line["recording"].clone(), line["learning"] == true);
+        let learning: Vec<_> = ran.json().iter().take(3).map(learning).collect();
+        assert_eq!(
+            learning,
+            [("found".into(), false), ("rest".into(), false), ("short".into(), named)]
+        );
+    }
+}
+
 /// 6 s of noise with a tone of 0.2 s from each onset on, and a detector whose alarms last for most of it.
 #[test]
 fn a_detector_that_never_stops_alarming_finds_nothing() {

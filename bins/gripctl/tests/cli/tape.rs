@@ -17,13 +17,14 @@ use std::{
 
 /// Grasps and records as the daemon does; gives the lines of the session.
 fn record(file: &Path) -> Vec<String> {
-    record_events(file, ("default", 0), None)
+    record_events(file, ("default", 0), Micros(1_500_000), None)
 }
 
-/// The same in a scene of a seed, with another text in place of that of each event.
+/// The same in a scene of a seed until a time, with another text in place of that of each event.
 fn record_events(
     file: &Path,
     (scene, seed): (&str, u64),
+    until: Micros,
     tampered: Option<&'static str>,
 ) -> Vec<String> {
     let scene = scene::load(scene).unwrap().reseeded(seed).unwrap();
@@ -55,8 +56,7 @@ fn record_events(
         Update::Gripper { .. } | Update::Link(_) => {}
     };
     let estimator = model::default_estimator().unwrap();
-    trial::grasp(&scene, &HostConfig::default(), estimator, Micros(1_500_000), &mut report)
-        .unwrap();
+    trial::grasp(&scene, &HostConfig::default(), estimator, until, &mut report).unwrap();
     writer.finish().unwrap();
     lines
 }
@@ -65,7 +65,7 @@ fn record_events(
 fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     let folder = tempfile::tempdir().unwrap();
     for scene in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
-        let lines = record_events(&folder.path().join("run.mcap"), scene, None);
+        let lines = record_events(&folder.path().join("run.mcap"), scene, Micros(1_500_000), None);
         assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene:?}: {lines:?}");
         let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
         assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{ran:?}");
@@ -92,10 +92,28 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
 }
 
 #[test]
+fn a_recording_that_ends_before_its_floor_is_known_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for (until_us, learning) in [(100_000, true), (1_500_000, false)] {
+        record_events(&folder.path().join("run.mcap"), ("default", 0), Micros(until_us), None);
+        let ran = gripctl(folder.path(), &["replay", "run.mcap", "--json"]).done();
+        let summary = ran.json().pop().unwrap();
+        assert_eq!(summary["learning"], learning, "{summary}");
+        let said = ran.err.contains("run.mcap: ends before its noise floor is learned");
+        assert_eq!(said, learning, "{}", ran.err);
+    }
+}
+
+#[test]
 fn a_difference_is_shown_and_fails() {
     let folder = tempfile::tempdir().unwrap();
     // Its events were tampered with: the chunks are written anew, so nothing is damaged.
-    record_events(&folder.path().join("other.mcap"), ("default", 0), Some("{\"type\":\"slip\"}"));
+    record_events(
+        &folder.path().join("other.mcap"),
+        ("default", 0),
+        Micros(1_500_000),
+        Some("{\"type\":\"slip\"}"),
+    );
     let ran = gripctl(folder.path(), &["replay", "other.mcap", "--check"]);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(

@@ -168,6 +168,10 @@ fn the_curves_of_a_study_take_the_place_of_the_plots() {
     let harness = window(fixture::study(), Panel::Health);
     harness.get_by_label("Learning of surface2 plot");
     harness.get_by_label("twenty starts each");
+    // The nets once, not over the curves of each plot.
+    for net in ["gd", "lm"] {
+        harness.get_by_label(net);
+    }
     assert_eq!(harness.query_all_by_label("Stylus plot").count(), 0);
 }
 

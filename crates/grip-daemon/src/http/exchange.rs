@@ -147,6 +147,14 @@ impl Exchange {
         self.stage == Stage::Streaming
     }
 
+    /// For how long the client of a stream has not caught up (us); 0 where nothing waits for it.
+    #[must_use]
+    pub fn behind_us(&self, now_us: u64) -> u64 {
+        let waits = self.streams() && !self.to_send().is_empty();
+        let since_us = self.deadline_us.saturating_sub(self.limits.answer_us);
+        if waits { now_us.saturating_sub(since_us) } else { 0 }
+    }
+
     /// Bytes that wait to be sent.
     #[must_use]
     pub fn to_send(&self) -> &[u8] {
@@ -163,10 +171,10 @@ impl Exchange {
         done
     }
 
-    /// The client sends nothing more.
+    /// The client sends nothing more; it may read on.
     pub fn hung_up(&mut self) {
         self.received = true;
-        if self.stage != Stage::Answering {
+        if matches!(self.stage, Stage::Reading | Stage::Draining) {
             self.stage = Stage::Over;
         }
     }

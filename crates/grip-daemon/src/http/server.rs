@@ -5,6 +5,7 @@ use super::{
     request::{Page, Refusal},
 };
 use core::net::SocketAddr;
+use rustix::net::sockopt::set_socket_send_buffer_size;
 use std::{
     io::{self, Read as _, Write as _},
     net::{Shutdown, TcpListener, TcpStream},
@@ -15,6 +16,11 @@ use std::{
 const MOST: usize = 16;
 /// Streams among them.
 const MOST_STREAMS: usize = 4;
+/// A stream whose client has not caught up for so long makes room for a new one (us).
+const STALLED_US: u64 = 1_000_000;
+/// What the system keeps for a client (bytes; Linux takes twice as much): without a limit it is megabytes, and minutes of a stream that
+/// nobody reads.
+const SEND_BYTES: usize = 32 * 1024;
 /// Accepted in one turn, so that a flood leaves time for other work.
 const AT_ONCE: usize = 32;
 
@@ -106,7 +112,9 @@ impl HttpServer {
     /// Takes what came, answers, and closes what is over. `now_us` is host time (us); `page` gives the page of a path.
     pub fn serve(&mut self, now_us: u64, page: &mut dyn FnMut(&str) -> Page) {
         self.accept(now_us);
-        let mut room = MOST_STREAMS.saturating_sub(self.streams());
+        let behind_us = |connection: &Connection| connection.exchange.behind_us(now_us);
+        let stalled = self.connections.iter().filter(|one| behind_us(one) >= STALLED_US).count();
+        let mut room = (MOST_STREAMS + stalled).saturating_sub(self.streams());
         let mut page = |path: &str| {
             let content = page(path)?;
             room = room.checked_sub(content.more.into()).ok_or(Refusal::Unavailable)?;
@@ -114,6 +122,12 @@ impl HttpServer {
         };
         for connection in &mut self.connections {
             connection.serve(now_us, &mut page);
+        }
+        for _ in MOST_STREAMS..self.streams() {
+            let slowest = self.connections.iter_mut().filter(|one| one.exchange.streams());
+            if let Some(slowest) = slowest.max_by_key(|one| behind_us(one)) {
+                slowest.exchange.failed();
+            }
         }
         self.connections.retain(|connection| !connection.exchange.is_over());
     }
@@ -136,7 +150,9 @@ impl HttpServer {
         for _ in 0..AT_ONCE {
             // Nobody waits, or has hung up already, or there are no descriptors left: the next turn tries again.
             let Ok((stream, _)) = self.listener.accept() else { return };
-            if stream.set_nonblocking(true).is_err() {
+            if stream.set_nonblocking(true).is_err()
+                || set_socket_send_buffer_size(&stream, SEND_BYTES).is_err()
+            {
                 continue;
             }
             let mut exchange = Exchange::new(now_us, self.limits, self.loopback);

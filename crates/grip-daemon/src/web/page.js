@@ -22,10 +22,10 @@ let paused = false;
 let plots = [];
 
 function take(message) {
+    // Another gripd, or a device that has restarted: another course of time.
+    if (String(message.run) !== String(live?.run)) points = [];
     live = message;
     heard_ms = performance.now();
-    // A device that restarts begins a new course.
-    if (message.pipeline?.t_s < points.at(-1)?.t_s) points = [];
     for (const point of message.points) {
         const last_s = points.at(-1)?.t_s ?? -Infinity;
         // The first message of a connection repeats what may be known.

@@ -94,6 +94,7 @@ pub(crate) fn board() -> Board {
         reloads: (1, 2),
         grants,
         dry_run: false,
+        run_id: 5,
     });
     board.clients =
         ClientCounts { connected: 2, accepted: 7, refused: 1, dropped: 55, bad_commands: 3 };

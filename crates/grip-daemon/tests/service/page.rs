@@ -12,7 +12,10 @@ use grip_daemon::{
 use grip_link::message::{FaultCode, Status};
 use serde_json::{Value, json};
 use slip_core::{Phase, PipelineState, alarm::Method, sample::Scene, units::Micros};
-use std::io::{Read as _, Write as _};
+use std::{
+    io::{Read as _, Write as _},
+    net::Shutdown,
+};
 
 /// Takes states from `from_us` on, one each 20 ms.
 fn take(board: &mut Board, from_us: u64, states: &[PipelineState]) {
@@ -76,13 +79,73 @@ fn a_message_has_the_points_since_the_last_one_and_numbers_or_null() {
     assert_eq!(next(&mut feed, &board, 3 * EVERY_US)["points"].as_array().unwrap().len(), 600);
     let dropped = Status { fault: FaultCode::OBJECT_LOST, ..made::STATUS };
     board.take(&Item::Link { host_us: 9, note: &LinkNote::Status(dropped) });
+    let before = next(&mut Feed::default(), &board, 0)["run"].clone();
     take(&mut board, 1, &[made::STATE]);
     let restarted = next(&mut Feed::default(), &board, 0);
+    assert_ne!(before, restarted["run"], "the times of another run");
+    let another = Board::new(About { run_id: 7, ..About::default() });
+    assert_ne!(new["run"], next(&mut Feed::default(), &another, 0)["run"], "of another gripd");
     assert_eq!(restarted["points"].as_array().unwrap().len(), 1);
     assert_eq!(
         (&restarted["points"][0]["scene"], &restarted["fault"]),
         (&json!("fault"), &json!("the object is gone."))
     );
+}
+
+#[test]
+fn a_viewer_that_closes_its_sending_side_gets_events_until_it_hangs_up() {
+    let mut rig = Rig::new();
+    let mut viewer = rig.connect();
+    viewer.write_all(get("/events").as_bytes()).unwrap();
+    viewer.shutdown(Shutdown::Write).unwrap();
+    while rig.server.streams() < 1 {
+        rig.turn();
+    }
+    for count in 1..4 {
+        rig.server.publish(rig.now_us, "data: more\n\n");
+        rig.turn();
+        assert_eq!(rig.server.streams(), 1, "after {count}");
+    }
+    assert!(rig.server.interests().skip(1).all(|interest| !interest.read), "it wakes nobody");
+    drop(viewer);
+    while rig.server.counts().0 > 0 {
+        rig.server.publish(rig.now_us, "data: more\n\n");
+        rig.turn();
+    }
+}
+
+#[test]
+fn viewers_that_never_read_make_room_for_one_that_does() {
+    let mut rig = Rig::new();
+    let mut silent = [(); 4].map(|()| rig.connect());
+    for viewer in &mut silent {
+        viewer.write_all(get("/events").as_bytes()).unwrap();
+    }
+    while rig.server.streams() < 4 {
+        rig.turn();
+    }
+    let (mut feed, mut board, mut answer) = (Feed::default(), made::board(), String::new());
+    // As often as a page asks.
+    while !answer.starts_with("HTTP/1.1 200 ") {
+        for _ in 0..40 {
+            rig.now_us += EVERY_US;
+            take(&mut board, rig.now_us, &[made::STATE; 3]);
+            rig.server.publish(rig.now_us, &feed.next(&board, rig.now_us, 4).unwrap());
+            rig.turn();
+        }
+        assert!(rig.now_us <= 12_000_000, "locked out");
+        let mut viewer = rig.connect();
+        viewer.write_all(get("/events").as_bytes()).unwrap();
+        let mut bytes = vec![0; 1 << 20];
+        for _ in 0..100 {
+            rig.turn();
+            if let Ok(count) = viewer.read(&mut bytes) {
+                answer = String::from_utf8_lossy(&bytes[..count]).into_owned();
+                break;
+            }
+        }
+    }
+    assert_eq!(rig.server.streams(), 4, "one of them was closed, no more");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One labelled recording in, its alarms held against its label out.
 
 use super::{
-    Alarm, Decides, Detector, FloorFrom, LATE_S, RecordingScore, ScoreError,
+    Alarm, Decides, Detector, FileNotes, FloorFrom, LATE_S, RecordingScore, ScoreError,
     beside::{Beside, Change, Test},
     causes::{CLOSING, Causes, MOVING, STILL, UNKNOWN},
     curve::{APART_S, Trace},
@@ -46,7 +46,7 @@ pub(super) fn judge(
     let recording = contents.recording(detector.companions);
     let known = fitted.config;
     let is_known = known.known_floor.is_some() || known.pressure.known_rms.is_some();
-    let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s } =
+    let Played { spans, statistics, causes, length_s, reported_s, in_alarm_s, learning } =
         play(one, recording, fitted, guard_ms)?;
     let rest_until_s = rest_until(label, guard_ms);
     let time_s = |at: Option<&Sample>| at.map_or(0.0, |sample| sample.t.as_seconds());
@@ -76,11 +76,11 @@ pub(super) fn judge(
         window_s: 0.0,
         rate_hz: recording.rate_hz,
         floor_from: if is_known { FloorFrom::Known } else { FloorFrom::Own },
+        learning,
         reported_s,
         in_alarm_s,
         length_s,
-        remarks: recording.notes.remarks.clone(),
-        cut: recording.notes.cut,
+        file: FileNotes { remarks: recording.notes.remarks.clone(), cut: recording.notes.cut },
     };
     let windows = windows(one, guard_ms);
     if windows.is_empty() {
@@ -177,6 +177,8 @@ struct Played {
     reported_s: f64,
     /// Of it with an alarm (s).
     in_alarm_s: f64,
+    /// Whether the floor was not known at its end, and is needed.
+    learning: bool,
 }
 
 /// What a detector shows with a sample.
@@ -220,6 +222,7 @@ fn play(
         length_s: 0.0,
         reported_s: 0.0,
         in_alarm_s: 0.0,
+        learning: false,
     };
     let (mut moving, mut last_s) = (false, None);
     let shows_motion = |sample: &Sample| sample.reference.is_some() || sample.motion.is_some();
@@ -269,5 +272,6 @@ fn play(
             _ => {}
         }
     }
+    played.learning = detector.decides != Decides::Own && steps.is_learning();
     Ok(played)
 }

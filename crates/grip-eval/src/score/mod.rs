@@ -46,7 +46,7 @@ pub use esc_test::EscTest;
 pub use materials::MaterialScore;
 pub use network_test::{NetworkTest, Rows, SlipNetwork, UntrainedError};
 pub use quantiles::Quantiles;
-pub use totals::{FloorFrom, RecordingScore, Score, Total};
+pub use totals::{FileNotes, FloorFrom, RecordingScore, Score, Total};
 
 use causes::Causes;
 use core::{

@@ -57,26 +57,34 @@ pub struct RecordingScore {
     pub rate_hz: f32,
     /// Where its noise is known from.
     pub floor_from: FloorFrom,
+    /// Whether it ended before its noise floor was learned, so that the signal shows no slip.
+    pub learning: bool,
     /// Time in which there were samples (s).
     pub length_s: f64,
     /// Of it with a slip, or with a floor that never saw rest (s).
     pub reported_s: f64,
     /// Of it in alarm (s).
     pub in_alarm_s: f64,
-    /// What is odd about its file: rows that were placed or left out. Stands at the first slip.
+    /// What is odd about its file.
     #[serde(skip)]
+    pub file: FileNotes,
+}
+
+/// What is odd about the file of a recording.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileNotes {
+    /// Rows that were placed or left out. Stands at the first slip.
     pub remarks: Vec<String>,
-    /// Whether rows at the end of its file are lost.
-    #[serde(skip)]
+    /// Whether rows at its end are lost.
     pub cut: bool,
 }
 
 impl RecordingScore {
     /// Of a further slip: what stands at the first one is not counted again.
     pub(super) fn without_alarms(&self) -> Self {
-        let (alarms, alarms_at, remarks) = (0, Vec::new(), Vec::new());
+        let (alarms, alarms_at) = (0, Vec::new());
         Self {
-            remarks,
+            file: FileNotes { remarks: Vec::new(), ..self.file },
             early: false,
             alarms,
             alarms_at,

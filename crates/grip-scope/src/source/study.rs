@@ -67,7 +67,9 @@ fn curves_of(net: &Value) -> Option<[StudyCurve; 2]> {
     let curve = net.get("curve")?;
     let numbers = |key: &str| curve.get(key).and_then(Value::as_array);
     let epochs = numbers("epoch")?;
-    let name = format!("{} {}", text(net, "net"), text(net, "trainer"));
+    let (net, trainer) = (text(net, "net"), text(net, "trainer"));
+    // Most nets beside the four published ones have the name of their trainer.
+    let name = if trainer.replace('-', "") == net { trainer } else { format!("{net} {trainer}") };
     let of = |key: &str| {
         let pairs = epochs.iter().zip(numbers(key).into_iter().flatten());
         let points = pairs.filter_map(|(x, y)| Some([x.as_f64()?, y.as_f64()?])).collect();

@@ -112,6 +112,12 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
         file("h.csv", b"\x7fELF\x02\x01\x00\n\x00\x01\n").contains("is no table but a program")
     );
     assert!(file("n.csv", b"stylus\n1\n2\n").contains("no column of times and no rate"));
+    for (rows, reported) in
+        [("", "has a header but no rows"), ("0,1\n0,2\n", "cannot be told from 2 rows")]
+    {
+        let stated = file("o.csv", format!("t_s,stylus\n{rows}").as_bytes());
+        assert!(stated.contains(reported), "{stated}");
+    }
     for (text, reported) in [("{\"results\": 4}", "no report of a study"), ("{", "no JSON")] {
         let path = folder.path().join("e.json");
         fs::write(&path, text).unwrap();
@@ -300,6 +306,7 @@ fn a_study_has_its_curves() {
     let text = r#"{"type":"study","title":"four nets","summary":["It works."],"results":[
         {"title":"v and F","nets":[
             {"net":"M1","trainer":"GD","curve":{"epoch":[0,1,4],"train":[0.5,0.25,0.125],"test":[0.6,0.5,0.4]}},
+            {"net":"LBFGS","trainer":"L-BFGS","curve":{"epoch":[0],"train":[0.5],"test":[0.6]}},
             {"net":"M4","trainer":"SCG"}]}]}"#;
     fs::write(&path, text).unwrap();
     let watch = study(&path);
@@ -307,7 +314,10 @@ fn a_study_has_its_curves() {
     assert_eq!((study.title.as_str(), study.plots.len()), ("four nets", 1));
     let plot = &study.plots[0];
     let names: Vec<&str> = plot.curves.iter().map(|curve| curve.name.as_str()).collect();
-    assert_eq!((plot.title.as_str(), names), ("v and F", vec!["M1 GD, train", "M1 GD, test"]));
+    assert_eq!(
+        (plot.title.as_str(), names),
+        ("v and F", vec!["M1 GD, train", "M1 GD, test", "L-BFGS, train", "L-BFGS, test"])
+    );
     assert_eq!(plot.curves[1].points, [[0.0, 0.6], [1.0, 0.5], [4.0, 0.4]]);
     assert_eq!(study.notes, ["It works."]);
 }
