@@ -590,21 +590,4 @@ mod tests {
             assert_eq!(asked.last(), Some(&(true, number)));
         }
     }
-
-    #[test]
-    fn every_kind_has_its_topic_and_greetings_have_none() {
-        for (kind, topic) in [
-            (Kind::SLIP, Some(Topic::Events)),
-            (Kind::NOTICE, Some(Topic::Events)),
-            (Kind::GRIPPER, Some(Topic::Events)),
-            (Kind::STATE, Some(Topic::State)),
-            (Kind::HEALTH, Some(Topic::Health)),
-            (Kind::ROWS, Some(Topic::Samples)),
-            (Kind::WELCOME, None),
-            (Kind::ACK, None),
-            (Kind::NACK, None),
-        ] {
-            assert_eq!(super::topic(kind), topic, "{kind:?}");
-        }
-    }
 }

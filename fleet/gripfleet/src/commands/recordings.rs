@@ -1,9 +1,9 @@
 //! `gripfleet recordings` and `collect`: a router in; what grippers have recorded listed, and copied here.
 
-use super::{checked, network};
+use super::{Of, checked, network, say};
 use crate::{
     cli::fleet::{CollectArgs, RecordingsArgs},
-    clock, output,
+    clock,
 };
 use anyhow::{Context as _, bail};
 use core::{cell::Cell, time::Duration};
@@ -39,8 +39,6 @@ const TIMEOUT: &str = "Timeout";
 /// One recording, or what became of it.
 #[derive(Serialize)]
 struct Line<'a> {
-    site: String,
-    uid: String,
     #[serde(flatten)]
     recording: &'a Recording,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,11 +49,8 @@ struct Line<'a> {
     reason: Option<String>,
 }
 
-impl<'a> Line<'a> {
-    fn new(member: &Member, recording: &'a Recording) -> Self {
-        let (site, uid) = (member.site.to_string(), member.uid.to_string());
-        Self { site, uid, recording, done: None, resumed: None, reason: None }
-    }
+const fn line(recording: &Recording) -> Line<'_> {
+    Line { recording, done: None, resumed: None, reason: None }
 }
 
 #[derive(Default, Serialize)]
@@ -85,11 +80,8 @@ pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
             }
         };
         for recording in &all {
-            if args.place.json {
-                output::json(&Line::new(&member, recording))?;
-            } else {
-                output::line(&format!("{member}  {}", escape(&text(recording))))?;
-            }
+            let text = format!("{member}  {}", escape(&text(recording)));
+            say(args.place.json, &Of::new(&member, line(recording)), &text)?;
         }
     }
     Ok(exit)
@@ -194,12 +186,12 @@ impl<'a> Copying<'a> {
     }
 
     fn copy(&self, recording: &Recording, json: bool, summary: &mut Summary) -> anyhow::Result<()> {
-        let mut line = Line::new(self.member, recording);
+        let mut line = line(recording);
         if self.gone.get() {
             let reason = format!("{}: not asked for: the gripper does not answer", recording.name);
             (line.done, line.reason) = (Some("failed"), Some(reason));
             summary.failed += 1;
-            return reported(self.member, &line, json);
+            return reported(self.member, line, json);
         }
         // A name that leads elsewhere is refused by `fetch`, before anything is written.
         fs::create_dir_all(self.folder)
@@ -224,7 +216,7 @@ impl<'a> Copying<'a> {
                 summary.failed += 1;
             }
         }
-        reported(self.member, &line, json)
+        reported(self.member, line, json)
     }
 
     /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
@@ -274,12 +266,9 @@ impl<'a> Copying<'a> {
     }
 }
 
-fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
-    if json {
-        return output::json(line);
-    }
+fn reported(member: &Member, line: Line<'_>, json: bool) -> anyhow::Result<()> {
     let Recording { name, bytes, .. } = line.recording;
-    if let Some(reason) = &line.reason {
+    if let Some(reason) = line.reason.as_ref().filter(|_| !json) {
         eprintln!("gripfleet: {}", named(member, &escape(reason)));
         return Ok(());
     }
@@ -291,16 +280,15 @@ fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> 
         (Some("there"), _) => "is here already".to_owned(),
         _ => "is being written; not copied".to_owned(),
     };
-    Ok(output::line(&format!("{member}  {}  {what}", escape(name)))?)
+    let text = format!("{member}  {}  {what}", escape(name));
+    say(json, &Of::new(member, line), &text)
 }
 
 fn report(json: bool, summary: &Summary) -> anyhow::Result<()> {
-    if json {
-        return output::json(summary);
-    }
     let Summary { grippers, without, copied, bytes, there, growing, failed } = summary;
-    Ok(output::line(&format!(
+    let text = format!(
         "{grippers} grippers ({without} without recordings to give): {copied} recordings copied ({bytes} bytes), {there} here already, \
          {growing} being written, {failed} failed"
-    ))?)
+    );
+    say(json, summary, &text)
 }
