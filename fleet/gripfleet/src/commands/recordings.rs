@@ -69,22 +69,15 @@ struct Summary {
 pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
     let session = network(&args.place.reach)?.open()?;
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
-    let mut exit = Exit::Done;
+    let mut lost = false;
     for member in everybody(&session, &selector)? {
-        let all = match listed(&session, &member) {
-            Ok(all) => all,
-            Err(error) => {
-                eprintln!("gripfleet: {}", named(&member, &escape(&message(error.as_ref()))));
-                exit = if is_refused(&error) { exit } else { Exit::DataLost };
-                continue;
-            }
-        };
+        let Some(all) = listed(&session, &member, &mut lost) else { continue };
         for recording in &all {
             let text = format!("{member}  {}", escape(&text(recording)));
             say(args.place.json, &Of::new(&member, line(recording)), &text)?;
         }
     }
-    Ok(exit)
+    Ok(if lost { Exit::DataLost } else { Exit::Done })
 }
 
 fn text(recording: &Recording) -> String {
@@ -112,7 +105,16 @@ fn is_refused(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(NetError::Declined { reason, .. }) if reason != TIMEOUT)
 }
 
-fn listed(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> {
+/// What a gripper gives away; none where it does not, or does not answer, which is a loss.
+fn listed(session: &Session, member: &Member, lost: &mut bool) -> Option<Vec<Recording>> {
+    let all = list(session, member).inspect_err(|error| {
+        eprintln!("gripfleet: {}", named(member, &escape(&message(error.as_ref()))));
+        *lost |= !is_refused(error);
+    });
+    all.ok()
+}
+
+fn list(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> {
     let question =
         Ask { member, part: Part::Recordings, parameters: &[], payload: &[], patience: PATIENCE };
     let mut all = Vec::new();
@@ -134,14 +136,9 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
     let mut lost = false;
     for member in everybody(&session, &selector)? {
         summary.grippers += 1;
-        let all = match listed(&session, &member) {
-            Ok(all) => all,
-            Err(error) => {
-                eprintln!("gripfleet: {}", named(&member, &escape(&message(error.as_ref()))));
-                summary.without += 1;
-                lost |= !is_refused(&error);
-                continue;
-            }
+        let Some(all) = listed(&session, &member, &mut lost) else {
+            summary.without += 1;
+            continue;
         };
         let folder = args.directory.join(member.site.to_string()).join(member.uid.to_string());
         let copying = Copying::new(&session, &member, &folder, patience);
