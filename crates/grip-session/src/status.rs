@@ -5,7 +5,8 @@ use crate::config::Uid;
 use grip_link::message::{
     Unit,
     daemon::{
-        ClockOffset, Gripper, Health, Phase, PipelineState, RowOfSample, RowSet, SlipReport, ToClient,
+        ClockOffset, Gripper, Health, Phase, PipelineState, RowOfSample, RowSet, SlipReport,
+        ToClient,
     },
 };
 use serde::Serialize;

@@ -106,7 +106,10 @@ mod tests {
         let id = EventId { run: 7, seq: 9 };
         let stamp = Stamp { id, at: WallTime { ns: u64::MAX - 1, error_us: 20_000 } };
         let bytes = stamp.to_bytes();
-        assert_eq!((&bytes[..4], &bytes[4..12]), (&[7, 0, 0, 0][..], &[9, 0, 0, 0, 0, 0, 0, 0][..]));
+        assert_eq!(
+            (&bytes[..4], &bytes[4..12]),
+            (&[7, 0, 0, 0][..], &[9, 0, 0, 0, 0, 0, 0, 0][..])
+        );
         assert_eq!((bytes[12], bytes[20]), (0xFE, 0x20), "little-endian");
         assert_eq!(Stamp::from_bytes(&bytes), Some(stamp));
         for len in [0, 12, 23, 25] {

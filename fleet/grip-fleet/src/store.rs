@@ -77,7 +77,12 @@ pub(crate) fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Store
 }
 
 /// Gives a finished file its name, on disk too.
-pub(crate) fn rename(from: &Path, file: &File, folder: &Path, name: &str) -> Result<(), StoreError> {
+pub(crate) fn rename(
+    from: &Path,
+    file: &File,
+    folder: &Path,
+    name: &str,
+) -> Result<(), StoreError> {
     file.sync_all().map_err(at(from))?;
     fs::rename(from, folder.join(name)).map_err(at(from))?;
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(at(folder))

@@ -98,7 +98,9 @@ impl Speaker {
     fn node(&self, session: &Session, member: &Member) -> Option<RosAnnounced> {
         match RosAnnounced::new(session, member, self.place.ros_domain?) {
             Ok(node) => {
-                self.ends.common.report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                self.ends
+                    .common
+                    .report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
                 Some(node)
             }
             Err(error) => {

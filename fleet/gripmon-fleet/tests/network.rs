@@ -135,7 +135,11 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     let hall = Arc::<Hall>::default();
     let filled = Arc::clone(&hall);
     let _handle = FleetHandle::spawn(place, move |feed| filled.take(feed), || {}).unwrap();
-    until(&hall, || {}, |roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers")));
+    until(
+        &hall,
+        || {},
+        |roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers")),
+    );
     let listening = router(&at(&endpoint)).unwrap();
     let mut daemon = Daemon::start(&network);
     let is_filled = |roster: &Roster| {

@@ -1,6 +1,6 @@
 //! Archives that are killed at every point, days that change, and what stands in the files.
 
-use super::{Archive, ArchiveError, StoreError, EVENT, HEALTH, STATE};
+use super::{Archive, ArchiveError, EVENT, HEALTH, STATE, StoreError};
 use crate::wire;
 use crate::{EventId, Member, Message, Stamp, Uid, WallTime, json};
 use core::mem;

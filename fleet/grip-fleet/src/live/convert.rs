@@ -1,8 +1,6 @@
 //! Messages of a daemon in, records of a live view out.
 
-use grip_link::message::daemon::{
-    Gripper, Health, Notice, Sensor, SensorHealth, Welcome,
-};
+use grip_link::message::daemon::{Gripper, Health, Notice, Sensor, SensorHealth, Welcome};
 use grip_record::mcap::{EventRecord, HealthRecord};
 use serde_json::{Value, json};
 

@@ -116,7 +116,8 @@ impl Deployer {
             rollout::Order::Accept(who) => Some((who, Order::Accept { sha256: sha256() })),
         });
         let watched = rollout.watched();
-        let watch = |(who, from): (&Member, usize)| (who.clone(), Order::Watch { sha256: sha256(), from });
+        let watch =
+            |(who, from): (&Member, usize)| (who.clone(), Order::Watch { sha256: sha256(), from });
         let mut orders: Vec<_> = open.chain(watched.map(watch)).collect();
         if waits {
             // They show when that is over.

@@ -327,7 +327,8 @@ impl Rollout {
     /// Orders that were given and not answered yet; each may be given again.
     pub fn open(&self) -> impl Iterator<Item = Order> {
         let stops = self.stop.is_some();
-        let counts = move |phase: &Phase| !stops || matches!(phase, Phase::Checked | Phase::Returning);
+        let counts =
+            move |phase: &Phase| !stops || matches!(phase, Phase::Checked | Phase::Returning);
         let open = self.members.iter().filter(move |(_, phase)| counts(phase));
         open.filter_map(|(member, phase)| phase.order(member))
     }

@@ -281,9 +281,8 @@ impl Printer {
                 format!("beside the models in force it is asked in {shadow} grasps with a slip; ")
             }
         };
-        let text = format!(
-            "everybody was asked and would take it; {first}a stage takes {grasps} grasps"
-        );
+        let text =
+            format!("everybody was asked and would take it; {first}a stage takes {grasps} grasps");
         say(self.json, &Line::Plan { shadow, grasps }, &text)
     }
 

@@ -221,7 +221,8 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     }));
     let state: Vec<(&str, bool)> = reported.iter().map(|one| (&*one.name, one.growing)).collect();
     assert_eq!(state, [("run-0001.mcap", true), ("run.mcap", false)]);
-    let words = [("name", "spool"), ("from", "0"), ("bytes", "9"), ("size", "9"), ("modified", "0")];
+    let words =
+        [("name", "spool"), ("from", "0"), ("bytes", "9"), ("size", "9"), ("modified", "0")];
     let refused = lent(&session, &member, &words).unwrap_err().to_string();
     assert!(refused.ends_with("no recording of that name"), "{refused}");
     let question = reported[1].question(0, 8);

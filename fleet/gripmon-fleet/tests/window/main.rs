@@ -107,7 +107,8 @@ fn the_table_states_what_the_messages_reported() {
     let mut harness = window(four());
     assert_eq!(rows(&harness).len(), 4);
     let stated = states(&harness, 2);
-    for part in ["Site hall-2", "Scene slipping", "Meas N 7.00", "Slips 20", "Sensors travel lost"] {
+    for part in ["Site hall-2", "Scene slipping", "Meas N 7.00", "Slips 20", "Sensors travel lost"]
+    {
         assert!(stated.contains(part), "{part}: {stated}");
     }
     for label in ["4 grippers", "1 with a fault", "1 gone", "1 with a bad sensor", "0 silent"] {
