@@ -4,10 +4,13 @@
 use crate::config::Uid;
 use grip_link::message::{
     Unit,
-    daemon::{ClockOffset, Gripper, Health, Phase, PipelineState, SlipReport, ToClient},
+    daemon::{
+        ClockOffset, Gripper, Health, Phase, PipelineState, RowOfSample, RowSet, SlipReport,
+        ToClient,
+    },
 };
 use serde::Serialize;
-use slip_core::{Cause, CauseSet, health::SensorHealth, units::Micros};
+use slip_core::{Cause, CauseSet, Sample, health::SensorHealth, units::Micros};
 
 /// An object of JSON, as a table: a row gives a field, its type and where it comes from.
 #[macro_export]
@@ -212,4 +215,23 @@ const fn single(value: f64) -> f32 {
 
 fn names(causes: u8) -> Vec<&'static str> {
     CauseSet::from_bits(causes).iter().map(Cause::name).collect()
+}
+
+/// The sample that a row is; NaN is no reading.
+#[must_use]
+pub fn sample(row: &RowOfSample<'_>) -> Sample {
+    let value = |set| row.value(set).filter(|value: &f32| !value.is_nan());
+    Sample {
+        t: Micros(row.t_us),
+        stylus: row.value(RowSet::STYLUS).unwrap_or(f32::NAN),
+        normal_force_n: value(RowSet::NORMAL_FORCE),
+        tangential_n: value(RowSet::TANGENTIAL_FORCE),
+        travel_m: value(RowSet::TRAVEL),
+        velocity_m_s: value(RowSet::VELOCITY),
+        second_stylus: value(RowSet::SECOND_STYLUS),
+        reference: value(RowSet::REFERENCE),
+        pressure: value(RowSet::PRESSURE),
+        motion: value(RowSet::MOTION),
+        ..Sample::default()
+    }
 }

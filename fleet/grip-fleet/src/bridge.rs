@@ -3,16 +3,16 @@
 use crate::{
     deploy::{ModelId, hex},
     key::Topic,
-    message::{self, Message},
+    message,
 };
 use grip_link::{
     decoder::{Decoder, Role, Verdict},
     frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
     message::{
-        Ack, Kind, Nack, NackReason, PayloadError, Versions,
+        Kind, NackReason, PayloadError, Versions,
         daemon::{
-            self, Command, DroppedClass, Estimates, Gripper, Load, Notice, NoticeKind,
-            PipelineState, SlipReport, Subscribe, Topics, Welcome, WelcomeFlags,
+            Command, DroppedClass, Estimates, Load, NoticeKind, PipelineState, SlipReport,
+            Subscribe, ToClient, Topics, WelcomeFlags,
         },
     },
 };
@@ -94,7 +94,6 @@ pub struct Bridge {
     uid: Option<Uid>,
     /// The last GRIPPER, STATE and HEALTH.
     known: [Option<Vec<u8>>; 3],
-    nameless: u64,
     /// Number of the last request.
     seq: u16,
     slips: Slips,
@@ -122,7 +121,6 @@ impl Bridge {
             session,
             uid: None,
             known: [None, None, None],
-            nameless: 0,
             seq: 0,
             slips: Slips { before, now: None, old: true },
         }
@@ -191,48 +189,30 @@ impl Bridge {
         (self.seq, wire.get(..len).unwrap_or_default().to_vec())
     }
 
-    /// Takes bytes and hands out what they complete; what the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name and are counted.
+    /// Takes bytes and hands out what they complete; what the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name.
     pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Incoming)) {
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
-            let (kind, payload) = (frame.header.kind, frame.payload);
-            if let Some((seq, answer)) = answer(kind, payload) {
-                on(Incoming::Answer(seq, answer));
-            }
-            if let Some(incoming) = parse(kind, payload) {
-                on(incoming);
-            }
-            match self.slips.missed(kind, payload) {
-                None => continue,
-                Some(0) => {}
-                Some(missed) => on(Incoming::Missed(missed)),
-            }
-            if let (Kind::SLIP, Ok(slip)) = (kind, SlipReport::parse(payload)) {
-                on(Incoming::Slip(slip));
-            }
-            let Some(topic) = topic(kind) else { continue };
-            if kind == Kind::GRIPPER
-                && let Ok(gripper) = Gripper::parse(payload)
-            {
-                self.uid = Some(Uid(gripper.uid)).filter(|uid| uid.0 != [0; 16]);
-            }
-            match connection(kind, payload) {
-                Some(0) => continue,
-                Some(missed) => {
-                    on(Incoming::Missed(missed));
-                    continue;
+            // What cannot be read, or is of a later daemon, is for nobody.
+            let Ok(message) = ToClient::parse(&frame) else { continue };
+            let topic = take(&message, &mut self.slips, on);
+            let place = match &message {
+                ToClient::Gripper(gripper) => {
+                    self.uid = Some(Uid(gripper.uid)).filter(|uid| uid.0 != [0; 16]);
+                    Some(0)
                 }
-                None => {}
-            }
+                ToClient::State(_) => Some(1),
+                ToClient::Health(_) => Some(2),
+                _ => None,
+            };
             // A frame that was received can be written.
-            let Ok(wire) = message::encoded(kind, payload) else { continue };
-            if let Some(place) = place(kind).and_then(|place| self.known.get_mut(place)) {
+            let Some(topic) = topic else { continue };
+            let Ok(wire) = message::encoded(frame.header.kind, frame.payload) else { continue };
+            if let Some(place) = place.and_then(|place| self.known.get_mut(place)) {
                 *place = Some(wire.clone());
             }
             if self.uid.is_some() {
                 on(Incoming::Publication(Publication { topic, wire }));
-            } else {
-                self.nameless = self.nameless.saturating_add(1);
             }
         }
     }
@@ -247,123 +227,88 @@ impl Bridge {
     pub fn status(&self) -> impl Iterator<Item = &[u8]> {
         self.known.iter().flatten().map(Vec::as_slice)
     }
-
-    /// Messages that came before the gripper had a name.
-    #[must_use]
-    pub const fn nameless(&self) -> u64 {
-        self.nameless
-    }
 }
 
 impl Slips {
-    /// How many slips before this message nobody knows any more; `None` for a slip that was received, or that nobody has missed.
-    fn missed(&mut self, kind: Kind, payload: &[u8]) -> Option<u32> {
-        if let (Kind::WELCOME, Ok(welcome)) = (kind, Welcome::parse(payload)) {
-            let run_id = welcome.run_id;
-            let same = self.before.filter(|before| before.run_id == run_id);
-            self.now = Some(LastReceived { run_id, slip: same.map_or(0, |before| before.slip) });
-        }
-        if kind == Kind::ACK && Ack::parse(payload).is_ok_and(|ack| ack.kind == Kind::QUERY) {
-            self.old = false;
-        }
-        let Some(now) = self.now.as_mut().filter(|_| kind == Kind::SLIP) else { return Some(0) };
-        let Ok(slip) = SlipReport::parse(payload) else { return Some(0) };
+    /// A daemon introduces itself.
+    fn meet(&mut self, run_id: u32) {
+        let same = self.before.filter(|before| before.run_id == run_id);
+        self.now = Some(LastReceived { run_id, slip: same.map_or(0, |before| before.slip) });
+    }
+
+    /// How many slips before this one nobody knows any more; `None` for one that was received, or that nobody has missed.
+    fn missed(&mut self, number: u32) -> Option<u32> {
+        let Some(now) = &mut self.now else { return Some(0) };
         let last = now.slip;
-        now.slip = last.max(slip.number);
-        let is_new = slip.number > last && !(self.old && self.before.is_none());
+        now.slip = last.max(number);
+        let is_new = number > last && !(self.old && self.before.is_none());
         // What is dropped later gripd counts itself.
-        let missed = if self.old { slip.number.saturating_sub(last).saturating_sub(1) } else { 0 };
+        let missed = if self.old { number.saturating_sub(last).saturating_sub(1) } else { 0 };
         is_new.then_some(missed)
     }
 }
 
-/// Which command is answered, and how.
-fn answer(kind: Kind, payload: &[u8]) -> Option<(u16, Result<(), NackReason>)> {
-    let (of, answer) = match kind {
-        Kind::ACK => Ack::parse(payload).ok().map(|ack| (ack.kind, (ack.seq, Ok(()))))?,
-        Kind::NACK => Nack::parse(payload).ok().map(|no| (no.kind, (no.seq, Err(no.reason))))?,
-        _ => return None,
-    };
-    Some(answer).filter(|_| [Kind::COMMAND, Kind::LOAD, Kind::SHADOW].contains(&of))
-}
-
-/// What is of use here, beside what is published.
-fn parse(kind: Kind, payload: &[u8]) -> Option<Incoming> {
-    Some(match kind {
-        Kind::WELCOME => {
-            let welcome = Welcome::parse(payload).ok()?;
-            Incoming::Welcome(Greeting {
+/// Hands out what is of use here; under which name the message is published, where it is not for this connection only.
+fn take(message: &ToClient<'_>, slips: &mut Slips, on: &mut dyn FnMut(Incoming)) -> Option<Topic> {
+    let asked = |kind| [Kind::COMMAND, Kind::LOAD, Kind::SHADOW].contains(&kind);
+    match message {
+        ToClient::Welcome(welcome) => {
+            slips.meet(welcome.run_id);
+            on(Incoming::Welcome(Greeting {
                 program: welcome.daemon().to_owned(),
                 host_us: welcome.host_us,
                 token: welcome.flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token),
                 takes_models: welcome.flags.has(WelcomeFlags::MODELS),
-            })
+            }));
         }
-        Kind::SETUP => {
-            let setup = daemon::Setup::parse(payload).ok()?;
+        ToClient::Ack(ack) => {
+            slips.old &= ack.kind != Kind::QUERY;
+            if asked(ack.kind) {
+                on(Incoming::Answer(ack.seq, Ok(())));
+            }
+        }
+        ToClient::Nack(no) if asked(no.kind) => on(Incoming::Answer(no.seq, Err(no.reason))),
+        ToClient::Nack(_) => {}
+        ToClient::Setup(setup) => {
             let firmware = Some(setup.firmware.to_string()).filter(|text| text != "0.0.0");
             let (name, sha256) = (setup.configured_name().to_owned(), hex(&setup.configured));
             let (settings, in_force) = (setup.settings, hex(&setup.in_force));
             let configured = ModelId { name, sha256 };
-            Incoming::Setup(Setup { settings, firmware, in_force, configured })
+            on(Incoming::Setup(Setup { settings, firmware, in_force, configured }));
         }
-        Kind::STATE => Incoming::State(PipelineState::parse(payload).ok()?),
-        Kind::ESTIMATES => Incoming::Estimates(Estimates::parse(payload).ok()?),
-        Kind::NOTICE => {
-            let notice = Notice::parse(payload).ok()?;
-            if notice.kind != NoticeKind::Goodbye {
-                return None;
+        ToClient::Estimates(made) => on(Incoming::Estimates(*made)),
+        ToClient::State(state) => {
+            on(Incoming::State(*state));
+            return Some(Topic::State);
+        }
+        ToClient::Slip(slip) => {
+            let missed = slips.missed(slip.number)?;
+            if missed > 0 {
+                on(Incoming::Missed(missed));
             }
-            Incoming::Goodbye(notice.as_str().to_owned())
+            on(Incoming::Slip(*slip));
+            return Some(Topic::Events);
         }
-        _ => return None,
-    })
-}
-
-/// How many events were dropped, of what the daemon reports of this connection alone; `None` for everything else.
-fn connection(kind: Kind, payload: &[u8]) -> Option<u32> {
-    let notice = Notice::parse(payload).ok().filter(|_| kind == Kind::NOTICE)?;
-    match notice.kind {
-        NoticeKind::Dropped if notice.code == DroppedClass::News.code() => Some(notice.count),
-        NoticeKind::Dropped | NoticeKind::Goodbye => Some(0),
-        _ => None,
+        ToClient::Notice(notice) => match notice.kind {
+            NoticeKind::Dropped => {
+                if notice.code == DroppedClass::News.code() && notice.count > 0 {
+                    on(Incoming::Missed(notice.count));
+                }
+            }
+            NoticeKind::Goodbye => on(Incoming::Goodbye(notice.as_str().to_owned())),
+            _ => return Some(Topic::Events),
+        },
+        ToClient::Gripper(_) => return Some(Topic::Events),
+        ToClient::Health(_) => return Some(Topic::Health),
+        ToClient::Rows(_) => return Some(Topic::Samples),
     }
-}
-
-/// Where a message is kept for those who ask later.
-const fn place(kind: Kind) -> Option<usize> {
-    match kind {
-        Kind::GRIPPER => Some(0),
-        Kind::STATE => Some(1),
-        Kind::HEALTH => Some(2),
-        _ => None,
-    }
-}
-
-/// Under which name a message goes; greetings and answers are for this connection only.
-const fn topic(kind: Kind) -> Option<Topic> {
-    match kind {
-        Kind::SLIP | Kind::GRIPPER | Kind::NOTICE => Some(Topic::Events),
-        Kind::STATE => Some(Topic::State),
-        Kind::HEALTH => Some(Topic::Health),
-        Kind::ROWS => Some(Topic::Samples),
-        _ => None,
-    }
-}
-
-impl Publication {
-    /// The message in it.
-    ///
-    /// # Errors
-    /// As [`Message::from_wire`].
-    pub fn message(&self) -> Result<Message, crate::MessageError> {
-        Message::from_wire(&self.wire)
-    }
+    None
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Bridge, Incoming, LastReceived, Publication, Topic};
+    use crate::message::Message;
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
         frame::{self, Direction, Header, MAX_PAYLOAD, MAX_WIRE},
@@ -448,8 +393,8 @@ mod tests {
             let taken: Vec<_> = chunks.flat_map(|chunk| take(&mut bridge, chunk)).collect();
             let topics: Vec<Topic> = taken.iter().map(|taken| taken.topic).collect();
             assert_eq!(topics, wanted);
-            assert_eq!((bridge.uid(), bridge.nameless()), (Some(Uid([5; 16])), 2));
-            let message = taken[1].message().unwrap();
+            assert_eq!(bridge.uid(), Some(Uid([5; 16])));
+            let message = Message::from_wire(&taken[1].wire).unwrap();
             let Ok(ToClient::Notice(notice)) = message.read() else { panic!() };
             assert_eq!(notice.as_str(), "gripper 5");
             // Of each kind the last one.
@@ -588,23 +533,6 @@ mod tests {
             );
             assert_eq!(asked.iter().filter(|(asks, _)| *asks).count(), 1);
             assert_eq!(asked.last(), Some(&(true, number)));
-        }
-    }
-
-    #[test]
-    fn every_kind_has_its_topic_and_greetings_have_none() {
-        for (kind, topic) in [
-            (Kind::SLIP, Some(Topic::Events)),
-            (Kind::NOTICE, Some(Topic::Events)),
-            (Kind::GRIPPER, Some(Topic::Events)),
-            (Kind::STATE, Some(Topic::State)),
-            (Kind::HEALTH, Some(Topic::Health)),
-            (Kind::ROWS, Some(Topic::Samples)),
-            (Kind::WELCOME, None),
-            (Kind::ACK, None),
-            (Kind::NACK, None),
-        ] {
-            assert_eq!(super::topic(kind), topic, "{kind:?}");
         }
     }
 }

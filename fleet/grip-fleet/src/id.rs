@@ -1,4 +1,4 @@
-//! The number of an event in, twelve bytes out, and back.
+//! The number and time of an event in, 24 bytes out, and back.
 
 use core::{fmt, str::FromStr};
 
@@ -16,27 +16,6 @@ pub struct EventId {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no number of an event: expected RUN.NUMBER, for example 7f03a1c2.15")]
 pub struct IdError(pub String);
-
-impl EventId {
-    /// Bytes that [`EventId::to_bytes`] gives.
-    pub const SIZE: usize = 12;
-
-    /// Run, then number, little-endian: what stands beside a publication.
-    #[must_use]
-    pub const fn to_bytes(self) -> [u8; Self::SIZE] {
-        let [r0, r1, r2, r3] = self.run.to_le_bytes();
-        let [s0, s1, s2, s3, s4, s5, s6, s7] = self.seq.to_le_bytes();
-        [r0, r1, r2, r3, s0, s1, s2, s3, s4, s5, s6, s7]
-    }
-
-    /// The number whose bytes these are; `None` for another count of bytes.
-    #[must_use]
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let (run, rest) = bytes.split_first_chunk::<4>()?;
-        let seq: &[u8; 8] = rest.try_into().ok()?;
-        Some(Self { run: u32::from_le_bytes(*run), seq: u64::from_le_bytes(*seq) })
-    }
-}
 
 /// A time of day, by the clock of the gripper's computer, and how far off it may be of that clock. All zero where it is not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,14 +43,16 @@ impl From<EventId> for Stamp {
 
 impl Stamp {
     /// Bytes that [`Stamp::to_bytes`] gives.
-    pub const SIZE: usize = EventId::SIZE + 12;
+    pub const SIZE: usize = 24;
 
-    /// The number of the event, then time (u64) and error (u32), little-endian.
+    /// Run (u32) and number (u64) of the event, time (u64) and error (u32), little-endian: what stands beside a publication.
     #[must_use]
     pub fn to_bytes(self) -> [u8; Self::SIZE] {
         let mut bytes = [0; Self::SIZE];
-        let parts =
-            [&self.id.to_bytes()[..], &self.at.ns.to_le_bytes(), &self.at.error_us.to_le_bytes()];
+        let Self { id, at } = self;
+        let (run, seq) = (id.run.to_le_bytes(), id.seq.to_le_bytes());
+        let (ns, error_us) = (at.ns.to_le_bytes(), at.error_us.to_le_bytes());
+        let parts = [&run[..], &seq, &ns, &error_us];
         bytes.iter_mut().zip(parts.concat()).for_each(|(byte, part)| *byte = part);
         bytes
     }
@@ -79,13 +60,12 @@ impl Stamp {
     /// What these bytes stand for; `None` for another count of bytes.
     #[must_use]
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let (id, rest) = bytes.split_at_checked(EventId::SIZE)?;
-        let (ns, error_us) = rest.split_first_chunk::<8>()?;
-        let at = WallTime {
-            ns: u64::from_le_bytes(*ns),
-            error_us: u32::from_le_bytes(error_us.try_into().ok()?),
-        };
-        Some(Self { id: EventId::from_bytes(id)?, at })
+        let (run, rest) = bytes.split_first_chunk()?;
+        let (seq, rest) = rest.split_first_chunk()?;
+        let (ns, error_us) = rest.split_first_chunk()?;
+        let error_us = u32::from_le_bytes(error_us.try_into().ok()?);
+        let id = EventId { run: u32::from_le_bytes(*run), seq: u64::from_le_bytes(*seq) };
+        Some(Self { id, at: WallTime { ns: u64::from_le_bytes(*ns), error_us } })
     }
 }
 
@@ -117,7 +97,6 @@ mod tests {
     #[test]
     fn numbers_are_read_as_they_are_written() {
         for id in [EventId::default(), EventId { run: 0x7f03_a1c2, seq: u64::MAX }] {
-            assert_eq!(EventId::from_bytes(&id.to_bytes()), Some(id));
             assert_eq!(id.to_string().parse(), Ok(id));
         }
         for wrong in ["", "1.2", "7f03a1c2", "7f03a1c2.", "7f03a1c2.+1", "7f03a1c2.f", "+f03a1c2.1"]
@@ -126,9 +105,15 @@ mod tests {
         }
         let id = EventId { run: 7, seq: 9 };
         let stamp = Stamp { id, at: WallTime { ns: u64::MAX - 1, error_us: 20_000 } };
-        assert_eq!(Stamp::from_bytes(&stamp.to_bytes()), Some(stamp));
-        assert_eq!(Stamp::from_bytes(&id.to_bytes()), None);
-        assert_eq!(EventId::from_bytes(&[0; 11]), None);
-        assert_eq!(EventId::from_bytes(&[0; 13]), None);
+        let bytes = stamp.to_bytes();
+        assert_eq!(
+            (&bytes[..4], &bytes[4..12]),
+            (&[7, 0, 0, 0][..], &[9, 0, 0, 0, 0, 0, 0, 0][..])
+        );
+        assert_eq!((bytes[12], bytes[20]), (0xFE, 0x20), "little-endian");
+        assert_eq!(Stamp::from_bytes(&bytes), Some(stamp));
+        for len in [0, 12, 23, 25] {
+            assert_eq!(Stamp::from_bytes(&vec![0; len]), None);
+        }
     }
 }

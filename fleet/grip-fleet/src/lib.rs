@@ -31,6 +31,7 @@ pub mod recordings;
 pub mod rollout;
 pub mod ros;
 mod spool;
+mod store;
 
 pub use about::About;
 pub use bridge::{Bridge, Greeting, Incoming, LastReceived, Publication, Setup};
@@ -40,4 +41,5 @@ pub use id::{EventId, IdError, Stamp, WallTime};
 pub use key::{Member, Part, Selector, Topic};
 pub use log::{EventLog, Logged};
 pub use message::{Message, MessageError, wire};
-pub use spool::{Spool, SpoolError};
+pub use spool::Spool;
+pub use store::StoreError;

@@ -55,14 +55,6 @@ impl Message {
     pub fn read(&self) -> Result<ToClient<'_>, MessageError> {
         Ok(ToClient::parse(&Frame::from_body(&self.body)?)?)
     }
-
-    /// The type, also where it is not known.
-    ///
-    /// # Errors
-    /// Never after [`Message::from_wire`]; the signature keeps it honest.
-    pub fn kind(&self) -> Result<Kind, MessageError> {
-        Ok(Frame::from_body(&self.body)?.header.kind)
-    }
 }
 
 /// The bytes of the publication of what `write` writes, of which it gives the length; none, where that is too long.
@@ -99,7 +91,6 @@ mod tests {
     #[test]
     fn a_message_is_read_as_it_is_written() {
         let message = Message::from_wire(&gripper()).unwrap();
-        assert_eq!(message.kind(), Ok(Kind::GRIPPER));
         let Ok(ToClient::Gripper(read)) = message.read() else { panic!("{message:?}") };
         assert_eq!((read.uid, read.boot_id), ([9; 16], 3));
     }

@@ -8,12 +8,13 @@
 use crate::{
     id::{EventId, Stamp, WallTime},
     log::{EventLog, Logged},
+    store::{self, StoreError, at, lock},
 };
 use core::mem;
 use grip_link::crc::crc32c;
 use grip_session::config::Uid;
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{File, OpenOptions},
     io::{self, Read as _, Seek as _, SeekFrom, Write as _},
     path::{Path, PathBuf},
 };
@@ -24,31 +25,12 @@ const HEAD: usize = MAGIC.len() + 8;
 /// Bytes of a record beside its frame.
 const BESIDE: usize = 2 + Stamp::SIZE + 4;
 
-/// Why events are not kept.
-#[derive(Debug, thiserror::Error)]
-pub enum SpoolError {
-    /// Folder or file cannot be used.
-    #[error("{}: {source}", path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Another daemon keeps its events there.
-    #[error("{}: another gripd keeps the events of this gripper there", path.display())]
-    Locked {
-        /// The folder.
-        path: PathBuf,
-    },
-}
-
 /// A log that may be on disk too.
 #[derive(Debug)]
 pub struct Spool {
     log: EventLog,
     disk: Option<Disk>,
-    trouble: Option<SpoolError>,
+    trouble: Option<StoreError>,
 }
 
 impl Spool {
@@ -62,8 +44,8 @@ impl Spool {
     /// (bytes) is for both files. Where an earlier run had the number `run`, the next free one is taken.
     ///
     /// # Errors
-    /// [`SpoolError`].
-    pub fn open(folder: &Path, uid: Uid, run: u32, room: usize) -> Result<Self, SpoolError> {
+    /// [`StoreError`].
+    pub fn open(folder: &Path, uid: Uid, run: u32, room: usize) -> Result<Self, StoreError> {
         let (disk, events) = Disk::open(folder, uid, room as u64)?;
         let had = |run: u32| events.iter().any(|event| event.id.run == run);
         let run = (0..).map(|step| run.wrapping_add(step)).find(|run| !had(*run)).unwrap_or(run);
@@ -82,7 +64,7 @@ impl Spool {
         if let Some(disk) = &mut self.disk
             && let Err(source) = disk.write(&record(self.log.head(), at, &wire))
         {
-            self.trouble = Some(SpoolError::File { path: disk.path(disk.generation), source });
+            self.trouble = Some(store::at(&disk.path(disk.generation))(source));
         }
         self.log.append_at(wire, at)
     }
@@ -93,7 +75,7 @@ impl Spool {
     }
 
     /// What has failed since it was asked last.
-    pub fn trouble(&mut self) -> Option<SpoolError> {
+    pub fn trouble(&mut self) -> Option<StoreError> {
         mem::take(&mut self.trouble)
     }
 
@@ -119,22 +101,20 @@ struct Disk {
 
 impl Disk {
     /// The files, and what they hold.
-    fn open(folder: &Path, uid: Uid, room: u64) -> Result<(Self, Vec<Logged>), SpoolError> {
-        let in_folder = |source| SpoolError::File { path: folder.to_owned(), source };
-        fs::create_dir_all(folder).map_err(in_folder)?;
-        let lock = lock(folder, uid)?;
+    fn open(folder: &Path, uid: Uid, room: u64) -> Result<(Self, Vec<Logged>), StoreError> {
+        let by = "another gripd keeps the events of this gripper there";
+        let lock = lock(folder, &format!("{uid}.lock"), by)?;
         let files = [path(folder, uid, 0), path(folder, uid, 1)];
         let mut halves = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
         halves.sort_by_key(|half| half.generation);
         let (generation, written) =
             halves.last().map_or((0, 0), |half| (half.generation, half.good));
         let name = path(folder, uid, generation);
-        let in_file = |source| SpoolError::File { path: name.clone(), source };
-        let file = continue_at(&name, written).map_err(in_file)?;
+        let file = continue_at(&name, written).map_err(at(&name))?;
         let folder = folder.to_owned();
         let mut disk = Self { folder, uid, file, generation, written, room, _lock: lock };
         if written < HEAD as u64 {
-            disk.begin(1).map_err(in_file)?;
+            disk.begin(1).map_err(at(&name))?;
         }
         Ok((disk, halves.into_iter().flat_map(|half| half.events).collect()))
     }
@@ -171,18 +151,6 @@ fn path(folder: &Path, uid: Uid, generation: u64) -> PathBuf {
     folder.join(format!("{uid}.{}.events", generation % 2))
 }
 
-/// One daemon at a time; the lock ends with the process.
-fn lock(folder: &Path, uid: Uid) -> Result<File, SpoolError> {
-    let path = folder.join(format!("{uid}.lock"));
-    let wrong = |source| SpoolError::File { path: path.clone(), source };
-    let file = File::create(&path).map_err(wrong)?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(SpoolError::Locked { path: folder.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(wrong(source)),
-    }
-}
-
 /// Opens a file for writing behind its first `len` bytes; what stands there is cut off.
 fn continue_at(path: &Path, len: u64) -> io::Result<File> {
     let mut file = OpenOptions::new().create(true).truncate(false).write(true).open(path)?;
@@ -213,13 +181,13 @@ struct Half {
     good: u64,
 }
 
-fn read(path: &Path) -> Result<Half, SpoolError> {
+fn read(path: &Path) -> Result<Half, StoreError> {
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|mut file| file.read_to_end(&mut bytes));
     match read {
         Ok(_) => Ok(parse(&bytes)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Half::default()),
-        Err(source) => Err(SpoolError::File { path: path.to_owned(), source }),
+        Err(source) => Err(at(path)(source)),
     }
 }
 
@@ -253,7 +221,7 @@ fn first(bytes: &[u8]) -> Option<(Logged, usize, &[u8])> {
 
 #[cfg(test)]
 mod tests {
-    use super::{EventId, HEAD, Spool, SpoolError, Uid, WallTime};
+    use super::{EventId, HEAD, Spool, StoreError, Uid, WallTime};
     use std::{fs, path::Path};
 
     const UID: Uid = Uid([3; 16]);
@@ -343,7 +311,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let first = fill(folder.path(), 1, 1);
         let second = Spool::open(folder.path(), UID, 2, ROOM).unwrap_err();
-        assert!(matches!(second, SpoolError::Locked { .. }), "{second}");
+        assert!(matches!(second, StoreError::Locked { .. }), "{second}");
         drop(first);
         assert_eq!(fill(folder.path(), 2, 0).log().head(), EventId { run: 2, seq: 0 });
         let file = folder.path().join("file");

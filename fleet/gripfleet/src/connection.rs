@@ -8,7 +8,6 @@ use crate::{
     keeper::{Keeper, KeeperEnds},
     lending::{Lending, own_recordings},
     network::{Place, Speaker, SpeakerEnds},
-    ros::Ros,
     settings::{Settings, network},
 };
 use anyhow::Context as _;
@@ -70,9 +69,9 @@ impl Connection {
         }
         let commands = config.allow_commands && fleet.commands;
         let ends = SpeakerEnds { common: common.clone(), outgoing, order, answers, models };
-        let ros = Ros::new(fleet.ros_domain, clock);
         let (site, ceiling_n) = (settings.site.clone(), config.grip.ceiling_n());
-        let place = Place { site, shown, commands, ceiling_n, lending, ros };
+        let ros_domain = fleet.ros_domain;
+        let place = Place { site, shown, commands, ceiling_n, lending, ros_domain, clock };
         let speaker = Speaker::new(network(fleet), place, ends);
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(name.to_owned()).spawn(body)

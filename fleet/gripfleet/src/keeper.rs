@@ -8,7 +8,7 @@ use crate::{
 use core::{mem, sync::atomic::Ordering};
 use grip_daemon::{clients::Stream, log::LogLevel};
 use grip_fleet::{
-    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, SpoolError, Stamp, Topic, Uid,
+    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, Stamp, StoreError, Topic, Uid,
     WallTime, deploy::Examined, rollout::GraspLog,
 };
 use grip_link::message::NackReason;
@@ -41,14 +41,9 @@ pub(super) struct Keeper {
     bridge: Bridge,
     config: FleetConfig,
     run: u32,
-    common: Common,
-    sender: SyncSender<Outgoing>,
-    orders: Receiver<Order>,
-    answer: Sender<Answered>,
+    ends: KeeperEnds,
     /// Commands that gripd has not answered yet: their numbers here and on the network.
     open: VecDeque<(u16, u64)>,
-    desk: Desk,
-    clock: Clock,
     grasps: GraspLog,
     /// The wall clock at the start of gripd, and at the slip that is published next (ns since 1970).
     start_ns: u64,
@@ -66,19 +61,12 @@ pub(super) struct Keeper {
 
 impl Keeper {
     pub(super) fn new(bridge: Bridge, config: FleetConfig, run: u32, ends: KeeperEnds) -> Self {
-        let KeeperEnds { common, sender, orders, answer, desk, clock } = ends;
-        let open = VecDeque::new();
         Self {
             bridge,
             config,
             run,
-            common,
-            sender,
-            orders,
-            answer,
-            open,
-            desk,
-            clock,
+            ends,
+            open: VecDeque::new(),
             grasps: GraspLog::default(),
             start_ns: 0,
             slipped_ns: None,
@@ -93,29 +81,29 @@ impl Keeper {
     /// Runs until gripd closes the connection, or the program ends.
     pub(super) fn run(mut self, mut stream: Stream) {
         let mut bytes = [0; CHUNK];
-        while !self.common.has_ended() {
+        while !self.ends.common.has_ended() {
             match stream.read(&mut bytes) {
                 Ok(0) => break,
                 Ok(count) => self.receive(bytes.get(..count).unwrap_or_default()),
                 Err(error) if is_pause(&error) => {}
                 Err(error) => {
                     let text = format!("cannot listen to gripd: {error}");
-                    self.common.report(LogLevel::Error, &text);
+                    self.ends.common.report(LogLevel::Error, &text);
                     break;
                 }
             }
             if let Err(error) = self.order(&mut stream).and_then(|()| self.load(&mut stream)) {
                 let text = format!("cannot hand commands and models to gripd: {error}");
-                self.common.report(LogLevel::Error, &text);
+                self.ends.common.report(LogLevel::Error, &text);
                 break;
             }
         }
-        self.common.end();
+        self.ends.common.end();
     }
 
     /// Hands commands on, as any other client would.
     fn order(&mut self, stream: &mut Stream) -> io::Result<()> {
-        while let Ok((number, command)) = self.orders.try_recv() {
+        while let Ok((number, command)) = self.ends.orders.try_recv() {
             let (seq, wire) = self.bridge.command(&command);
             self.open.push_back((seq, number));
             stream.write_all(&wire)?;
@@ -128,7 +116,7 @@ impl Keeper {
         if self.loading.is_some() {
             return Ok(());
         }
-        let Ok(wanted) = self.desk.wanted.try_recv() else { return Ok(()) };
+        let Ok(wanted) = self.ends.desk.wanted.try_recv() else { return Ok(()) };
         let text = wanted.model.as_ref().map(|model| model.text.as_bytes());
         let sha256 = text.map(digest);
         let file = sha256.as_ref().zip(text);
@@ -150,13 +138,13 @@ impl Keeper {
                 Err(reason) => Err(format!("gripd has refused it: {reason}")),
             };
             // A thread that is gone waits for nothing.
-            let _gone = self.desk.swapped.send(begun);
+            let _gone = self.ends.desk.swapped.send(begun);
             return;
         }
         while let Some((asked, number)) = self.open.pop_front() {
             if asked == seq {
                 // Whoever asked may have gone.
-                let _gone = self.answer.send((number, answer));
+                let _gone = self.ends.answer.send((number, answer));
                 break;
             }
         }
@@ -172,8 +160,8 @@ impl Keeper {
                 Incoming::Answer(seq, answer) => self.answer(seq, answer),
                 Incoming::Welcome(greeting) => {
                     let since_ns = greeting.host_us.saturating_mul(1000);
-                    let mut kept = self.common.kept();
-                    kept.start_ns = self.clock.wall_ns().saturating_sub(since_ns);
+                    let mut kept = self.ends.common.kept();
+                    kept.start_ns = self.ends.clock.wall_ns().saturating_sub(since_ns);
                     self.start_ns = utc_ns().saturating_sub(since_ns);
                     kept.token = greeting.token;
                     drop(kept);
@@ -183,11 +171,11 @@ impl Keeper {
                 Incoming::State(state) => {
                     self.began_by(state.host.0);
                     self.start_ns = utc_ns().saturating_sub(1000 * state.host.0);
-                    self.desk.fault.store(state.fault.0, Ordering::Relaxed);
-                    self.common.kept().fault = state.fault.0;
+                    self.ends.desk.fault.store(state.fault.0, Ordering::Relaxed);
+                    self.ends.common.kept().fault = state.fault.0;
                     if let Some(finished) = self.grasps.state(&state) {
                         // A thread that is gone counts nothing.
-                        let _gone = self.desk.grasped.send(finished);
+                        let _gone = self.ends.desk.grasped.send(finished);
                     }
                 }
                 Incoming::Slip(slip) => {
@@ -198,17 +186,17 @@ impl Keeper {
                 }
                 Incoming::Estimates(made) => self.grasps.estimates(&made),
                 Incoming::Goodbye(text) => {
-                    self.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
+                    self.ends.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
                 }
             }
         }
-        self.common.kept().received = self.bridge.last_received();
+        self.ends.common.kept().received = self.bridge.last_received();
     }
 
     /// Nothing arrives before it was sent at `host_us` (us): the start of gripd is no later than that states. A greeting may have been read late.
     fn began_by(&self, host_us: u64) {
-        let start_ns = self.clock.wall_ns().saturating_sub(host_us.saturating_mul(1000));
-        let mut kept = self.common.kept();
+        let start_ns = self.ends.clock.wall_ns().saturating_sub(host_us.saturating_mul(1000));
+        let mut kept = self.ends.common.kept();
         kept.start_ns = kept.start_ns.min(start_ns);
     }
 
@@ -230,24 +218,24 @@ impl Keeper {
             model: Some(model),
         };
         // What cannot be written, which no value makes, is left out.
-        self.common.kept().about = about.to_json().unwrap_or_default();
-        let _gone = self.desk.setups.send((setup, greeting.takes_models));
+        self.ends.common.kept().about = about.to_json().unwrap_or_default();
+        let _gone = self.ends.desk.setups.send((setup, greeting.takes_models));
     }
 
     /// First kept, then published: what is published can be asked for again.
     fn keep(&mut self, Publication { topic, wire }: Publication) {
         let Some(uid) = self.bridge.uid() else { return };
-        if self.common.kept().gripper.is_none() {
+        if self.ends.common.kept().gripper.is_none() {
             // Whether the other one has ended is looked up once a second.
             if self.locked && topic != Topic::Health {
                 return;
             }
             match self.open(uid) {
-                Some(spool) => self.common.kept().gripper = Some((uid, spool)),
+                Some(spool) => self.ends.common.kept().gripper = Some((uid, spool)),
                 None => return,
             }
         }
-        let mut kept = self.common.kept();
+        let mut kept = self.ends.common.kept();
         if topic != Topic::Samples {
             kept.status = self.bridge.status().map(<[u8]>::to_vec).collect();
         }
@@ -271,27 +259,27 @@ impl Keeper {
             self.disk(trouble);
         }
         // What finds no room is asked for again, or out of date soon.
-        let _full = self.sender.try_send((topic, stamp, wire));
+        let _full = self.ends.sender.try_send((topic, stamp, wire));
     }
 
     /// gripd had no room for events: whoever asks learns that they are missing.
     fn miss(&self, count: u32) {
-        if let Some((_, spool)) = &mut self.common.kept().gripper {
+        if let Some((_, spool)) = &mut self.ends.common.kept().gripper {
             spool.skip(count.into());
         }
         let text = format!("{count} events are lost: gripd no longer had them");
-        self.common.report(LogLevel::Warn, &text);
+        self.ends.common.report(LogLevel::Warn, &text);
     }
 
     /// Reports when the disk begins to refuse events, and when it takes them again.
-    fn disk(&mut self, trouble: Option<SpoolError>) {
+    fn disk(&mut self, trouble: Option<StoreError>) {
         let was = mem::replace(&mut self.troubled, trouble.is_some());
         match trouble {
             Some(trouble) if !was => {
                 let text = format!("events are kept in memory only: {}", message(&trouble));
-                self.common.report(LogLevel::Warn, &text);
+                self.ends.common.report(LogLevel::Warn, &text);
             }
-            None if was => self.common.report(LogLevel::Info, "events are kept on disk again"),
+            None if was => self.ends.common.report(LogLevel::Info, "events are kept on disk again"),
             _ => {}
         }
     }
@@ -303,19 +291,19 @@ impl Keeper {
         let Some(folder) = &self.config.spool else { return Some(memory()) };
         match Spool::open(folder, uid, self.run, room) {
             Ok(spool) => Some(spool),
-            Err(error @ SpoolError::Locked { .. }) => {
+            Err(error @ StoreError::Locked { .. }) => {
                 if !mem::replace(&mut self.locked, true) {
                     let text = format!(
                         "this gripper is not published until that one ends: {}",
                         message(&error)
                     );
-                    self.common.report(LogLevel::Error, &text);
+                    self.ends.common.report(LogLevel::Error, &text);
                 }
                 None
             }
             Err(error) => {
                 let text = format!("events are kept in memory only: {}", message(&error));
-                self.common.report(LogLevel::Error, &text);
+                self.ends.common.report(LogLevel::Error, &text);
                 Some(memory())
             }
         }

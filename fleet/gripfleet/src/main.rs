@@ -11,10 +11,8 @@ mod lending;
 mod network;
 #[path = "../../../bins/gripctl/src/print.rs"]
 mod output;
-mod ros;
 mod settings;
 
-use anyhow::Context as _;
 use clap::Parser as _;
 use cli::Cli;
 use clock::Clock;
@@ -31,11 +29,9 @@ use grip_daemon::{
 use grip_fleet::LastReceived;
 use grip_session::exit::{self, Exit};
 use settings::Settings;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use std::{
     io::{self, Write as _},
     process::ExitCode,
-    sync::Arc,
 };
 
 /// Pause between two looks at the log lines of the threads, and between two attempts to reach gripd.
@@ -70,11 +66,7 @@ fn run(cli: &Cli) -> anyhow::Result<Exit> {
         eprintln!("the configuration is valid; this gripper is published at {}", settings.site);
         return Ok(Exit::Done);
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))
-            .context("cannot take over Ctrl-C")?;
-    }
+    let stop = commands::stopped()?;
     let mut console = Console::new(&settings);
     let listen = settings.config.listen.clone();
     let mut received = None;

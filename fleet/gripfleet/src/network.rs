@@ -1,16 +1,16 @@
 //! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
 
 use crate::{
+    clock::Clock,
     common::{Answered, Common, Order, Outgoing, PAUSE, pause},
     curator::Line,
     lending::Lending,
-    ros::Ros,
 };
 use core::{mem, time::Duration};
 use grip_daemon::log::LogLevel;
 use grip_fleet::{
     Member, Part, Site,
-    net::{Announced, NetError, Network, Question, RosAnnounced, Session},
+    net::{Announced, NetError, Network, Question, RosAnnounced, RosTimes, Session},
 };
 use grip_link::message::{
     NackReason,
@@ -41,8 +41,9 @@ pub(super) struct Place {
     pub(super) ceiling_n: f32,
     /// The recordings it gives away.
     pub(super) lending: Lending,
-    /// A node of ROS 2 too.
-    pub(super) ros: Option<Ros>,
+    /// The domain in which it is a node of ROS 2 too.
+    pub(super) ros_domain: Option<u16>,
+    pub(super) clock: Clock,
 }
 
 /// What leads to the other threads.
@@ -60,36 +61,18 @@ pub(super) struct SpeakerEnds {
 pub(super) struct Speaker {
     network: Network,
     place: Place,
-    common: Common,
-    outgoing: Receiver<Outgoing>,
-    order: Sender<Order>,
-    answers: Receiver<Answered>,
+    ends: SpeakerEnds,
     /// Commands that wait for the daemon, by their numbers.
     open: VecDeque<(u64, Question)>,
     /// Number of the last command.
     ordered: u64,
-    /// The way to the models.
-    models: Line,
     /// The last complaint was logged.
     complained: bool,
 }
 
 impl Speaker {
-    pub(super) fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
-        let SpeakerEnds { common, outgoing, order, answers, models } = ends;
-        let open = VecDeque::new();
-        Self {
-            network,
-            place,
-            common,
-            outgoing,
-            order,
-            answers,
-            open,
-            ordered: 0,
-            models,
-            complained: false,
-        }
+    pub(super) const fn new(network: Network, place: Place, ends: SpeakerEnds) -> Self {
+        Self { network, place, ends, open: VecDeque::new(), ordered: 0, complained: false }
     }
 
     /// Runs until the keeper has ended.
@@ -99,29 +82,30 @@ impl Speaker {
         let Some(mut announced) = self.retry(|_| Announced::new(&session, &member, &PARTS)) else {
             return;
         };
-        self.common.report(LogLevel::Info, &format!("this gripper is there as {member}"));
+        self.ends.common.report(LogLevel::Info, &format!("this gripper is there as {member}"));
         // What waited for a router is out of date; of events, the log has all.
-        while self.outgoing.try_recv().is_ok() {}
+        while self.ends.outgoing.try_recv().is_ok() {}
         let mut node = self.node(&session, &member);
         self.speak(&mut announced, node.as_mut());
-        let refused = announced.refused() + node.map_or(0, |(_, node)| node.refused());
+        let refused = announced.refused() + node.map_or(0, |node| node.refused());
         if refused > 0 {
             let text = format!("the session has refused {refused} publications");
-            self.common.report(LogLevel::Warn, &text);
+            self.ends.common.report(LogLevel::Warn, &text);
         }
     }
 
     /// The gripper as a node of ROS 2, where it is to be one. What the session refuses now it will not take later, and the fleet can do without.
-    fn node(&mut self, session: &Session, member: &Member) -> Option<(Ros, RosAnnounced)> {
-        let ros = self.place.ros.take()?;
-        match ros.announce(session, member) {
+    fn node(&self, session: &Session, member: &Member) -> Option<RosAnnounced> {
+        match RosAnnounced::new(session, member, self.place.ros_domain?) {
             Ok(node) => {
-                self.common.report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
-                Some((ros, node))
+                self.ends
+                    .common
+                    .report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                Some(node)
             }
             Err(error) => {
                 let text = format!("ROS 2 does not have this gripper: {}", message(&error));
-                self.common.report(LogLevel::Error, &text);
+                self.ends.common.report(LogLevel::Error, &text);
                 None
             }
         }
@@ -129,8 +113,8 @@ impl Speaker {
 
     /// The gripper's name, as soon as it has one.
     fn member(&self) -> Option<Member> {
-        while !self.common.has_ended() {
-            if let Some((uid, _)) = &self.common.kept().gripper {
+        while !self.ends.common.has_ended() {
+            if let Some((uid, _)) = &self.ends.common.kept().gripper {
                 return Some(Member { site: self.place.site.clone(), uid: *uid });
             }
             pause(PAUSE);
@@ -141,7 +125,7 @@ impl Speaker {
     /// Tries until it works; `None` at the end of the connection.
     fn retry<T>(&mut self, attempt: impl Fn(&Network) -> Result<T, NetError>) -> Option<T> {
         let mut wait = Duration::ZERO;
-        while !self.common.has_ended() {
+        while !self.ends.common.has_ended() {
             if !wait.is_zero() {
                 wait = wait.saturating_sub(PAUSE);
                 pause(PAUSE);
@@ -156,7 +140,7 @@ impl Speaker {
                     if !mem::replace(&mut self.complained, true) {
                         let text =
                             format!("{}; events are kept and published later", message(&error));
-                        self.common.report(LogLevel::Warn, &text);
+                        self.ends.common.report(LogLevel::Warn, &text);
                     }
                     wait = RETRY;
                 }
@@ -165,22 +149,24 @@ impl Speaker {
         None
     }
 
-    fn speak(&mut self, announced: &mut Announced, mut node: Option<&mut (Ros, RosAnnounced)>) {
+    fn speak(&mut self, announced: &mut Announced, mut node: Option<&mut RosAnnounced>) {
         loop {
             // While an answer is under way nothing is waited for.
             let answering = announced.is_answering() || self.place.lending.is_answering();
             let patience = if answering { Duration::ZERO } else { PAUSE };
-            match self.outgoing.recv_timeout(patience) {
+            match self.ends.outgoing.recv_timeout(patience) {
                 Ok((topic, stamp, wire)) => {
                     announced.publish(topic, stamp, &wire);
-                    if let Some((ros, node)) = &mut node {
-                        ros.publish(node, stamp.id, &wire, self.common.kept().start_ns);
+                    if let Some(node) = &mut node {
+                        let start_ns = self.ends.common.kept().start_ns;
+                        let now_ns = self.place.clock.wall_ns();
+                        node.publish(stamp.id, &wire, RosTimes { start_ns, now_ns });
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            let common = &self.common;
+            let common = &self.ends.common;
             let status = common.kept().status.clone();
             let with_log = |use_it: &mut dyn FnMut(&grip_fleet::EventLog)| {
                 if let Some((_, spool)) = &common.kept().gripper {
@@ -191,10 +177,10 @@ impl Speaker {
             while let Some(question) = announced.question() {
                 self.question(question);
             }
-            while let Ok((number, answer)) = self.answers.try_recv() {
+            while let Ok((number, answer)) = self.ends.answers.try_recv() {
                 self.answered(number, answer);
             }
-            while let Some((question, answer)) = self.models.answered() {
+            while let Some((question, answer)) = self.ends.models.answered() {
                 self.report(match answer {
                     Ok(standing) => question.reply(standing.as_bytes()),
                     Err(reason) => question.refuse(&reason),
@@ -209,7 +195,7 @@ impl Speaker {
     fn question(&mut self, question: Question) {
         match question.part() {
             Part::About => {
-                let about = self.common.kept().about.clone();
+                let about = self.ends.common.kept().about.clone();
                 self.report(question.reply(about.as_bytes()));
             }
             Part::Command => self.command(question),
@@ -218,7 +204,7 @@ impl Speaker {
                 self.report(taken);
             }
             Part::Model => {
-                let asked = self.models.ask(question);
+                let asked = self.ends.models.ask(question);
                 self.report(asked);
             }
             _ => self.report(question.refuse("this is not asked here")),
@@ -233,13 +219,13 @@ impl Speaker {
         }
         // Whoever may command may also let go.
         if question.payload_len() == 0 {
-            let token = self.common.kept().token.unwrap_or_default().to_string();
+            let token = self.ends.common.kept().token.unwrap_or_default().to_string();
             return self.report(question.reply(token.as_bytes()));
         }
         let Ok(command) = Command::parse(&question.payload()) else {
             return self.report(question.refuse("this is no command"));
         };
-        let fault = self.common.kept().fault;
+        let fault = self.ends.common.kept().fault;
         if let Some(reason) = unfit(&command, fault, self.place.ceiling_n) {
             return self.report(question.refuse(&reason));
         }
@@ -250,7 +236,7 @@ impl Speaker {
         self.ordered += 1;
         self.open.push_back((self.ordered, question));
         // A keeper that is gone ends this thread too.
-        let _gone = self.order.send((self.ordered, command));
+        let _gone = self.ends.order.send((self.ordered, command));
     }
 
     fn answered(&mut self, number: u64, answer: Result<(), NackReason>) {
@@ -265,7 +251,7 @@ impl Speaker {
     /// Reports an answer that the session did not take.
     fn report(&self, sent: Result<(), NetError>) {
         if let Err(error) = sent {
-            self.common.report(LogLevel::Warn, &message(&error));
+            self.ends.common.report(LogLevel::Warn, &message(&error));
         }
     }
 }

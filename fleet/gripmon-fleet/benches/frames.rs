@@ -20,7 +20,7 @@ fn main() {
     for count in [200, 1000] {
         let ctx = Context::default();
         scope::prepare(&ctx, Look::Dark);
-        let hall = Arc::new(Hall::new(many(count), None));
+        let hall = Arc::new(Hall::new(many(count)));
         let mut lobby = Lobby::new(Arc::clone(&hall), Look::Dark, "a router".to_owned());
         let (mut taken, mut drawn) = (Vec::new(), Drawn::default());
         for i in 0..FRAMES + 20 {

@@ -1,69 +1,57 @@
-//! The roster and the network that fills it, shared by the pump and the window.
+//! The roster, shared by the thread of the network and the window; and when a frame of it is worth painting.
 
 use crate::grippers::{FleetFeed, Roster};
-use crate::source::FleetHandle;
-use grip_scope::SourceStatus;
+use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use core::time::Duration;
+use eframe::egui::Context;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// Time between two frames of the table: grippers report what they do five times a second.
+pub const FRAME: Duration = Duration::from_millis(200);
+
 /// All grippers.
-#[derive(Debug)]
-pub struct Hall(Mutex<Inside>);
-
-#[derive(Debug)]
-struct Inside {
-    roster: Roster,
-    handle: Option<FleetHandle>,
-    seen_revision: u64,
-}
-
-/// What one look at the network brought.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Brought {
-    /// Something that can be seen is new.
-    pub changed: bool,
-    /// More is waiting.
-    pub more: bool,
+#[derive(Debug, Default)]
+pub struct Hall {
+    roster: Mutex<Roster>,
+    /// The revision at the last look.
+    seen: AtomicU64,
+    hidden: AtomicBool,
 }
 
 impl Hall {
-    /// A roster with a network, or one that is filled by hand.
+    /// A roster that is filled already.
     #[must_use]
-    pub fn new(roster: Roster, handle: Option<FleetHandle>) -> Self {
-        let seen_revision = roster.revision();
-        Self(Mutex::new(Inside { roster, handle, seen_revision }))
+    pub fn new(roster: Roster) -> Self {
+        let seen = AtomicU64::new(roster.revision());
+        Self { roster: Mutex::new(roster), seen, hidden: AtomicBool::new(false) }
     }
 
-    /// Begins to watch a network.
-    pub fn watch(&self, handle: FleetHandle) {
-        self.inside().handle = Some(handle);
-    }
-
-    /// Moves at most `budget` items into the roster. Never waits.
-    pub fn take_in(&self, budget: usize) -> Brought {
-        let mut inside = self.inside();
-        let Inside { roster, handle, seen_revision } = &mut *inside;
-        let moved = handle.as_mut().map_or(0, |handle| handle.drain(roster, budget));
-        let changed = core::mem::replace(seen_revision, roster.revision()) != roster.revision();
-        Brought { changed, more: moved >= budget }
-    }
-
-    /// Takes one item, as if it came from the network.
+    /// Takes one item.
     pub fn take(&self, feed: FleetFeed) {
-        self.inside().roster.take(feed);
-    }
-
-    /// The network is of no use any more: a sentence.
-    pub fn fail(&self, sentence: String) {
-        self.take(FleetFeed::Status(SourceStatus::Failed { sentence }));
+        self.roster().take(feed);
     }
 
     /// Looks at the roster.
     pub fn look<T>(&self, look: impl FnOnce(&Roster) -> T) -> T {
-        look(&self.inside().roster)
+        look(&self.roster())
+    }
+
+    /// Nobody can see the table, or somebody can.
+    pub fn set_hidden(&self, hidden: bool) {
+        self.hidden.store(hidden, Ordering::Relaxed);
+    }
+
+    /// Asks for a frame, where something is new and somebody can see it.
+    pub fn paint(&self, ctx: &Context) {
+        let revision = self.roster().revision();
+        let changed = self.seen.swap(revision, Ordering::Relaxed) != revision;
+        if changed && !self.hidden.load(Ordering::Relaxed) {
+            ctx.request_repaint_after(FRAME);
+        }
     }
 
     /// What a thread that has panicked left is still data.
-    fn inside(&self) -> MutexGuard<'_, Inside> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    fn roster(&self) -> MutexGuard<'_, Roster> {
+        self.roster.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

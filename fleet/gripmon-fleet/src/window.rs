@@ -3,9 +3,8 @@
 use super::hall::Hall;
 use super::lobby::{Lobby, Request};
 use super::opened::{Lead, opened};
-use super::pump::FleetPump;
 use crate::cli::Cli;
-use crate::grippers::{Member, Roster};
+use crate::grippers::Member;
 use crate::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use anyhow::Context as _;
 use core::time::Duration;
@@ -17,8 +16,7 @@ use gripmon::files;
 use gripmon::scope;
 use gripmon::state::Message;
 use gripmon::window::{self, Screen, Start};
-use std::sync::{Arc, OnceLock, PoisonError};
-use std::thread::Thread;
+use std::sync::{Arc, PoisonError};
 
 /// Time between two looks for a picture, which does not wait for data.
 const LOOK: Duration = Duration::from_millis(50);
@@ -45,7 +43,7 @@ struct Opened {
 
 struct FleetApp {
     lobby: Lobby,
-    pump: FleetPump,
+    _network: FleetHandle,
     open: Option<Opened>,
     network: Network,
     start: Start,
@@ -55,17 +53,15 @@ struct FleetApp {
 impl FleetApp {
     fn new(ctx: &egui::Context, place: FleetPlace, mut start: Start) -> anyhow::Result<Self> {
         scope::prepare(ctx, start.layout.theme);
-        let hall = Arc::new(Hall::new(Roster::default(), None));
-        let pump = FleetPump::start(Arc::clone(&hall), ctx.clone()).context("the pump's thread")?;
-        let pumping: OnceLock<Thread> = OnceLock::new();
-        let _first = pump.thread().map(|thread| pumping.set(thread.clone()));
-        let wake = move || pumping.get().into_iter().for_each(Thread::unpark);
-        let network = place.network.clone();
-        let lobby = Lobby::new(Arc::clone(&hall), start.layout.theme, place.to_string());
-        hall.watch(FleetHandle::spawn(place, wake).context("the network's thread")?);
+        let hall = Arc::<Hall>::default();
+        let (network, name) = (place.network.clone(), place.to_string());
+        let (filled, shown, painted) = (Arc::clone(&hall), Arc::clone(&hall), ctx.clone());
+        let (take, wake) = (move |feed| filled.take(feed), move || shown.paint(&painted));
+        let handle = FleetHandle::spawn(place, take, wake).context("the network's thread")?;
+        let lobby = Lobby::new(hall, start.layout.theme, name);
         // The picture is one of the table.
         let shots = Shots::new(start.job.take());
-        Ok(Self { lobby, pump, open: None, network, start, shots })
+        Ok(Self { lobby, _network: handle, open: None, network, start, shots })
     }
 
     fn table(&mut self, ui: &mut Ui) {
@@ -113,7 +109,7 @@ impl FleetApp {
 impl eframe::App for FleetApp {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let hidden = window::is_hidden(ctx);
-        self.pump.set_hidden(hidden || self.open.is_some());
+        self.lobby.hall.set_hidden(hidden || self.open.is_some());
         if let Some(open) = &self.open {
             open.screen.set_hidden(hidden);
         }

@@ -13,6 +13,7 @@ use grip_link::message::daemon::{
 };
 use grip_link::message::{DeviceState, Kind};
 use grip_scope::{Channel, EventKind, Model, SourceSpec, SourceStatus};
+use gripmon_fleet::Hall;
 use gripmon_fleet::grippers::{Column, Member, Roster, Uid};
 use gripmon_fleet::source::{FleetHandle, FleetPlace, GripperAt, Network};
 use rig::{Watch, pause};
@@ -111,21 +112,15 @@ fn place(folder: &Path) -> (String, Network) {
 }
 
 /// Looks at the table until it reports this of the gripper.
-fn until(
-    handle: &mut FleetHandle,
-    roster: &mut Roster,
-    mut meanwhile: impl FnMut(),
-    done: impl Fn(&Roster) -> bool,
-) {
+fn until(hall: &Hall, mut meanwhile: impl FnMut(), done: impl Fn(&Roster) -> bool) {
     for _ in 0..PATIENCE {
-        handle.drain(roster, 1000);
-        if done(roster) {
+        if hall.look(&done) {
             return;
         }
         meanwhile();
         pause();
     }
-    panic!("it never came: {:?} {:?}", roster.status(), roster.rows());
+    panic!("it never came: {hall:?}");
 }
 
 fn states(roster: &Roster, column: Column) -> String {
@@ -137,43 +132,34 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, network) = place(folder.path());
     let place = FleetPlace { network: network.clone(), site: None };
-    let (mut handle, mut roster) = (FleetHandle::spawn(place, || {}).unwrap(), Roster::default());
-    let waits = |roster: &Roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers"));
-    until(&mut handle, &mut roster, || {}, waits);
+    let hall = Arc::<Hall>::default();
+    let filled = Arc::clone(&hall);
+    let _handle = FleetHandle::spawn(place, move |feed| filled.take(feed), || {}).unwrap();
+    until(
+        &hall,
+        || {},
+        |roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers")),
+    );
     let listening = router(&at(&endpoint)).unwrap();
     let mut daemon = Daemon::start(&network);
-    let mut table = (handle, roster);
-    until(
-        &mut table.0,
-        &mut table.1,
-        || daemon.turn(),
-        |roster| {
-            states(roster, Column::Applied) == "4.50"
-                && states(roster, Column::Slips) == "3"
-                && states(roster, Column::Model) == "file"
-        },
-    );
-    assert_eq!(states(&table.1, Column::Here), "here");
-    assert_eq!(states(&table.1, Column::Firmware), "1.2.3");
-    assert_eq!(*table.1.status(), SourceStatus::Live);
+    let is_filled = |roster: &Roster| {
+        states(roster, Column::Applied) == "4.50"
+            && states(roster, Column::Slips) == "3"
+            && states(roster, Column::Model) == "file"
+            && states(roster, Column::Firmware) == "1.2.3"
+            && states(roster, Column::Here) == "here"
+            && *roster.status() == SourceStatus::Live
+    };
+    until(&hall, || daemon.turn(), is_filled);
     drop(listening);
-    until(
-        &mut table.0,
-        &mut table.1,
-        || {},
-        |roster| {
-            states(roster, Column::Here) == "gone"
-                && matches!(roster.status(), SourceStatus::Connecting { before, .. } if before.contains("any more"))
-        },
-    );
-    assert_eq!(states(&table.1, Column::Applied), "4.50", "what was known stays");
+    let is_gone = |roster: &Roster| {
+        states(roster, Column::Here) == "gone"
+            && matches!(roster.status(), SourceStatus::Connecting { before, .. } if before.contains("any more"))
+    };
+    until(&hall, || {}, is_gone);
+    assert_eq!(hall.look(|it| states(it, Column::Applied)), "4.50", "what was known stays");
     let _listening = router(&at(&endpoint)).unwrap();
-    until(
-        &mut table.0,
-        &mut table.1,
-        || daemon.turn(),
-        |roster| states(roster, Column::Here) == "here" && *roster.status() == SourceStatus::Live,
-    );
+    until(&hall, || daemon.turn(), is_filled);
 }
 
 #[test]

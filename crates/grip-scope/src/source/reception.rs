@@ -193,7 +193,7 @@ impl Reception {
             self.stream.number(row.index, step);
             taxels.clear();
             taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
-            self.stream.push(&reported::sample(&row), &taxels);
+            self.stream.push(&grip_session::status::sample(&row), &taxels);
         }
         self.rows_since = true;
     }

@@ -2,31 +2,12 @@
 
 use crate::channel::Channel;
 use crate::feed::{EventKind, EventMark, Feed, RowBlock, TaxelBlock};
-use grip_link::message::daemon::{RowOfSample, RowSet};
-use slip_core::{Sample, units::Micros};
+use slip_core::Sample;
 
 /// What became of a command: a line for people, and the same among the events.
 pub(super) fn answer(text: String) -> [Feed; 2] {
     let mark = EventMark::plain(f64::NAN, EventKind::Client, text.clone());
     [Feed::Event(mark), Feed::Notice(text)]
-}
-
-/// The sample that a row is.
-pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
-    let value = |set| row.value(set).filter(|value: &f32| !value.is_nan());
-    Sample {
-        t: Micros(row.t_us),
-        stylus: row.value(RowSet::STYLUS).unwrap_or(f32::NAN),
-        normal_force_n: value(RowSet::NORMAL_FORCE),
-        tangential_n: value(RowSet::TANGENTIAL_FORCE),
-        travel_m: value(RowSet::TRAVEL),
-        velocity_m_s: value(RowSet::VELOCITY),
-        second_stylus: value(RowSet::SECOND_STYLUS),
-        reference: value(RowSet::REFERENCE),
-        pressure: value(RowSet::PRESSURE),
-        motion: value(RowSet::MOTION),
-        ..Sample::default()
-    }
 }
 
 /// Samples on their way into blocks of one set of channels.

@@ -3,7 +3,7 @@
 //! Each model grasps the same objects of the grasp simulator once, and estimates once beside the default model on them. A roll-out draws the grasps
 //! of its grippers from these, with a seed: before it with the default model, then beside it, and then with the new one. Stages, numbers of grasps
 //! and judge are those of `gripfleet deploy`; the first table leaves the shadow stage out (`--shadow 0`), the second one has it.
-//! `slow_lift.toml` is the scene of docs/results.md and of `tests/deploy.rs`.
+//! `slow_lift.toml` is the scene of docs/results.md.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
 use anyhow::Context as _;

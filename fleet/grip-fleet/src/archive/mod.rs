@@ -12,6 +12,7 @@ use crate::{
     json,
     key::Member,
     message::Message,
+    store::{StoreError, at, content, lock, read, rename, write},
 };
 use grip_record::mcap::{
     JsonTimes, JsonWriter, McapWriteError, RecoverError, Recovered, no_unpack, recover,
@@ -21,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{
     collections::BTreeMap,
-    fs::{self, File, TryLockError},
+    fs::{self, File},
     io::{self, BufWriter, Read as _, Write as _},
     path::{Path, PathBuf},
 };
@@ -45,28 +46,9 @@ const HEALTH: Kind =
 /// Why nothing can be archived.
 #[derive(Debug, thiserror::Error)]
 pub enum ArchiveError {
-    /// Folder or file cannot be used.
-    #[error("{}: {source}", path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// What the system answers.
-        source: io::Error,
-    },
-    /// Another program archives there.
-    #[error("{}: another archive is being written there", path.display())]
-    Locked {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// What should state where the archive stands is something else.
-    #[error("{}: no state of an archive: {reason}", path.display())]
-    State {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
+    /// Folder or state cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A message cannot be written.
     #[error("{}: {source}", path.display())]
     Write {
@@ -129,17 +111,10 @@ impl Archive {
     /// # Errors
     /// [`ArchiveError`].
     pub fn open(folder: &Path, program: &str) -> Result<Self, ArchiveError> {
-        fs::create_dir_all(folder).map_err(in_file(folder))?;
-        let lock = lock(folder)?;
+        let lock = lock(folder, "archive.lock", "another archive is being written there")?;
         let path = folder.join(STATE);
-        let wrong = |reason: String| ArchiveError::State { path: path.clone(), reason };
-        let state: State = match fs::read(&path) {
-            Ok(bytes) => {
-                serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))?
-            }
-            Err(error) if error.kind() == io::ErrorKind::NotFound => State::default(),
-            Err(source) => return Err(ArchiveError::File { path, source }),
-        };
+        let state: State = read(&path)?;
+        let wrong = |error: String| content(&path, error);
         let mut followers = BTreeMap::new();
         for (member, ids) in &state.received {
             let ids: Result<Vec<EventId>, _> = ids.iter().map(|id| id.parse()).collect();
@@ -232,7 +207,7 @@ impl Archive {
         if let Some(open) = self.open.as_mut().filter(|_| self.written) {
             let part = part(&self.folder, &open.name);
             open.writer.flush().map_err(in_mcap(&part))?;
-            open.file.sync_data().map_err(in_file(&part))?;
+            open.file.sync_data().map_err(at(&part))?;
             self.state.file = Some(open.name.clone());
             self.state.bytes = open.writer.bytes();
             self.save()?;
@@ -250,7 +225,7 @@ impl Archive {
         let Some(open) = self.open.take() else { return Ok(()) };
         let part = part(&self.folder, &open.name);
         open.writer.finish().map_err(in_mcap(&part))?;
-        self.publish(&part, &open.file, &open.name)?;
+        rename(&part, &open.file, &self.folder, &open.name)?;
         self.settle()
     }
 
@@ -289,8 +264,8 @@ impl Archive {
         let free = |name: &String| !self.folder.join(name).exists();
         let name = names.into_iter().find(free).unwrap_or_default();
         let part = part(&self.folder, &name);
-        let file = File::create(&part).map_err(in_file(&part))?;
-        let out = BufWriter::new(file.try_clone().map_err(in_file(&part))?);
+        let file = File::create(&part).map_err(at(&part))?;
+        let out = BufWriter::new(file.try_clone().map_err(at(&part))?);
         let writer = JsonWriter::new(out, &self.program).map_err(in_mcap(&part))?;
         self.open = Some(Open { day, name, writer, file });
         Ok(())
@@ -303,29 +278,22 @@ impl Archive {
         match File::open(&left) {
             Ok(input) => {
                 let whole = self.folder.join(format!("{name}.whole"));
-                let out = File::create(&whole).map_err(in_file(&whole))?;
+                let out = File::create(&whole).map_err(at(&whole))?;
                 let input = io::BufReader::new(input).take(self.state.bytes);
                 let mut buffered = BufWriter::new(&out);
                 let saved = recover(&left, input, &mut buffered, &self.program, no_unpack)
                     .map_err(|source| ArchiveError::Recover { path: left.clone(), source })?;
-                buffered.flush().map_err(in_file(&whole))?;
+                buffered.flush().map_err(at(&whole))?;
                 drop(buffered);
-                self.publish(&whole, &out, &name)?;
-                fs::remove_file(&left).map_err(in_file(&left))?;
+                rename(&whole, &out, &self.folder, &name)?;
+                fs::remove_file(&left).map_err(at(&left))?;
                 self.recovered = Some((self.folder.join(&name), saved));
             }
             // It was finished, and the kill came before the state was written.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(source) => return Err(ArchiveError::File { path: left, source }),
+            Err(source) => return Err(at(&left)(source).into()),
         }
         self.settle()
-    }
-
-    /// Gives a finished file its name, on disk too.
-    fn publish(&self, from: &Path, file: &File, name: &str) -> Result<(), ArchiveError> {
-        file.sync_all().map_err(in_file(from))?;
-        fs::rename(from, self.folder.join(name)).map_err(in_file(from))?;
-        sync_folder(&self.folder)
     }
 
     /// No file is being written.
@@ -335,39 +303,13 @@ impl Archive {
     }
 
     fn save(&self) -> Result<(), ArchiveError> {
-        let new = self.folder.join(format!("{STATE}.new"));
-        let mut file = File::create(&new).map_err(in_file(&new))?;
-        file.write_all(&serde_json::to_vec(&self.state)?).map_err(in_file(&new))?;
-        file.sync_all().map_err(in_file(&new))?;
-        fs::rename(&new, self.folder.join(STATE)).map_err(in_file(&new))?;
-        sync_folder(&self.folder)
+        Ok(write(&self.folder, STATE, &serde_json::to_vec(&self.state)?)?)
     }
 }
 
 /// The name of a file that is not whole yet.
 fn part(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.part"))
-}
-
-/// A name that was changed is changed after a loss of power too.
-fn sync_folder(folder: &Path) -> Result<(), ArchiveError> {
-    File::open(folder).and_then(|folder| folder.sync_all()).map_err(in_file(folder))
-}
-
-/// One program at a time; the lock ends with the process.
-fn lock(folder: &Path) -> Result<File, ArchiveError> {
-    let path = folder.join("archive.lock");
-    let file = File::create(&path).map_err(in_file(&path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(ArchiveError::Locked { path: folder.to_owned() }),
-        Err(TryLockError::Error(source)) => Err(in_file(&path)(source)),
-    }
-}
-
-fn in_file(path: &Path) -> impl Fn(io::Error) -> ArchiveError + use<> {
-    let path = path.to_owned();
-    move |source| ArchiveError::File { path: path.clone(), source }
 }
 
 fn in_mcap(path: &Path) -> impl Fn(McapWriteError) -> ArchiveError + use<> {

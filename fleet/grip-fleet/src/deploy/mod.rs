@@ -18,7 +18,7 @@ pub use history::{Entry, History, Origin, Paused};
 pub use models::{Models, Notice, OrderFault, Put, Swap};
 pub use order::{Offer, Order, OrderError};
 pub use rehearsal::{rehearse, replay};
-pub use shelf::{Shelf, ShelfError};
+pub use shelf::Shelf;
 pub use standing::{
     Ended, How, Lasting, ModelId, ReplayReport, ShadowReport, Standing, TrialReport,
 };
@@ -55,28 +55,24 @@ pub enum Step {
     Swap(Option<ModelId>),
 }
 
-/// A model on trial.
+/// A model that somebody watches: on trial, or beside the one in force.
 #[derive(Clone, Debug, PartialEq)]
-struct Trial {
+struct Watched {
     model: ModelId,
-    /// Grasps with the model before.
-    before: Vec<Grasp>,
+    /// Grasps with the model before the trial, or those in which both were asked.
+    grasps: Vec<Grasp>,
+    /// Of a shadow: grasps of higher numbers are its own.
+    since: u64,
     lease_s: u32,
     /// When it was watched last (us).
     watched_us: u64,
 }
 
-/// A model that estimates beside the one in force.
-#[derive(Clone, Debug, PartialEq)]
-struct Beside {
-    model: ModelId,
-    lease_s: u32,
-    /// When it was watched last (us).
-    watched_us: u64,
-    /// Grasps of higher numbers are its own.
-    since: u64,
-    /// Those in which both were asked.
-    grasps: Vec<Grasp>,
+impl Watched {
+    /// Whether nobody has watched it for its lease.
+    fn is_left(&self, now_us: u64) -> bool {
+        now_us.saturating_sub(self.watched_us) > 1_000_000 * u64::from(self.lease_s)
+    }
 }
 
 /// The models of one gripper.
@@ -85,8 +81,8 @@ pub struct Deployment {
     /// What the configuration names.
     configured: ModelId,
     lasting: Lasting,
-    trial: Option<Trial>,
-    shadow: Option<Beside>,
+    trial: Option<Watched>,
+    shadow: Option<Watched>,
     fault: FaultCode,
     /// Grasps of models on trial, or beside the one in force, do not count.
     is_paused: bool,
@@ -184,9 +180,10 @@ impl Deployment {
         if self.is_known(&model) {
             return Ok(self.back(None));
         }
-        let before = self.grasps.clone();
+        let (grasps, since) = (self.grasps.clone(), 0);
         self.lasting.trial = Some(model.clone());
-        self.trial = Some(Trial { model: model.clone(), before, lease_s, watched_us: now_us });
+        let trial = Watched { model: model.clone(), grasps, since, lease_s, watched_us: now_us };
+        self.trial = Some(trial);
         Ok(Step::Swap(Some(model)))
     }
 
@@ -202,7 +199,7 @@ impl Deployment {
     /// The model estimates beside the one in force; grasps of higher numbers than this are its own.
     pub fn cast(&mut self, model: ModelId, lease_s: u32, since: u64, now_us: u64) {
         let (watched_us, grasps) = (now_us, Vec::new());
-        self.shadow = Some(Beside { model, lease_s, watched_us, since, grasps });
+        self.shadow = Some(Watched { model, grasps, since, lease_s, watched_us });
     }
 
     /// The shadow has to go: another model takes over, or nobody watches it any more. The one that was there, and in how many grasps it was asked.
@@ -219,9 +216,7 @@ impl Deployment {
     /// Whether nobody watches the shadow any more.
     #[must_use]
     pub fn is_shadow_left(&self, now_us: u64) -> bool {
-        self.shadow
-            .as_ref()
-            .is_some_and(|shadow| is_over(now_us, shadow.watched_us, shadow.lease_s))
+        self.shadow.as_ref().is_some_and(|shadow| shadow.is_left(now_us))
     }
 
     /// Somebody watches the trial of this model, or its work as a shadow.
@@ -237,11 +232,9 @@ impl Deployment {
     }
 
     fn renew(&mut self, sha256: &str, now_us: u64) -> bool {
-        let trial = self.trial.as_mut().filter(|trial| trial.model.sha256 == sha256);
-        let shadow = self.shadow.as_mut().filter(|shadow| shadow.model.sha256 == sha256);
-        let watched = trial.map(|trial| &mut trial.watched_us);
-        let watched = watched.or_else(|| shadow.map(|shadow| &mut shadow.watched_us));
-        watched.map(|watched_us| *watched_us = now_us).is_some()
+        let mut both = self.trial.iter_mut().chain(&mut self.shadow);
+        let watched = both.find(|watched| watched.model.sha256 == sha256);
+        watched.map(|watched| watched.watched_us = now_us).is_some()
     }
 
     /// An order to keep the model on trial.
@@ -250,7 +243,7 @@ impl Deployment {
     /// As [`Deployment::watch`].
     pub fn accept(&mut self, sha256: &str, now_us: u64) -> Result<(), Declined> {
         self.watch(sha256, now_us)?;
-        if let Some(Trial { model, .. }) = self.trial.take() {
+        if let Some(Watched { model, .. }) = self.trial.take() {
             self.lasting.trial = None;
             self.lasting.before = self.lasting.accepted.replace(model.clone());
             self.lasting.last = Some(Ended { model, how: How::Accepted });
@@ -311,8 +304,8 @@ impl Deployment {
     /// The time, and the latched fault of the gripper.
     pub fn tick(&mut self, now_us: u64, fault: FaultCode) -> Step {
         self.fault = fault;
-        let late = |trial: &Trial| is_over(now_us, trial.watched_us, trial.lease_s);
-        if self.trial.as_ref().is_some_and(late) { self.end(How::Unwatched) } else { Step::Stay }
+        let left = self.trial.as_ref().is_some_and(|trial| trial.is_left(now_us));
+        if left { self.end(How::Unwatched) } else { Step::Stay }
     }
 
     /// Other settings are in force, with the model named where none was taken over the network. Grasps with the old ones are no comparison any
@@ -333,29 +326,21 @@ impl Deployment {
             (None, None) => None,
         };
         let trial = self.trial.as_ref();
-        let trial =
-            trial.map(|trial| TrialReport { lease_s: trial.lease_s, before: trial.before.len() });
-        let (in_force, last) = (self.in_force().clone(), self.lasting.last.clone());
-        let (grasped, grasps) = (self.grasps.len(), Vec::new());
-        let shadow = self.shadow.as_ref().map(|shadow| ShadowReport {
-            model: shadow.model.clone(),
-            lease_s: shadow.lease_s,
-            compared: shadow.grasps.len(),
-        });
-        let configured = configured();
-        let (replay, paused, history) = (None, None, Vec::new());
+        let shadow = self.shadow.as_ref();
         Standing {
-            in_force,
-            configured,
+            in_force: self.in_force().clone(),
+            configured: configured(),
             before,
-            trial,
-            shadow,
-            replay,
-            grasped,
-            grasps,
-            last,
-            paused,
-            history,
+            trial: trial
+                .map(|trial| TrialReport { lease_s: trial.lease_s, before: trial.grasps.len() }),
+            shadow: shadow.map(|shadow| ShadowReport {
+                model: shadow.model.clone(),
+                lease_s: shadow.lease_s,
+                compared: shadow.grasps.len(),
+            }),
+            grasped: self.grasps.len(),
+            last: self.lasting.last.clone(),
+            ..Standing::default()
         }
     }
 
@@ -375,7 +360,7 @@ impl Deployment {
     /// Grasps with the model before the one on trial.
     #[must_use]
     pub fn grasps_before(&self) -> &[Grasp] {
-        self.trial.as_ref().map_or(&[], |trial| &trial.before)
+        self.trial.as_ref().map_or(&[], |trial| &trial.grasps)
     }
 
     fn in_force(&self) -> &ModelId {
@@ -384,19 +369,14 @@ impl Deployment {
 
     /// The model on trial goes.
     fn end(&mut self, how: How) -> Step {
-        let Some(Trial { model, before, .. }) = self.trial.take() else { return Step::Stay };
+        let Some(Watched { model, grasps, .. }) = self.trial.take() else { return Step::Stay };
         if matches!(how, How::Ordered | How::Unwatched) {
-            self.resumed = before;
+            self.resumed = grasps;
         }
         self.lasting.trial = None;
         self.lasting.last = Some(Ended { model, how });
         Step::Swap(self.lasting.accepted.clone())
     }
-}
-
-/// Whether a lease is over.
-fn is_over(now_us: u64, watched_us: u64, lease_s: u32) -> bool {
-    now_us.saturating_sub(watched_us) > 1_000_000 * u64::from(lease_s)
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use super::{
     Declined, Deployment, Entry, Examined, Fault, History, How, ModelId, Offer, Order, Origin,
-    Paused, Rehearsal, ReplayReport, Shelf, ShelfError, Standing, Step, examine,
+    Paused, Rehearsal, ReplayReport, Shelf, Standing, Step, examine,
 };
-use crate::rollout::Finished;
+use crate::{StoreError, rollout::Finished};
 use grip_link::message::FaultCode;
 use grip_session::{exit::message, signature::ModelKeys};
 use std::path::Path;
@@ -41,7 +41,7 @@ pub enum OrderFault {
     Declined(#[from] Declined),
     /// It cannot be kept.
     #[error("the model cannot be kept: {0}")]
-    Shelf(#[from] ShelfError),
+    Shelf(#[from] StoreError),
     /// It cannot be put in force.
     #[error("the model cannot be put in force: {0}")]
     Swap(String),
@@ -73,8 +73,8 @@ impl Models {
     /// Opens what an earlier run has left in `folder`.
     ///
     /// # Errors
-    /// [`ShelfError`]: then it is not known which model should be in force.
-    pub fn open(folder: &Path, configured: ModelId) -> Result<Self, ShelfError> {
+    /// [`StoreError`]: then it is not known which model should be in force.
+    pub fn open(folder: &Path, configured: ModelId) -> Result<Self, StoreError> {
         let (shelf, lasting) = Shelf::open(folder)?;
         let deployment = Deployment::new(configured, lasting);
         let mut models = Self {
@@ -210,7 +210,7 @@ impl Models {
     }
 
     /// Lets roll-outs pause here, or go on: first on disk.
-    fn pause(&mut self, paused: Option<Paused>) -> Result<(), ShelfError> {
+    fn pause(&mut self, paused: Option<Paused>) -> Result<(), StoreError> {
         if self.history.paused.is_some() == paused.is_some() {
             return Ok(());
         }
@@ -454,7 +454,7 @@ impl Models {
     }
 
     /// A model that was examined when it came.
-    fn fetch(&self, model: &ModelId) -> Result<Examined, ShelfError> {
+    fn fetch(&self, model: &ModelId) -> Result<Examined, StoreError> {
         let text = self.shelf.read(model)?;
         examine(&model.name, &model.sha256, text.as_bytes())
             .map_err(|fault| self.shelf.unusable(model, message(&fault)))

@@ -1,44 +1,17 @@
 //! A folder in; the models of one gripper, and which of them it has accepted, kept over an end of its daemon out.
 //!
-//! `SHA256.json` are models, `standing.json` is [`Lasting`], `history.json` is [`History`]. Each file is written beside its place, synced and renamed: after a crash there is the
-//! old one or the new one. A model is read only where its SHA-256 is that of its name.
+//! `SHA256.json` are models, `standing.json` is [`Lasting`], `history.json` is [`History`]. A model is read only where its SHA-256 is that of its name.
 
 use super::{History, Lasting, ModelId, examine::digest};
+use crate::store::{StoreError, at, content, lock, read, write};
+use serde::Serialize;
 use std::{
-    fs::{self, File, TryLockError},
-    io::{self, Write as _},
+    fs::{self, File},
     path::{Path, PathBuf},
 };
 
 const STANDING: &str = "standing.json";
 const HISTORY: &str = "history.json";
-
-/// Why models cannot be kept.
-#[derive(Debug, thiserror::Error)]
-pub enum ShelfError {
-    /// Folder or file cannot be used.
-    #[error("{}: {source}", path.display())]
-    File {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// Another daemon keeps its models there.
-    #[error("{}: another gripd keeps its models there", path.display())]
-    Locked {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The file states something else.
-    #[error("{}: {reason}", path.display())]
-    Content {
-        /// Which file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-}
 
 /// The folder, for one daemon at a time.
 #[derive(Debug)]
@@ -51,85 +24,56 @@ impl Shelf {
     /// Opens the folder, which is made where it is missing; what an earlier run has left there.
     ///
     /// # Errors
-    /// [`ShelfError`].
-    pub fn open(folder: &Path) -> Result<(Self, Lasting), ShelfError> {
-        fs::create_dir_all(folder).map_err(at(folder))?;
-        let path = folder.join("lock");
-        let lock = File::options().create(true).append(true).open(&path).map_err(at(&path))?;
-        match lock.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(ShelfError::Locked { path: folder.to_owned() });
-            }
-            Err(TryLockError::Error(source)) => return Err(ShelfError::File { path, source }),
-        }
-        let shelf = Self { folder: folder.to_owned(), _lock: lock };
-        let path = folder.join(STANDING);
-        let lasting = match fs::read(&path) {
-            Ok(bytes) => serde_json::from_slice(&bytes)
-                .map_err(|error| ShelfError::Content { path, reason: error.to_string() })?,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Lasting::default(),
-            Err(source) => return Err(ShelfError::File { path, source }),
-        };
-        Ok((shelf, lasting))
+    /// [`StoreError`].
+    pub fn open(folder: &Path) -> Result<(Self, Lasting), StoreError> {
+        let lock = lock(folder, "lock", "another gripd keeps its models there")?;
+        let lasting = read(&folder.join(STANDING))?;
+        Ok((Self { folder: folder.to_owned(), _lock: lock }, lasting))
     }
 
     /// Keeps a model.
     ///
     /// # Errors
-    /// [`ShelfError::File`].
-    pub fn put(&self, model: &ModelId, text: &str) -> Result<(), ShelfError> {
-        self.write(&file_of(model), text.as_bytes())
+    /// [`StoreError::File`].
+    pub fn put(&self, model: &ModelId, text: &str) -> Result<(), StoreError> {
+        write(&self.folder, &file_of(model), text.as_bytes())
     }
 
     /// The text of a model that is kept.
     ///
     /// # Errors
-    /// [`ShelfError`], also where it is another one than its name states.
-    pub fn read(&self, model: &ModelId) -> Result<String, ShelfError> {
+    /// [`StoreError`], also where it is another one than its name states.
+    pub fn read(&self, model: &ModelId) -> Result<String, StoreError> {
         let path = self.folder.join(file_of(model));
         let text = fs::read_to_string(&path).map_err(at(&path))?;
         if digest(text.as_bytes()) == model.sha256 {
             return Ok(text);
         }
-        let reason = "the file has another SHA-256 than its name says".to_owned();
-        Err(ShelfError::Content { path, reason })
+        Err(content(&path, "the file has another SHA-256 than its name says"))
     }
 
     /// Which roll-outs were here; none where no file is there.
     ///
     /// # Errors
-    /// [`ShelfError`].
-    pub fn history(&self) -> Result<History, ShelfError> {
-        let path = self.folder.join(HISTORY);
-        match fs::read(&path) {
-            Ok(bytes) => serde_json::from_slice(&bytes)
-                .map_err(|error| ShelfError::Content { path, reason: error.to_string() }),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(History::default()),
-            Err(source) => Err(ShelfError::File { path, source }),
-        }
+    /// [`StoreError`].
+    pub fn history(&self) -> Result<History, StoreError> {
+        read(&self.folder.join(HISTORY))
     }
 
     /// Keeps which roll-outs were here.
     ///
     /// # Errors
-    /// [`ShelfError`].
-    pub fn note_history(&self, history: &History) -> Result<(), ShelfError> {
-        let path = || self.folder.join(HISTORY);
-        let bytes = serde_json::to_vec_pretty(history)
-            .map_err(|error| ShelfError::Content { path: path(), reason: error.to_string() })?;
-        self.write(HISTORY, &bytes)
+    /// [`StoreError`].
+    pub fn note_history(&self, history: &History) -> Result<(), StoreError> {
+        self.json(HISTORY, history)
     }
 
     /// Keeps how it stands, and lets go of models that nothing names any more.
     ///
     /// # Errors
-    /// [`ShelfError::File`].
-    pub fn note(&self, lasting: &Lasting) -> Result<(), ShelfError> {
-        let path = || self.folder.join(STANDING);
-        let bytes = serde_json::to_vec_pretty(lasting)
-            .map_err(|error| ShelfError::Content { path: path(), reason: error.to_string() })?;
-        self.write(STANDING, &bytes)?;
+    /// [`StoreError::File`].
+    pub fn note(&self, lasting: &Lasting) -> Result<(), StoreError> {
+        self.json(STANDING, lasting)?;
         let named = [&lasting.accepted, &lasting.before, &lasting.trial];
         let named: Vec<String> = named.into_iter().flatten().map(file_of).collect();
         for entry in fs::read_dir(&self.folder).map_err(at(&self.folder))?.flatten() {
@@ -144,27 +88,19 @@ impl Shelf {
     }
 
     /// The fault of a file that holds what it should and is of no use all the same.
-    pub(super) fn unusable(&self, model: &ModelId, reason: String) -> ShelfError {
-        ShelfError::Content { path: self.folder.join(file_of(model)), reason }
+    pub(super) fn unusable(&self, model: &ModelId, reason: String) -> StoreError {
+        content(&self.folder.join(file_of(model)), reason)
     }
 
-    /// Beside its place, then in it.
-    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ShelfError> {
-        let (path, new) = (self.folder.join(name), self.folder.join("new"));
-        let mut file = File::create(&new).map_err(at(&new))?;
-        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(at(&new))?;
-        fs::rename(&new, &path).map_err(at(&path))?;
-        File::open(&self.folder).and_then(|folder| folder.sync_all()).map_err(at(&self.folder))
+    fn json(&self, name: &str, what: &impl Serialize) -> Result<(), StoreError> {
+        let bytes = serde_json::to_vec_pretty(what);
+        let bytes = bytes.map_err(|error| content(&self.folder.join(name), error))?;
+        write(&self.folder, name, &bytes)
     }
 }
 
 fn file_of(model: &ModelId) -> String {
     format!("{}.json", model.sha256)
-}
-
-fn at(path: &Path) -> impl FnOnce(io::Error) -> ShelfError + use<> {
-    let path = path.to_owned();
-    move |source| ShelfError::File { path, source }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use core::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// A model: a name for people, and what it is.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModelId {
     /// The name of its file where it came from.
     pub name: String,
@@ -115,26 +115,12 @@ impl Standing {
     /// The model of the configuration is in force, and no other one was taken.
     #[must_use]
     pub fn configured(model: &ModelId) -> Self {
-        let (grasped, grasps) = (0, Vec::new());
-        let (in_force, configured) = (model.clone(), model.clone());
-        Self {
-            in_force,
-            configured,
-            before: None,
-            trial: None,
-            shadow: None,
-            replay: None,
-            grasped,
-            grasps,
-            last: None,
-            paused: None,
-            history: Vec::new(),
-        }
+        Self { in_force: model.clone(), configured: model.clone(), ..Self::default() }
     }
 }
 
 /// How the models of a gripper stand.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
     /// The model in force.
     pub in_force: ModelId,

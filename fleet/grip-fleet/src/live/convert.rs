@@ -1,30 +1,8 @@
 //! Messages of a daemon in, records of a live view out.
 
-use grip_link::message::daemon::{
-    Gripper, Health, Notice, RowOfSample, RowSet, Sensor, SensorHealth, Welcome,
-};
+use grip_link::message::daemon::{Gripper, Health, Notice, Sensor, SensorHealth, Welcome};
 use grip_record::mcap::{EventRecord, HealthRecord};
 use serde_json::{Value, json};
-
-use slip_core::{Sample, units::Micros};
-
-/// The sample of a row; NaN is no reading.
-pub(super) fn sample(row: &RowOfSample<'_>) -> Sample {
-    let value = |set| row.value(set).filter(|value: &f32| !value.is_nan());
-    Sample {
-        t: Micros(row.t_us),
-        stylus: row.value(RowSet::STYLUS).unwrap_or(f32::NAN),
-        normal_force_n: value(RowSet::NORMAL_FORCE),
-        tangential_n: value(RowSet::TANGENTIAL_FORCE),
-        travel_m: value(RowSet::TRAVEL),
-        velocity_m_s: value(RowSet::VELOCITY),
-        second_stylus: value(RowSet::SECOND_STYLUS),
-        reference: value(RowSet::REFERENCE),
-        pressure: value(RowSet::PRESSURE),
-        motion: value(RowSet::MOTION),
-        ..Sample::default()
-    }
-}
 
 /// The event of a sensor whose health changed.
 pub(super) fn sensor(notice: &Notice<'_>) -> EventRecord<'static> {

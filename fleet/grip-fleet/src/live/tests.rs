@@ -1,7 +1,6 @@
 //! What a daemon reports, as a live view shows it.
 
 use super::{Topic, Translator, Wanted};
-use grip_daemon::client::ClientLink;
 use grip_link::message::daemon::{
     Appended, ClockOffset, EXTRAPOLATED, GripState, Gripper, Health, LinkState, Method, Notice,
     NoticeKind, Phase, PipelineState, Reading, RealTime, Recording, RowSet, Rows, RowsHeader,
@@ -108,20 +107,6 @@ fn rows(t0_us: u64, count: u8) -> Vec<u8> {
         }
     }
     bytes
-}
-
-#[test]
-fn names_schemas_and_definitions_are_those_of_a_recording() {
-    let recorded = Topic::ALL.into_iter().filter_map(Topic::recorded);
-    let names: Vec<&str> = recorded.clone().map(grip_record::mcap::Topic::name).collect();
-    assert_eq!(names, ["/gripper/sample", "/gripper/state", "/gripper/event", "/gripper/link"]);
-    for topic in recorded {
-        let ours = Topic::ALL.into_iter().find(|ours| ours.recorded() == Some(topic)).unwrap();
-        let theirs = (topic.name(), topic.schema(), topic.definition());
-        assert_eq!((ours.name(), ours.schema(), ours.definition()), theirs);
-    }
-    let health = (Topic::Health.name(), Topic::Health.schema());
-    assert_eq!(health, ("/gripper/health", "grip_msgs/msg/Health"));
 }
 
 #[test]
@@ -289,28 +274,6 @@ fn updates_are_events_of_sensors_and_lines_about_the_link() {
     translator
         .lost("gone", NOW, &mut |topic, ns, bytes| reported.push((topic, ns, bytes.to_vec())));
     assert_eq!(link(&reported), ("daemon_lost".to_owned(), r#"{"reason":"gone"}"#.to_owned()));
-}
-
-#[test]
-fn the_bytes_of_a_socket_give_the_same_messages_however_they_are_cut() {
-    let mut out = [0; grip_link::frame::MAX_WIRE];
-    let mut wire = vec![0];
-    let mut payload = [0; 480];
-    let len = state().write(&mut payload).unwrap();
-    let kind = grip_link::message::Kind::STATE;
-    let header = grip_link::frame::Header::new(grip_link::frame::Direction::ToHost, kind, 0, 9);
-    let len = grip_link::frame::encode(&header, &payload[..len], &mut out).unwrap();
-    wire.extend(&out[..len]);
-    for cut in 0..wire.len() {
-        let (mut client, mut translator) = (ClientLink::new(9), greeted());
-        let mut reported = Reported::new();
-        for part in [&wire[..cut], &wire[cut..]] {
-            client.receive(part, &mut |message| {
-                reported.extend(take(&mut translator, message, NOW));
-            });
-        }
-        assert_eq!(reported, take(&mut greeted(), &ToClient::State(state()), NOW), "cut at {cut}");
-    }
 }
 
 /// Fields of a topic's message that a path of a layout may name.

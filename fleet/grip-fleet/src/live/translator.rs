@@ -77,7 +77,7 @@ impl Translator {
         for row in rows.iter() {
             taxels.clear();
             taxels.extend((0..usize::from(rows.header.taxels)).filter_map(|k| row.taxel(k)));
-            let sample = convert::sample(&row);
+            let sample = grip_session::status::sample(&row);
             let record = SampleRecord { index: row.index, sample, taxels: &taxels };
             let at_ns = self.clocks.device_ns(row.t_us, now_ns);
             self.record(&Record::Sample(record), at_ns, now_ns, out);

@@ -10,7 +10,7 @@ use crate::{
     message::Message,
 };
 use std::{
-    collections::VecDeque,
+    collections::{HashMap, VecDeque},
     sync::mpsc::{Receiver, sync_channel},
 };
 use zenoh::{
@@ -36,12 +36,7 @@ pub type WithLog<'a> = dyn Fn(&mut dyn FnMut(&EventLog)) + 'a;
 #[derive(Debug)]
 pub struct Announced {
     member: Member,
-    events: Publisher<'static>,
-    state: Publisher<'static>,
-    health: Publisher<'static>,
-    samples: Publisher<'static>,
-    events_json: Publisher<'static>,
-    health_json: Publisher<'static>,
+    publishers: HashMap<Part, Publisher<'static>>,
     /// The last HEALTH as JSON.
     last_health: Option<(Stamp, String)>,
     asked: Receiver<(Part, Query)>,
@@ -108,8 +103,8 @@ impl Announced {
         if same.map_err(refused(&alive))?.iter().any(|reply| reply.result().is_ok()) {
             return Err(NetError::Taken { member: member.to_string() });
         }
-        let json = |part: Part, topic| publisher(session, &member.key(part), topic, JSON);
-        let publisher = |topic| publisher(session, &member.key(Part::Topic(topic)), topic, FRAME);
+        let publisher = |part: Part| Ok((part, publisher(session, &member.key(part), part)?));
+        let publishers: Result<_, _> = PUBLISHED.into_iter().map(publisher).collect();
         let (ask, asked) = sync_channel(MOST_QUESTIONS);
         let queryable = |part: Part| {
             let (key, ask) = (part.question(&member.key(part)), ask.clone());
@@ -134,12 +129,7 @@ impl Announced {
             own.into_iter().chain(parts.iter().copied()).map(queryable).collect();
         Ok(Self {
             member: member.clone(),
-            events: publisher(Topic::Events)?,
-            state: publisher(Topic::State)?,
-            health: publisher(Topic::Health)?,
-            samples: publisher(Topic::Samples)?,
-            events_json: json(Part::EventsJson, Topic::Events)?,
-            health_json: json(Part::HealthJson, Topic::Health)?,
+            publishers: publishers?,
             last_health: None,
             asked,
             open: VecDeque::new(),
@@ -154,26 +144,24 @@ impl Announced {
     /// is none. Where the network does not take it, the log has the event still, and the rest is out of date soon; it is counted.
     pub fn publish(&mut self, topic: Topic, stamp: impl Into<Stamp>, wire: &[u8]) {
         let stamp = stamp.into();
-        let publisher = match topic {
-            Topic::Events => &self.events,
-            Topic::State => &self.state,
-            Topic::Health => &self.health,
-            Topic::Samples => &self.samples,
-        };
-        let sent = publisher.put(wire).attachment(stamp.to_bytes()).wait();
-        self.refused += u64::from(sent.is_err());
-        let publisher = match topic {
-            Topic::Events => &self.events_json,
-            Topic::Health => &self.health_json,
+        self.put(Part::Topic(topic), stamp, wire);
+        let part = match topic {
+            Topic::Events => Part::EventsJson,
+            Topic::Health => Part::HealthJson,
             Topic::State | Topic::Samples => return,
         };
         // What is no frame has none.
         let Some(json) = self.json(stamp, wire) else { return };
-        let sent = publisher.put(json.as_str()).attachment(stamp.to_bytes()).wait();
-        self.refused += u64::from(sent.is_err());
+        self.put(part, stamp, json.as_bytes());
         if topic == Topic::Health {
             self.last_health = Some((stamp, json));
         }
+    }
+
+    fn put(&mut self, part: Part, stamp: Stamp, bytes: &[u8]) {
+        let publisher = self.publishers.get(&part);
+        let sent = publisher.map(|to| to.put(bytes).attachment(stamp.to_bytes()).wait());
+        self.refused += u64::from(!matches!(sent, Some(Ok(()))));
     }
 
     fn json(&self, stamp: Stamp, wire: &[u8]) -> Option<String> {
@@ -338,23 +326,29 @@ impl Question {
 const FRAME: Encoding = Encoding::APPLICATION_OCTET_STREAM;
 const JSON: Encoding = Encoding::APPLICATION_JSON;
 
+/// What is published.
+const PUBLISHED: [Part; 6] = [
+    Part::Topic(Topic::Events),
+    Part::Topic(Topic::State),
+    Part::Topic(Topic::Health),
+    Part::Topic(Topic::Samples),
+    Part::EventsJson,
+    Part::HealthJson,
+];
+
 /// Nothing waits for room on the way: a receiver that hangs would delay all others. Events that are dropped are asked for again.
-fn publisher(
-    session: &Session,
-    key: &str,
-    topic: Topic,
-    form: Encoding,
-) -> Result<Publisher<'static>, NetError> {
-    let priority = match topic {
-        Topic::Events => Priority::InteractiveHigh,
-        Topic::State | Topic::Health => Priority::Data,
-        Topic::Samples => Priority::DataLow,
+fn publisher(session: &Session, key: &str, part: Part) -> Result<Publisher<'static>, NetError> {
+    let priority = match part {
+        Part::Topic(Topic::Events) | Part::EventsJson => Priority::InteractiveHigh,
+        Part::Topic(Topic::Samples) => Priority::DataLow,
+        _ => Priority::Data,
     };
+    let is_json = matches!(part, Part::EventsJson | Part::HealthJson);
     session
         .declare_publisher(key.to_owned())
         .congestion_control(CongestionControl::Drop)
         .priority(priority)
-        .encoding(form)
+        .encoding(if is_json { JSON } else { FRAME })
         .wait()
         .map_err(refused(key))
 }

@@ -7,10 +7,10 @@ use super::{Ask, NetError, ask};
 use crate::{
     deploy::{ModelId, Offer, Order, Origin, Paused, Standing},
     key::{Member, Part},
-    rollout::{self, Evidence, Grasp, Progress, Report, Rollout, RolloutConfig, Stop, Tally},
+    rollout::{self, Grasp, Progress, Report, Rollout, RolloutConfig},
 };
 use core::time::Duration;
-use std::{collections::BTreeSet, thread};
+use std::thread;
 use zenoh::Session;
 
 /// Grippers that are asked at once.
@@ -22,13 +22,6 @@ pub struct Deployer {
     session: Session,
     offer: Offer,
     rollout: Rollout,
-    /// Who was asked whether it would take the model, ordered to let it estimate, to take it, to keep it or to give it back, and has not answered.
-    checking: BTreeSet<Member>,
-    replaying: BTreeSet<Member>,
-    casting: BTreeSet<Member>,
-    taking: BTreeSet<Member>,
-    accepting: BTreeSet<Member>,
-    returning: BTreeSet<Member>,
     patience: Duration,
 }
 
@@ -63,20 +56,7 @@ impl Deployer {
         members: impl IntoIterator<Item = Member>,
         patience: Duration,
     ) -> Self {
-        let rollout = Rollout::new(config, members);
-        let none = BTreeSet::new;
-        Self {
-            session,
-            offer,
-            rollout,
-            checking: none(),
-            replaying: none(),
-            casting: none(),
-            taking: none(),
-            accepting: none(),
-            returning: none(),
-            patience,
-        }
+        Self { session, offer, rollout: Rollout::new(config, members), patience }
     }
 
     /// The same of a roll-out that somebody began at this time of day (ns since 1970), for the histories of the grippers. Where one of them
@@ -96,32 +76,9 @@ impl Deployer {
         }
         let mut happenings = Vec::new();
         let before = self.rollout.stage();
-        let steps = self.rollout.step();
+        self.rollout.step();
         if self.rollout.stage() != before {
             happenings.push(Happening::Stage(self.rollout.stage()));
-        }
-        for order in steps {
-            match order {
-                rollout::Order::Check(member) => self.checking.insert(member),
-                rollout::Order::Replay(member) => self.replaying.insert(member),
-                rollout::Order::Shadow(member) => self.casting.insert(member),
-                rollout::Order::Take(member) => self.taking.insert(member),
-                rollout::Order::Accept(member) => self.accepting.insert(member),
-                rollout::Order::GiveBack(member) => {
-                    self.taking.remove(&member);
-                    self.accepting.remove(&member);
-                    self.returning.insert(member)
-                }
-            };
-        }
-        if !matches!(self.rollout.progress(), Progress::Checking) {
-            self.checking.clear();
-        }
-        if !matches!(self.rollout.progress(), Progress::Replay) {
-            self.replaying.clear();
-        }
-        if !matches!(self.rollout.progress(), Progress::Shadow) {
-            self.casting.clear();
         }
         for some in self.orders().chunks(AT_ONCE) {
             for (member, order, answer) in self.ask(some) {
@@ -139,86 +96,47 @@ impl Deployer {
 
     /// What is to be sent now.
     fn orders(&self) -> Vec<(Member, Order)> {
-        let sha256 = || self.offer.sha256.clone();
-        let each = |members: &BTreeSet<Member>, order: Order| {
-            members.iter().map(move |who| (who.clone(), order.clone())).collect::<Vec<_>>()
-        };
+        let (offer, rollout) = (&self.offer, &self.rollout);
+        let sha256 = || offer.sha256.clone();
+        let waits = !rollout.paused().is_empty() && rollout.progress() != Progress::Checking;
+        let why = rollout.stopped().map(ToString::to_string);
+        let stage = rollout.stage().try_into().unwrap_or(0);
+        let open = rollout.open().filter_map(|order| match order {
+            rollout::Order::GiveBack(who) => {
+                Some((who, Order::Back { sha256: Some(sha256()), why: why.clone() }))
+            }
+            _ if waits => None,
+            rollout::Order::Check(who) => Some((who, Order::Check(offer.clone()))),
+            rollout::Order::Replay(who) => Some((who, Order::Replay(offer.clone()))),
+            rollout::Order::Shadow(who) => Some((who, Order::Shadow(offer.clone()))),
+            rollout::Order::Take(who) => {
+                let origin = Origin { stage, ..offer.origin.clone() };
+                Some((who, Order::Take(Offer { origin, ..offer.clone() })))
+            }
+            rollout::Order::Accept(who) => Some((who, Order::Accept { sha256: sha256() })),
+        });
+        let watched = rollout.watched();
         let watch =
             |(who, from): (&Member, usize)| (who.clone(), Order::Watch { sha256: sha256(), from });
-        let why = self.rollout.stopped().map(ToString::to_string);
-        let back = each(&self.returning, Order::Back { sha256: Some(sha256()), why });
-        if !self.rollout.paused().is_empty() && self.checking.is_empty() {
-            let watched: Vec<_> = self.rollout.watched().map(watch).collect();
-            let is_asked = |who: &&Member| !watched.iter().any(|(member, _)| member == *who);
-            let paused = self.rollout.paused().iter().filter(is_asked);
-            let paused = paused.map(|who| (who.clone(), Order::Notify)).collect();
-            return [back, paused, watched].concat();
+        let mut orders: Vec<_> = open.chain(watched.map(watch)).collect();
+        if waits {
+            // They show when that is over.
+            let is_asked = |who: &Member| orders.iter().any(|(member, _)| member == who);
+            let others: Vec<_> = rollout.paused().iter().filter(|who| !is_asked(who)).collect();
+            orders.extend(others.into_iter().map(|who| (who.clone(), Order::Notify)));
         }
-        let origin =
-            Origin { stage: self.stage().try_into().unwrap_or(0), ..self.offer.origin.clone() };
-        let take = Order::Take(Offer { origin, ..self.offer.clone() });
-        [
-            back,
-            each(&self.checking, Order::Check(self.offer.clone())),
-            each(&self.replaying, Order::Replay(self.offer.clone())),
-            each(&self.casting, Order::Shadow(self.offer.clone())),
-            each(&self.taking, take),
-            each(&self.accepting, Order::Accept { sha256: sha256() }),
-            self.rollout.watched().map(watch).collect(),
-        ]
-        .concat()
+        orders
+    }
+
+    /// How the roll-out stands.
+    #[must_use]
+    pub const fn rollout(&self) -> &Rollout {
+        &self.rollout
     }
 
     /// Stops it; the next turn asks for the model back.
     pub fn abort(&mut self) {
         self.rollout.abort();
-    }
-
-    /// Which stage it is in or was in; 0 before the first.
-    #[must_use]
-    pub const fn stage(&self) -> usize {
-        self.rollout.stage()
-    }
-
-    /// Where it is.
-    #[must_use]
-    pub fn progress(&self) -> Progress {
-        self.rollout.progress()
-    }
-
-    /// Why it was stopped.
-    #[must_use]
-    pub const fn stopped(&self) -> Option<&Stop> {
-        self.rollout.stopped()
-    }
-
-    /// The evidence against the model so far.
-    #[must_use]
-    pub fn evidence(&self) -> Evidence {
-        self.rollout.evidence()
-    }
-
-    /// What replays of recordings have shown so far.
-    #[must_use]
-    pub const fn replays(&self) -> Tally {
-        self.rollout.replays()
-    }
-
-    /// Grasps of the shadow stage, and what they have shown so far.
-    #[must_use]
-    pub const fn shadow(&self) -> (usize, Tally) {
-        self.rollout.shadow()
-    }
-
-    /// Grasps of a stage, once everybody has answered.
-    #[must_use]
-    pub const fn grasps(&self) -> Option<usize> {
-        self.rollout.grasps()
-    }
-
-    /// Who may have the model by this roll-out.
-    pub fn holding(&self) -> impl Iterator<Item = &Member> {
-        self.rollout.holding()
     }
 
     /// Asks many at once.
@@ -284,15 +202,6 @@ impl Deployer {
             (Order::Watch { from, sha256 }, Ok(standing)) => watched(*from, sha256, standing),
             (Order::Accept { .. }, Ok(_)) => Report::Kept,
             (_, Ok(_)) => Report::Back,
-        };
-        match order {
-            Order::Check(_) => self.checking.remove(&member),
-            Order::Replay(_) => report != Report::Replaying && self.replaying.remove(&member),
-            Order::Shadow(_) => self.casting.remove(&member),
-            Order::Take(_) => self.taking.remove(&member),
-            Order::Accept { .. } => self.accepting.remove(&member),
-            Order::Back { .. } => self.returning.remove(&member),
-            _ => false,
         };
         self.rollout.receive(&member, report.clone(), now_us);
         Some(Happening::Reported(member, report))

@@ -121,36 +121,34 @@ pub enum NetError {
 }
 
 impl Network {
-    /// What the file states.
-    fn file(&self) -> Result<Config, NetError> {
-        let Some(file) = &self.file else { return Ok(Config::default()) };
-        Config::from_file(file)
-            .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })
-    }
-
-    /// The configuration of the session.
-    fn config(&self) -> Result<Config, NetError> {
-        let mut config = self.file()?;
-        let name = self.name();
-        let mut set = |key: &str, value: &str| {
-            config
-                .insert_json5(key, value)
-                .map_err(|reason| NetError::Router { router: name.clone(), reason: short(&reason) })
+    /// What the file states, as a `mode`, with the router's address at `place`, and with these keys.
+    fn config(&self, mode: &str, place: &str, more: &[(&str, &str)]) -> Result<Config, NetError> {
+        let mut config = match &self.file {
+            None => Config::default(),
+            Some(file) => Config::from_file(file)
+                .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })?,
         };
-        set("mode", "\"client\"")?;
-        set("scouting/multicast/enabled", "false")?;
-        set("scouting/gossip/enabled", "false")?;
-        set("listen/endpoints", "[]")?;
-        set("transport/link/rx/max_message_size", LARGEST)?;
         match &self.router {
-            Some(router) => {
-                check_endpoint(router)?;
-                set("connect/endpoints", &format!("[{router:?}]"))?;
-            }
+            Some(router) => check_endpoint(router)?,
             None if self.file.is_none() => return Err(NetError::Nowhere),
-            None => refuse_tls(&config, "connect/endpoints")?,
+            None => refuse_tls(&config, place)?,
+        }
+        let endpoints = self.router.as_ref().map(|router| format!("[{router:?}]"));
+        let fixed = [("scouting/multicast/enabled", "false"), ("scouting/gossip/enabled", "false")];
+        let own = [("mode", mode)].into_iter().chain(fixed).chain(more.iter().copied());
+        for (key, value) in own.chain(endpoints.as_deref().map(|endpoints| (place, endpoints))) {
+            config.insert_json5(key, value).map_err(|reason| NetError::Router {
+                router: self.name(),
+                reason: short(&reason),
+            })?;
         }
         Ok(config)
+    }
+
+    /// The configuration of a session.
+    fn client(&self) -> Result<Config, NetError> {
+        let more = [("listen/endpoints", "[]"), ("transport/link/rx/max_message_size", LARGEST)];
+        self.config("\"client\"", "connect/endpoints", &more)
     }
 
     /// Whether the configuration can be used at all; nothing is opened.
@@ -158,7 +156,7 @@ impl Network {
     /// # Errors
     /// [`NetError`] that trying again will not cure.
     pub fn check(&self) -> Result<(), NetError> {
-        self.config().map(drop)
+        self.client().map(drop)
     }
 
     /// Opens a session. A router that goes away later is looked for again by the session itself.
@@ -166,7 +164,7 @@ impl Network {
     /// # Errors
     /// [`NetError::NoRouter`] where none answers now; the others will not go away.
     pub fn open(&self) -> Result<Session, NetError> {
-        zenoh::open(self.config()?)
+        zenoh::open(self.client()?)
             .wait()
             .map_err(|reason| NetError::NoRouter { router: self.name(), reason: self.why(&reason) })
     }
@@ -201,33 +199,15 @@ impl Network {
 /// [`NetError::File`], [`NetError::Nowhere`], [`NetError::Tls`], [`NetError::Router`] where the endpoint is none and [`NetError::Listen`] where it cannot
 /// listen there.
 pub fn router(network: &Network) -> Result<Session, NetError> {
-    let mut config = network.file()?;
     let wrong = |reason: zenoh::Error| {
         let text = short(&reason);
         // It states the place twice, and in brackets.
         let reason = text.rsplit(": [").next().unwrap_or(&text).trim_end_matches(']').to_owned();
-        let place = network.name();
-        NetError::Listen { place, reason }
+        NetError::Listen { place: network.name(), reason }
     };
-    if network.file.is_none() {
-        config.insert_json5("transport/unicast/max_sessions", MOST_SESSIONS).map_err(wrong)?;
-    }
-    for (key, value) in [
-        ("mode", "\"router\""),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/gossip/enabled", "false"),
-    ] {
-        config.insert_json5(key, value).map_err(wrong)?;
-    }
-    match &network.router {
-        Some(endpoint) => {
-            check_endpoint(endpoint)?;
-            let endpoints = format!("[{endpoint:?}]");
-            config.insert_json5("listen/endpoints", &endpoints).map_err(wrong)?;
-        }
-        None if network.file.is_none() => return Err(NetError::Nowhere),
-        None => refuse_tls(&config, "listen/endpoints")?,
-    }
+    let more = [("transport/unicast/max_sessions", MOST_SESSIONS)];
+    let more = if network.file.is_none() { &more[..] } else { &[] };
+    let config = network.config("\"router\"", "listen/endpoints", more)?;
     // It only tries again, and says nothing, where it cannot connect.
     refuse_tls(&config, "connect/endpoints")?;
     zenoh::open(config).wait().map_err(wrong)

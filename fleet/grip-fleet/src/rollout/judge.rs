@@ -220,7 +220,7 @@ fn float(count: u32) -> f32 {
 }
 
 /// Draws with a seed (Steele, Lea and Flood, OOPSLA 2014: SplitMix64).
-struct Draws(u64);
+pub(super) struct Draws(pub(super) u64);
 
 impl Draws {
     const fn next(&mut self) -> u64 {
@@ -231,7 +231,7 @@ impl Draws {
     }
 
     /// 0 to 1.
-    fn share(&mut self) -> f64 {
+    pub(super) fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 

@@ -95,9 +95,8 @@ pub struct Rollout {
     /// Grasps of the shadow stage, and what they showed.
     shadow: usize,
     tally: Tally,
-    /// Whether recordings are to be replayed, who has done so, and what they showed.
+    /// Whether recordings are to be replayed, and what they showed.
     replay: bool,
-    replayed: BTreeSet<Member>,
     replays: Tally,
     /// Those at which roll-outs pause.
     paused: BTreeSet<Member>,
@@ -121,7 +120,6 @@ impl Rollout {
             shadow,
             tally: Tally::default(),
             replay: config.replay,
-            replayed: BTreeSet::new(),
             replays: Tally::default(),
             paused: BTreeSet::new(),
             stop: None,
@@ -164,17 +162,16 @@ impl Rollout {
             }
             (Report::Fit(before), phase @ Phase::Checked) => {
                 self.before.insert(member.clone(), before);
-                *phase = Phase::Waiting;
+                *phase = Phase::WAITING;
             }
             (Report::Trying(before), phase @ Phase::Checked) => {
                 self.before.insert(member.clone(), before);
                 // Whoever began it has seen the replays and the end of the shadow stage.
                 (self.replay, self.shadow) = (false, 0);
-                *phase = Phase::Waiting;
+                *phase = Phase::WAITING;
             }
             (Report::Replayed(rehearsal), phase @ Phase::Replaying) => {
-                self.replayed.insert(member.clone());
-                *phase = Phase::Waiting;
+                *phase = Phase::Waiting { replayed: true };
                 let shadow = self.config.shadow();
                 for grasp in &rehearsal.grasps {
                     if let Some(what) = self.replays.take(grasp, &shadow) {
@@ -220,7 +217,7 @@ impl Rollout {
                 self.judge();
             }
             // Its shadow has ended.
-            (Report::Left(_), phase @ Phase::Beside(_)) => *phase = Phase::Waiting,
+            (Report::Left(_), phase @ Phase::Beside(_)) => *phase = Phase::WAITING,
             (Report::Left(reason), phase) if phase.is_reached() => {
                 *phase = Phase::Back;
                 self.stop(Stop::Left { member: member.clone(), reason });
@@ -261,21 +258,25 @@ impl Rollout {
         self.look();
         // Where somebody refuses it, all the others are still asked, so that all reasons are reported at once.
         if self.is_checking() {
-            return self.check();
+            return self.order(usize::MAX, &Phase::Checked, |phase| *phase == Phase::New);
         }
         self.plan();
         if self.stop.is_some() {
-            return self.give_back();
+            // Everybody who has the model, or may have it, also beside the one in force.
+            let has = |phase: &Phase| phase.is_reached() || phase.is_shadow();
+            return self.order(usize::MAX, &Phase::Returning, has);
         }
         if !self.paused.is_empty() {
             return Vec::new();
         }
-        let known = self.take(usize::MAX, |phase| *phase == Phase::Known);
+        let known = self.order(usize::MAX, &Phase::Asked, |phase| *phase == Phase::Known);
         if !known.is_empty() {
             return known;
         }
         if self.replay {
-            let orders = self.rehearse();
+            // Everybody who would take the model replays its recordings first, once.
+            let new = |phase: &Phase| *phase == Phase::WAITING;
+            let orders = self.order(usize::MAX, &Phase::Replaying, new);
             if !orders.is_empty() || self.members.values().any(Phase::is_replaying) {
                 return orders;
             }
@@ -285,7 +286,7 @@ impl Rollout {
             return self.cast();
         }
         for phase in self.members.values_mut().filter(|phase| phase.is_shadow()) {
-            *phase = Phase::Waiting;
+            *phase = Phase::WAITING;
         }
         let (reached, waiting) = (self.count(Phase::is_reached), self.count(Phase::is_waiting));
         let share = self.share;
@@ -298,52 +299,48 @@ impl Rollout {
             return Vec::new();
         }
         if waiting == 0 {
-            return self.accept();
+            let tries = |phase: &Phase| matches!(phase, Phase::Running(_));
+            return self.order(usize::MAX, &Phase::Accepting, tries);
         }
         // Where the first one to try it had it already, another one is the first.
         self.stage = if reached == 0 { 1 } else { self.stage + 1 };
         let more = self.goal(reached + waiting).saturating_sub(reached).max(1).min(waiting);
         self.share = self.grasps.unwrap_or_default().div_ceil(more).max(LEAST_GRASPS);
-        self.take(more, Phase::is_waiting)
+        self.order(more, &Phase::Asked, Phase::is_waiting)
     }
 
-    /// Everybody who would take the model replays its recordings first.
-    fn rehearse(&mut self) -> Vec<Order> {
-        let new = self
-            .members
-            .iter_mut()
-            .filter(|(member, phase)| phase.is_waiting() && !self.replayed.contains(*member));
-        new.map(|(member, phase)| {
-            *phase = Phase::Replaying;
-            Order::Replay(member.clone())
-        })
-        .collect()
+    /// The first `count` of those who are meant go on to the next phase, by an order.
+    fn order(
+        &mut self,
+        count: usize,
+        next: &Phase,
+        is_meant: impl Fn(&Phase) -> bool,
+    ) -> Vec<Order> {
+        let meant = self.members.iter_mut().filter(|(_, phase)| is_meant(phase)).take(count);
+        let ordered = meant.filter_map(|(member, phase)| {
+            *phase = next.clone();
+            phase.order(member)
+        });
+        ordered.collect()
+    }
+
+    /// Orders that were given and not answered yet; each may be given again.
+    pub fn open(&self) -> impl Iterator<Item = Order> {
+        let stops = self.stop.is_some();
+        let counts =
+            move |phase: &Phase| !stops || matches!(phase, Phase::Checked | Phase::Returning);
+        let open = self.members.iter().filter(move |(_, phase)| counts(phase));
+        open.filter_map(|(member, phase)| phase.order(member))
     }
 
     /// Everybody who would take the model lets it estimate first.
     fn cast(&mut self) -> Vec<Order> {
-        let waiting = self.members.iter_mut().filter(|(_, phase)| phase.is_waiting());
-        let orders = waiting.map(|(member, phase)| {
-            *phase = Phase::Cast;
-            Order::Shadow(member.clone())
-        });
-        let orders: Vec<Order> = orders.collect();
+        let orders = self.order(usize::MAX, &Phase::Cast, Phase::is_waiting);
         // Nobody is left to compare anything.
         if orders.is_empty() && !self.members.values().any(Phase::is_shadow) {
             self.shadow = 0;
         }
         orders
-    }
-
-    /// The first `count` of those.
-    fn take(&mut self, count: usize, is_meant: impl Fn(&Phase) -> bool) -> Vec<Order> {
-        let meant = self.members.iter_mut().filter(|(_, phase)| is_meant(phase)).take(count);
-        meant
-            .map(|(member, phase)| {
-                *phase = Phase::Asked;
-                Order::Take(member.clone())
-            })
-            .collect()
     }
 
     /// Computes how many grasps a stage takes, as soon as everybody has answered; each must have made as many before. Whether that is known
@@ -370,18 +367,6 @@ impl Rollout {
         self.grasps.is_some()
     }
 
-    /// Everybody who tries the model.
-    fn accept(&mut self) -> Vec<Order> {
-        let running =
-            self.members.iter_mut().filter(|(_, phase)| matches!(phase, Phase::Running(_)));
-        running
-            .map(|(member, phase)| {
-                *phase = Phase::Accepting;
-                Order::Accept(member.clone())
-            })
-            .collect()
-    }
-
     /// Whether no stage has begun, and somebody would try the model.
     fn is_early(&self) -> bool {
         let would = |phase: &Phase| phase.is_waiting() || phase.is_replaying() || phase.is_shadow();
@@ -395,15 +380,6 @@ impl Rollout {
 
     fn count(&self, is: impl Fn(&Phase) -> bool) -> usize {
         self.members.values().filter(|phase| is(phase)).count()
-    }
-
-    fn check(&mut self) -> Vec<Order> {
-        let new = self.members.iter_mut().filter(|(_, phase)| **phase == Phase::New);
-        new.map(|(member, phase)| {
-            *phase = Phase::Checked;
-            Order::Check(member.clone())
-        })
-        .collect()
     }
 
     /// Which stage it is in or was in; 0 before the first.
@@ -541,17 +517,6 @@ impl Rollout {
         if let Some(stop) = why {
             self.stop(stop);
         }
-    }
-
-    /// Everybody who has the model, or may have it, also beside the one in force.
-    fn give_back(&mut self) -> Vec<Order> {
-        let has = |phase: &Phase| phase.is_reached() || phase.is_shadow();
-        let all = self.members.iter_mut().filter(|(_, phase)| has(phase));
-        all.map(|(member, phase)| {
-            *phase = Phase::Returning;
-            Order::GiveBack(member.clone())
-        })
-        .collect()
     }
 }
 

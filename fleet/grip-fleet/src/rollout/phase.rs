@@ -1,6 +1,7 @@
 //! Where each gripper of a roll-out is, and the grasps of those that are watched.
 
-use super::{Bets, Grasp};
+use super::{Bets, Grasp, Order};
+use crate::key::Member;
 
 /// One gripper in the roll-out.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +17,10 @@ pub(super) enum Phase {
     /// The model estimates beside the one in force there.
     Beside(Watched),
     /// It would take the model.
-    Waiting,
+    Waiting {
+        /// It has tried it on its recordings.
+        replayed: bool,
+    },
     /// It would take the model without a trial.
     Known,
     /// It was ordered to take the model.
@@ -85,12 +89,28 @@ pub(super) struct Running {
 }
 
 impl Phase {
+    pub(super) const WAITING: Self = Self::Waiting { replayed: false };
+
+    /// The order that leads into this phase, as long as it is not answered.
+    pub(super) fn order(&self, member: &Member) -> Option<Order> {
+        let order = match self {
+            Self::Checked => Order::Check,
+            Self::Replaying => Order::Replay,
+            Self::Cast => Order::Shadow,
+            Self::Asked => Order::Take,
+            Self::Accepting => Order::Accept,
+            Self::Returning => Order::GiveBack,
+            _ => return None,
+        };
+        Some(order(member.clone()))
+    }
+
     pub(super) const fn is_open_question(&self) -> bool {
         matches!(self, Self::New | Self::Checked)
     }
 
     pub(super) const fn is_waiting(&self) -> bool {
-        matches!(self, Self::Waiting)
+        matches!(self, Self::Waiting { .. })
     }
 
     pub(super) const fn is_replaying(&self) -> bool {

@@ -169,6 +169,7 @@ impl fmt::Display for Tally {
 #[cfg(test)]
 mod tests {
     use super::{Compared, Grasp, ShadowConfig, Tally, Wrong};
+    use crate::rollout::judge::Draws;
 
     const CONFIG: ShadowConfig = ShadowConfig { alpha: 0.05, most: 1.5 };
 
@@ -203,19 +204,10 @@ mod tests {
         }
     }
 
-    /// Steps of a generator (Steele, Lea and Flood, OOPSLA 2014: SplitMix64): `true` with this chance.
-    fn draw(state: &mut u64, chance: f64) -> bool {
-        *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (*state ^ (*state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        let share = ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-        share < chance
-    }
-
-    fn stage(state: &mut u64, chance: f64, grasps: usize) -> Option<Wrong> {
+    fn stage(state: &mut Draws, chance: f64, grasps: usize) -> Option<Wrong> {
         let mut tally = Tally::default();
         (0..grasps).find_map(|_| {
-            let force_n = if draw(state, chance) { 30.0 } else { 6.0 };
+            let force_n = if state.share() < chance { 30.0 } else { 6.0 };
             let compared = Some(compared(6.0, force_n, 3.0, 6.0));
             tally.take(&Grasp { compared, ..Grasp::default() }, &CONFIG)
         })
@@ -225,8 +217,8 @@ mod tests {
     fn the_number_of_grasps_notices_what_is_wrong_in_half_of_them_and_bears_one_in_ten() {
         let needed = CONFIG.needed();
         assert!((10..30).contains(&needed), "{needed}");
-        let mut state = 4711;
-        let stopped = |state: &mut u64, chance| {
+        let mut state = Draws(4711);
+        let stopped = |state: &mut Draws, chance| {
             (0..1000).filter(|_| stage(state, chance, needed).is_some()).count()
         };
         let (half, tenth) = (stopped(&mut state, 0.5), stopped(&mut state, 0.1));

@@ -424,18 +424,6 @@ fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
     assert_eq!(rollout.progress(), Progress::Stopped(0));
 }
 
-#[test]
-fn who_left_by_itself_is_named_with_its_reason() {
-    let (mut rollout, first) = tried(3);
-    rollout.receive(&first, Report::Left("it has started again".to_owned()), 2 * SECOND);
-    assert_eq!(rollout.step(), []);
-    let reported = rollout.stopped().unwrap().to_string();
-    assert_eq!(
-        reported,
-        format!("{first} has gone back to the model before: it has started again")
-    );
-}
-
 /// Grasps in which a shadow asked for this force, where 6 N held the object, and 3 N did not.
 fn compared(shadow_n: f32, count: usize) -> Vec<Grasp> {
     let (in_force_n, shadow_n, held_n) = (Some(6.0), Some(shadow_n), Some(6.0));

@@ -297,35 +297,6 @@ fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
     settle(&mut daemons, &mut receivers);
 }
 
-#[test]
-fn a_daemon_that_starts_again_costs_no_event_and_doubles_none() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
-    let mut receivers = [Receiver::new(&network, Since::Start)];
-    let mut daemons = [Daemon::start(folder.path(), &network, 3, 10)];
-    for run in 11..14 {
-        for at in 0..60 {
-            daemons[0].report();
-            turn(&mut daemons, &mut receivers, at);
-        }
-        // The last of them are reported to nobody but the spool.
-        for _ in 0..5 {
-            daemons[0].sent += 1;
-            let wire = event(daemons[0].sent);
-            daemons[0].spool.append(wire);
-        }
-        let [old] = daemons;
-        let sent = old.sent;
-        drop(old);
-        daemons = [Daemon::start(folder.path(), &network, 3, run)];
-        daemons[0].sent = sent;
-    }
-    settle(&mut daemons, &mut receivers);
-    let runs: Vec<u32> = receivers[0].ids.iter().map(|(_, id)| id.run).collect();
-    assert_eq!((runs.first(), runs.last()), (Some(&10), Some(&12)));
-}
-
 /// More grippers than are asked at once; and more events than may wait for a receiver.
 #[test]
 fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once() {
@@ -376,30 +347,6 @@ fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
     assert_eq!((sent, receivers[0].ids.len()), (720, 720));
 }
 
-#[test]
-fn who_is_there_is_listed_with_what_it_states_of_itself() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
-    let mut daemons = [1, 2].map(|uid| Daemon::start(folder.path(), &network, uid, 1));
-    let session = network.open().unwrap();
-    let asking = thread::spawn(move || list(&session, &Selector::default()).unwrap());
-    for at in 0..MOST {
-        daemons.iter_mut().for_each(|daemon| daemon.turn(at));
-        thread::yield_now();
-        if asking.is_finished() {
-            break;
-        }
-    }
-    let listed = asking.join().unwrap();
-    assert_eq!(listed.len(), 2);
-    for (member, listed) in &listed {
-        assert_eq!(listed.gripper.unwrap().uid, member.uid.0);
-        assert!(listed.health.is_some());
-    }
-}
-
-/// More than fit into Zenoh's own queue of answers (256).
 /// A client that asks as Zenoh's pages state, with what is set by default: it keeps one answer of each name.
 #[test]
 fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
@@ -450,6 +397,7 @@ fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
     }
 }
 
+/// More than fit into Zenoh's own queue of answers (256).
 #[test]
 fn three_hundred_are_listed_with_what_they_say() {
     let (folder, port) = (tempfile::tempdir().unwrap(), port());
@@ -467,6 +415,7 @@ fn three_hundred_are_listed_with_what_they_say() {
     let listing = thread::spawn(move || list(&asking, &Selector::default()).unwrap());
     let log = EventLog::new(1, ROOM);
     let about = br#"{"program":"gripd 1"}"#;
+    let health = wire(Kind::HEALTH, |out| Health::default().write(out).unwrap());
     let mut reported = 0;
     for _ in 0..MOST {
         for (number, (announced, member)) in hands.iter_mut().enumerate() {
@@ -476,7 +425,7 @@ fn three_hundred_are_listed_with_what_they_say() {
             }
             let ident = Ident { uid: member.uid.0, boot_id: 7, ..Ident::NONE };
             let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
-            announced.answer(&|use_it| use_it(&log), &[&ident], "");
+            announced.answer(&|use_it| use_it(&log), &[&ident, &health], "");
             while let Some(question) = announced.question() {
                 question.reply(about).unwrap();
                 reported += 1;
@@ -490,7 +439,7 @@ fn three_hundred_are_listed_with_what_they_say() {
     let listed = listing.join().unwrap();
     assert_eq!(listed.len(), 300);
     for (member, listed) in &listed {
-        assert!(listed.about.is_some(), "{member}");
+        assert!(listed.about.is_some() && listed.health.is_some(), "{member}");
         assert_eq!(listed.gripper.map(|ident| ident.uid), Some(member.uid.0), "{member}");
     }
 }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum Command {
     /// Say who is there and how each does.
-    List(ListArgs),
+    List(PlaceArgs),
     /// Show slips and notices of all grippers as they come, each once.
     ///
     /// Without --all, what happens from the first message of each gripper on; what was kept from before, also from an outage, needs --all.
@@ -92,12 +92,6 @@ pub(crate) struct PlaceArgs {
     /// One JSON object a line.
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-#[derive(Clone, Debug, Args)]
-pub(crate) struct ListArgs {
-    #[command(flatten)]
-    pub(crate) place: PlaceArgs,
 }
 
 #[derive(Clone, Debug, Args)]

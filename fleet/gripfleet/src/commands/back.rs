@@ -1,13 +1,11 @@
 //! `gripfleet back`, `pause` and `resume`: some grippers in; each of them ordered to do it, whatever else goes on there, and how it stands, out.
 
 use super::{
+    Of,
     deploy::{PATIENCE, meant},
-    network,
+    network, say,
 };
-use crate::{
-    cli::fleet::{BackArgs, SelectArgs},
-    output,
-};
+use crate::cli::fleet::{BackArgs, SelectArgs};
 use grip_fleet::{
     deploy::{ModelId, Order, Paused, Standing},
     net::standing,
@@ -18,8 +16,6 @@ use serde::Serialize;
 /// One line for machines.
 #[derive(Debug, Serialize)]
 struct Line {
-    site: String,
-    uid: String,
     in_force: Option<ModelId>,
     #[serde(skip_serializing_if = "Option::is_none")]
     paused: Option<Paused>,
@@ -50,23 +46,19 @@ fn ask(args: &SelectArgs, order: &Order) -> anyhow::Result<Exit> {
         if answer.is_err() {
             exit = Exit::Failed;
         }
-        if args.place.json {
-            let (site, uid) = (member.site.to_string(), member.uid.to_string());
-            let reason = answer.as_ref().err().cloned();
-            let (in_force, paused) =
-                answer.map_or((None, None), |standing| (Some(standing.in_force), standing.paused));
-            output::json(&Line { site, uid, in_force, paused, reason })?;
-            continue;
-        }
-        output::line(&match answer {
+        let text = match &answer {
             Ok(Standing { in_force, paused: None, .. }) => {
                 format!("{member}  {in_force} is in force")
             }
             Ok(Standing { in_force, paused: Some(Paused { by, .. }), .. }) => {
                 format!("{member}  {in_force} is in force; roll-outs pause, by order of {by}")
             }
-            Err(reason) => reason,
-        })?;
+            Err(reason) => reason.clone(),
+        };
+        let reason = answer.as_ref().err().cloned();
+        let (in_force, paused) =
+            answer.map_or((None, None), |standing| (Some(standing.in_force), standing.paused));
+        say(args.place.json, &Of::new(&member, Line { in_force, paused, reason }), &text)?;
     }
     Ok(exit)
 }

@@ -1,6 +1,6 @@
 //! `gripfleet deploy`: a model and some grippers in; the model on all of them, or the one of before on each, and why, out.
 
-use super::{PlaceArgs, checked, network};
+use super::{Of, PlaceArgs, checked, network, say};
 use crate::{
     cli::fleet::{DeployArgs, Selection},
     clock::{self, Clock},
@@ -13,8 +13,8 @@ use grip_fleet::{
     deploy::{Offer, Paused, digest, examine},
     net::{Deployer, Happening, Session, members},
     rollout::{
-        Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Rehearsal, Report, RolloutConfig,
-        Tally,
+        Difference, Evidence, JudgeConfig, MOST_GRASPS, Progress, Rehearsal, Report, Rollout,
+        RolloutConfig, Tally,
     },
 };
 use grip_record::files;
@@ -140,7 +140,9 @@ fn drive(
         for _signal in signals.pending() {
             stops += 1;
             if stops == 1 {
-                printer.stopping();
+                eprintln!(
+                    "gripfleet: the model is asked back from everybody; once more leaves them to their lease"
+                );
             }
             deployer.abort();
         }
@@ -149,25 +151,22 @@ fn drive(
         for happening in &happenings {
             printer.happening(happening)?;
         }
-        if only_plan && deployer.grasps().is_some() {
+        if only_plan && deployer.rollout().grasps().is_some() {
             return Ok(Exit::Done);
         }
-        let progress = deployer.progress();
-        printer.progress(&progress, &deployer, now_us)?;
+        let rollout = deployer.rollout();
+        let progress = rollout.progress();
+        printer.progress(&progress, rollout, now_us)?;
         match progress {
             Progress::Done => return printer.done(),
-            Progress::Checking
-            | Progress::Replay
-            | Progress::Shadow
-            | Progress::Stage(_)
-            | Progress::Accepting => {}
             Progress::Stopped(holding) => {
                 let since_us = *stopped_us.get_or_insert(now_us);
                 let enough = now_us.saturating_sub(since_us) > RETURN_US;
                 if holding == 0 || enough || stops > 1 {
-                    return printer.stopped(&deployer);
+                    return printer.stopped(rollout);
                 }
             }
+            _ => {}
         }
         wait(TURN);
     }
@@ -218,8 +217,8 @@ enum Line<'a> {
         force: f64,
     },
     Gripper {
-        site: String,
-        uid: String,
+        #[serde(flatten)]
+        of: Of<()>,
         says: &'static str,
         reason: Option<&'a str>,
         grasps: Option<usize>,
@@ -248,7 +247,9 @@ impl Printer {
     fn happening(&mut self, happening: &Happening) -> anyhow::Result<()> {
         match happening {
             Happening::Planned { shadow, grasps } => self.planned(*shadow, *grasps),
-            Happening::Stage(stage) => self.begin(*stage),
+            Happening::Stage(stage) => {
+                say(self.json, &Line::Stage { stage: *stage }, &format!("stage {stage} begins"))
+            }
             Happening::Paused(member, paused) => self.paused(member, paused.as_ref()),
             Happening::Silent(member, reason) => {
                 if self.silent.insert(member.clone(), reason.clone()).as_ref() == Some(reason) {
@@ -274,25 +275,15 @@ impl Printer {
     }
 
     fn planned(&self, shadow: usize, grasps: usize) -> anyhow::Result<()> {
-        if self.json {
-            return output::json(&Line::Plan { shadow, grasps });
-        }
         let first = match shadow {
             0 => String::new(),
             shadow => {
                 format!("beside the models in force it is asked in {shadow} grasps with a slip; ")
             }
         };
-        Ok(output::line(&format!(
-            "everybody was asked and would take it; {first}a stage takes {grasps} grasps"
-        ))?)
-    }
-
-    fn begin(&self, stage: usize) -> anyhow::Result<()> {
-        if self.json {
-            return output::json(&Line::Stage { stage });
-        }
-        Ok(output::line(&format!("stage {stage} begins"))?)
+        let text =
+            format!("everybody was asked and would take it; {first}a stage takes {grasps} grasps");
+        say(self.json, &Line::Plan { shadow, grasps }, &text)
     }
 
     fn reported(&mut self, member: &Member, report: &Report) -> anyhow::Result<()> {
@@ -356,84 +347,66 @@ impl Printer {
         text: &str,
         grasps: Option<usize>,
     ) -> anyhow::Result<()> {
-        if self.json {
-            let (site, uid) = (member.site.to_string(), member.uid.to_string());
-            let reason = Some(text).filter(|text| !text.is_empty());
-            return output::json(&Line::Gripper { site, uid, says, reason, grasps });
-        }
-        Ok(output::line(&format!("{member}  {text}"))?)
+        let reason = Some(text).filter(|text| !text.is_empty());
+        let line = Line::Gripper { of: Of::new(member, ()), says, reason, grasps };
+        say(self.json, &line, &format!("{member}  {text}"))
     }
 
     fn progress(
         &mut self,
         progress: &Progress,
-        deployer: &Deployer,
+        rollout: &Rollout,
         now_us: u64,
     ) -> anyhow::Result<()> {
-        let stage = match *progress {
-            Progress::Stage(stage) => stage,
-            Progress::Replay if now_us >= self.summary_us => {
-                self.summary_us = now_us + SUMMARY_US;
-                let tally = deployer.replays();
-                if self.json {
-                    return output::json(&Line::Replays { tally });
-                }
-                return Ok(output::line(&format!("recordings: {tally}"))?);
-            }
-            Progress::Shadow if now_us >= self.summary_us => {
-                self.summary_us = now_us + SUMMARY_US;
-                let (wanted, tally) = deployer.shadow();
-                if self.json {
-                    return output::json(&Line::Shadow { wanted, tally });
-                }
-                return Ok(output::line(&format!("shadow, {wanted} grasps wanted: {tally}"))?);
-            }
-            _ => return Ok(()),
+        let due = match progress {
+            Progress::Replay | Progress::Shadow => true,
+            Progress::Stage(_) => !self.grasps.is_empty(),
+            _ => false,
         };
-        if now_us < self.summary_us || self.grasps.is_empty() {
+        if !due || now_us < self.summary_us {
             return Ok(());
         }
         self.summary_us = now_us + SUMMARY_US;
-        let Evidence { hold, force, grasps } = deployer.evidence();
-        if self.json {
-            return output::json(&Line::Evidence { grasps, hold, force });
+        match *progress {
+            Progress::Stage(stage) => {
+                let Evidence { hold, force, grasps } = rollout.evidence();
+                let (trying, all) = (self.grasps.len(), self.all);
+                let text = format!(
+                    "stage {stage}: {trying} of {all} try it; {grasps} grasps compared, evidence of a worse hold {hold:.2}, of too much force {force:.2}"
+                );
+                say(self.json, &Line::Evidence { grasps, hold, force }, &text)
+            }
+            Progress::Replay => {
+                let tally = rollout.replays();
+                say(self.json, &Line::Replays { tally }, &format!("recordings: {tally}"))
+            }
+            _ => {
+                let (wanted, tally) = rollout.shadow();
+                let text = format!("shadow, {wanted} grasps wanted: {tally}");
+                say(self.json, &Line::Shadow { wanted, tally }, &text)
+            }
         }
-        let trying = self.grasps.len();
-        Ok(output::line(&format!(
-            "stage {stage}: {trying} of {} try it; {grasps} grasps compared, evidence of a worse hold {hold:.2}, of too much force {force:.2}",
-            self.all
-        ))?)
-    }
-
-    #[expect(clippy::unused_self, reason = "says what happens, like the others")]
-    fn stopping(&self) {
-        eprintln!(
-            "gripfleet: the model is asked back from everybody; once more leaves them to their lease"
-        );
     }
 
     fn done(&self) -> anyhow::Result<Exit> {
-        if self.json {
-            output::json(&Line::End { done: true, reason: None, unreachable: Vec::new() })?;
-        } else {
-            let who = match self.all {
-                1 => "1 gripper has".to_owned(),
-                all => format!("all {all} grippers have"),
-            };
-            output::line(&format!("{who} {}", self.model))?;
-        }
+        let who = match self.all {
+            1 => "1 gripper has".to_owned(),
+            all => format!("all {all} grippers have"),
+        };
+        let line = Line::End { done: true, reason: None, unreachable: Vec::new() };
+        say(self.json, &line, &format!("{who} {}", self.model))?;
         Ok(Exit::Done)
     }
 
-    fn stopped(&self, deployer: &Deployer) -> anyhow::Result<Exit> {
-        let reason = deployer.stopped().map(ToString::to_string);
-        let unreachable: Vec<String> = deployer.holding().map(ToString::to_string).collect();
+    fn stopped(&self, rollout: &Rollout) -> anyhow::Result<Exit> {
+        let reason = rollout.stopped().map(ToString::to_string);
+        let unreachable: Vec<String> = rollout.holding().map(ToString::to_string).collect();
         if self.json {
             output::json(&Line::End { done: false, reason, unreachable })?;
             return Ok(Exit::Failed);
         }
         let reason = reason.unwrap_or_default();
-        let what = match (deployer.stage(), unreachable.len()) {
+        let what = match (rollout.stage(), unreachable.len()) {
             (0, _) => "went to nobody".to_owned(),
             (_, 0) => "was stopped and rolled back".to_owned(),
             (_, 1) => "was stopped, and one gripper may still have it".to_owned(),

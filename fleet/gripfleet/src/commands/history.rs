@@ -1,8 +1,9 @@
 //! `gripfleet history`: some grippers in; the roll-outs that they know, with how each ended at each of them, out.
 
 use super::{
+    Of,
     deploy::{PATIENCE, meant},
-    network,
+    network, say,
 };
 use crate::{cli::fleet::SelectArgs, output};
 use grip_fleet::{
@@ -14,17 +15,7 @@ use grip_session::{
     exit::{Exit, escape, message},
     utc,
 };
-use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// One line for machines.
-#[derive(Debug, Serialize)]
-struct Line<'a> {
-    site: String,
-    uid: String,
-    #[serde(flatten)]
-    entry: &'a Entry,
-}
 
 /// A roll-out: when it began (ns since 1970), and the SHA-256 of its model.
 type Which = (u64, String);
@@ -70,12 +61,7 @@ fn print(began_ns: u64, entries: &[(Member, Entry)], json: bool) -> anyhow::Resu
         output::line(&format!("{}  {text}", utc::line(began_ns / 1000)))?;
     }
     for (member, entry) in entries {
-        if json {
-            let (site, uid) = (member.site.to_string(), member.uid.to_string());
-            output::json(&Line { site, uid, entry })?;
-        } else {
-            output::line(&format!("  {member}  {}", verdict(entry)))?;
-        }
+        say(json, &Of::new(member, entry), &format!("  {member}  {}", verdict(entry)))?;
     }
     Ok(())
 }

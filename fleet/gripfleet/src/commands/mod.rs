@@ -13,7 +13,7 @@ use crate::{
     cli::fleet::{Command, PlaceArgs, ReachArgs, RouterArgs},
     clock, output,
 };
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -42,7 +42,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn run(command: &Command) -> anyhow::Result<Exit> {
     match command {
-        Command::List(args) => show_list(&args.place),
+        Command::List(place) => show_list(place),
         Command::Events(args) => {
             let since = if args.all { Since::Start } else { Since::Now };
             let place = args.state.as_deref().map(Place::open).transpose()?;
@@ -108,21 +108,40 @@ fn router(args: &RouterArgs) -> anyhow::Result<Exit> {
 }
 
 /// Set by Ctrl-C and SIGTERM.
-fn stopped() -> anyhow::Result<Arc<AtomicBool>> {
+pub(crate) fn stopped() -> anyhow::Result<Arc<AtomicBool>> {
     let stopped = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
+        signal_hook::flag::register(signal, Arc::clone(&stopped))
+            .context("cannot take over Ctrl-C")?;
     }
     Ok(stopped)
 }
 
-/// One gripper of the list.
+/// What is reported of a gripper, for machines: whose it is, and the fields of the rest.
 #[derive(Debug, Serialize)]
-struct Line {
+struct Of<T> {
     site: String,
     uid: String,
+    #[serde(flatten)]
+    what: T,
+}
+
+impl<T> Of<T> {
+    fn new(member: &Member, what: T) -> Self {
+        Self { site: member.site.to_string(), uid: member.uid.to_string(), what }
+    }
+}
+
+/// One line, for machines or people.
+fn say(json: bool, line: &impl Serialize, text: &str) -> anyhow::Result<()> {
+    if json { output::json(line) } else { Ok(output::line(text)?) }
+}
+
+/// One gripper of the list.
+#[derive(Debug, Serialize)]
+struct Line<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
-    about: Option<About>,
+    about: &'a Option<About>,
     #[serde(flatten)]
     report: Report,
 }
@@ -131,21 +150,15 @@ fn show_list(place: &PlaceArgs) -> anyhow::Result<Exit> {
     let session = network(&place.reach)?.open()?;
     let selector = Selector { site: place.site.clone(), uid: None };
     let listed = list(&session, &selector)?;
-    if place.json {
-        for (member, listed) in &listed {
-            let (site, uid) = (member.site.to_string(), member.uid.to_string());
-            let (about, report) = (listed.about.clone(), report(listed));
-            output::json(&Line { site, uid, about, report })?;
-        }
-        return Ok(Exit::Done);
-    }
-    if listed.is_empty() {
+    if listed.is_empty() && !place.json {
         let site = place.site.as_ref().map_or_else(String::new, |site| format!(" at {site}"));
         output::line(&format!("no gripper is there{site}"))?;
     }
     for (member, listed) in &listed {
-        let about = listed.about.as_ref().map_or_else(String::new, made_of);
-        output::line(&format!("{member}  {}{about}", summary(&report(listed))))?;
+        let (report, about) = (report(listed), &listed.about);
+        let made_of = about.as_ref().map_or_else(String::new, made_of);
+        let text = format!("{member}  {}{made_of}", summary(&report));
+        say(place.json, &Of::new(member, Line { about, report }), &text)?;
     }
     Ok(Exit::Done)
 }
@@ -308,10 +321,8 @@ impl Printer {
     }
 
     fn life(&self, member: &Member, alive: bool) -> anyhow::Result<()> {
-        if self.json {
-            return machine(member, None, &Other::Alive { alive });
-        }
-        Ok(output::line(&format!("{member}  {}", if alive { "is there" } else { "is gone" }))?)
+        let text = if alive { "is there" } else { "is gone" };
+        self.say(member, None, &Other::Alive { alive }, &format!("{member}  {text}"))
     }
 
     fn missing(&mut self, member: &Member, events: u64) -> anyhow::Result<()> {
@@ -319,10 +330,8 @@ impl Printer {
             return Ok(());
         }
         self.lost = true;
-        if self.json {
-            return machine(member, None, &Other::Missing { events });
-        }
-        Ok(output::line(&format!("{member}  {events} events are missing: they had to make room"))?)
+        let text = format!("{member}  {events} events are missing: they had to make room");
+        self.say(member, None, &Other::Missing { events }, &text)
     }
 
     fn event(&self, member: &Member, stamp: Stamp, message: &Message) -> anyhow::Result<()> {
@@ -333,12 +342,10 @@ impl Printer {
             );
             return Ok(());
         };
-        if self.json {
-            return machine(member, Some(stamp), &event);
-        }
         let time =
             if stamp.at.ns > 0 { utc::line(stamp.at.ns / 1000) + "  " } else { String::new() };
-        Ok(output::line(&format!("{member}  {time}{}", escape(&client::event(&event))))?)
+        let text = format!("{member}  {time}{}", escape(&client::event(&event)));
+        self.say(member, Some(stamp), &event, &text)
     }
 
     fn telemetry(&self, member: &Member, message: &Message) -> anyhow::Result<()> {
@@ -347,14 +354,17 @@ impl Printer {
             report.take(&message);
         }
         let Some(state) = &report.state else { return Ok(()) };
-        if self.json {
-            return machine(member, None, &Other::State(state));
-        }
-        Ok(output::line(&format!("{:10.4} s  {}", state.t_s, doing(state)))?)
+        let text = format!("{:10.4} s  {}", state.t_s, doing(state));
+        self.say(member, None, &Other::State(state), &text)
     }
-}
 
-/// One line for machines.
-fn machine(member: &Member, stamp: Option<Stamp>, what: &impl Serialize) -> anyhow::Result<()> {
-    output::json(&json::object(member, stamp, what)?)
+    fn say(
+        &self,
+        member: &Member,
+        stamp: Option<Stamp>,
+        what: &impl Serialize,
+        text: &str,
+    ) -> anyhow::Result<()> {
+        say(self.json, &json::object(member, stamp, what)?, text)
+    }
 }

@@ -1,9 +1,9 @@
 //! `gripfleet recordings` and `collect`: a router in; what grippers have recorded listed, and copied here.
 
-use super::{checked, network};
+use super::{Of, checked, network, say};
 use crate::{
     cli::fleet::{CollectArgs, RecordingsArgs},
-    clock, output,
+    clock,
 };
 use anyhow::{Context as _, bail};
 use core::{cell::Cell, time::Duration};
@@ -39,8 +39,6 @@ const TIMEOUT: &str = "Timeout";
 /// One recording, or what became of it.
 #[derive(Serialize)]
 struct Line<'a> {
-    site: String,
-    uid: String,
     #[serde(flatten)]
     recording: &'a Recording,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,11 +49,8 @@ struct Line<'a> {
     reason: Option<String>,
 }
 
-impl<'a> Line<'a> {
-    fn new(member: &Member, recording: &'a Recording) -> Self {
-        let (site, uid) = (member.site.to_string(), member.uid.to_string());
-        Self { site, uid, recording, done: None, resumed: None, reason: None }
-    }
+const fn line(recording: &Recording) -> Line<'_> {
+    Line { recording, done: None, resumed: None, reason: None }
 }
 
 #[derive(Default, Serialize)]
@@ -74,25 +69,15 @@ struct Summary {
 pub(super) fn show(args: &RecordingsArgs) -> anyhow::Result<Exit> {
     let session = network(&args.place.reach)?.open()?;
     let selector = Selector { site: args.place.site.clone(), uid: args.uid };
-    let mut exit = Exit::Done;
+    let mut lost = false;
     for member in everybody(&session, &selector)? {
-        let all = match listed(&session, &member) {
-            Ok(all) => all,
-            Err(error) => {
-                eprintln!("gripfleet: {}", named(&member, &escape(&message(error.as_ref()))));
-                exit = if is_refused(&error) { exit } else { Exit::DataLost };
-                continue;
-            }
-        };
+        let Some(all) = listed(&session, &member, &mut lost) else { continue };
         for recording in &all {
-            if args.place.json {
-                output::json(&Line::new(&member, recording))?;
-            } else {
-                output::line(&format!("{member}  {}", escape(&text(recording))))?;
-            }
+            let text = format!("{member}  {}", escape(&text(recording)));
+            say(args.place.json, &Of::new(&member, line(recording)), &text)?;
         }
     }
-    Ok(exit)
+    Ok(if lost { Exit::DataLost } else { Exit::Done })
 }
 
 fn text(recording: &Recording) -> String {
@@ -120,7 +105,16 @@ fn is_refused(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(NetError::Declined { reason, .. }) if reason != TIMEOUT)
 }
 
-fn listed(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> {
+/// What a gripper gives away; none where it does not, or does not answer, which is a loss.
+fn listed(session: &Session, member: &Member, lost: &mut bool) -> Option<Vec<Recording>> {
+    let all = list(session, member).inspect_err(|error| {
+        eprintln!("gripfleet: {}", named(member, &escape(&message(error.as_ref()))));
+        *lost |= !is_refused(error);
+    });
+    all.ok()
+}
+
+fn list(session: &Session, member: &Member) -> anyhow::Result<Vec<Recording>> {
     let question =
         Ask { member, part: Part::Recordings, parameters: &[], payload: &[], patience: PATIENCE };
     let mut all = Vec::new();
@@ -142,14 +136,9 @@ pub(super) fn collect(args: &CollectArgs) -> anyhow::Result<Exit> {
     let mut lost = false;
     for member in everybody(&session, &selector)? {
         summary.grippers += 1;
-        let all = match listed(&session, &member) {
-            Ok(all) => all,
-            Err(error) => {
-                eprintln!("gripfleet: {}", named(&member, &escape(&message(error.as_ref()))));
-                summary.without += 1;
-                lost |= !is_refused(&error);
-                continue;
-            }
+        let Some(all) = listed(&session, &member, &mut lost) else {
+            summary.without += 1;
+            continue;
         };
         let folder = args.directory.join(member.site.to_string()).join(member.uid.to_string());
         let copying = Copying::new(&session, &member, &folder, patience);
@@ -194,12 +183,12 @@ impl<'a> Copying<'a> {
     }
 
     fn copy(&self, recording: &Recording, json: bool, summary: &mut Summary) -> anyhow::Result<()> {
-        let mut line = Line::new(self.member, recording);
+        let mut line = line(recording);
         if self.gone.get() {
             let reason = format!("{}: not asked for: the gripper does not answer", recording.name);
             (line.done, line.reason) = (Some("failed"), Some(reason));
             summary.failed += 1;
-            return reported(self.member, &line, json);
+            return reported(self.member, line, json);
         }
         // A name that leads elsewhere is refused by `fetch`, before anything is written.
         fs::create_dir_all(self.folder)
@@ -224,7 +213,7 @@ impl<'a> Copying<'a> {
                 summary.failed += 1;
             }
         }
-        reported(self.member, &line, json)
+        reported(self.member, line, json)
     }
 
     /// Asks until an answer comes, or patience ends; a reason against it is an answer. One piece at a time, so that everything else that the
@@ -274,12 +263,9 @@ impl<'a> Copying<'a> {
     }
 }
 
-fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> {
-    if json {
-        return output::json(line);
-    }
+fn reported(member: &Member, line: Line<'_>, json: bool) -> anyhow::Result<()> {
     let Recording { name, bytes, .. } = line.recording;
-    if let Some(reason) = &line.reason {
+    if let Some(reason) = line.reason.as_ref().filter(|_| !json) {
         eprintln!("gripfleet: {}", named(member, &escape(reason)));
         return Ok(());
     }
@@ -291,16 +277,15 @@ fn reported(member: &Member, line: &Line<'_>, json: bool) -> anyhow::Result<()> 
         (Some("there"), _) => "is here already".to_owned(),
         _ => "is being written; not copied".to_owned(),
     };
-    Ok(output::line(&format!("{member}  {}  {what}", escape(name)))?)
+    let text = format!("{member}  {}  {what}", escape(name));
+    say(json, &Of::new(member, line), &text)
 }
 
 fn report(json: bool, summary: &Summary) -> anyhow::Result<()> {
-    if json {
-        return output::json(summary);
-    }
     let Summary { grippers, without, copied, bytes, there, growing, failed } = summary;
-    Ok(output::line(&format!(
+    let text = format!(
         "{grippers} grippers ({without} without recordings to give): {copied} recordings copied ({bytes} bytes), {there} here already, \
          {growing} being written, {failed} failed"
-    ))?)
+    );
+    say(json, summary, &text)
 }

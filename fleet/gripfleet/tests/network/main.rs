@@ -4,4 +4,3 @@
 mod events;
 mod models;
 mod pair;
-mod story;

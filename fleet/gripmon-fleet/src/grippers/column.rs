@@ -105,7 +105,7 @@ impl Column {
             Self::Force => row.force.highest(now_s).map(number),
             Self::Statistic => row.statistic.highest(now_s).map(number),
             Self::Slips => row.figures.map(|figures| Key::Number(figures.slips.into())),
-            Self::Minute => Some(Key::Number(row.slips_last_minute(now_s).into())),
+            Self::Minute => Some(Key::Number(row.slips_last_minute(now_s) as f64)),
             Self::Lost => row.lost().map(|lost| Key::Number(count(lost))),
             Self::Sensors => state.map(|_| Key::Number(row.severity().into())),
             Self::Fault => row.fault().map(|fault| Key::Number(fault.into())),

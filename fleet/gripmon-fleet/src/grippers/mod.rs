@@ -1,11 +1,10 @@
 //! What many grippers report in; a table with a row for each of them, in fixed memory a gripper, out. No network and no clock.
 //!
 //! ```text
-//! thread of the network -> bounded ring of FleetFeed -> Roster -> rows in the order of a Sorting
+//! thread of the network -> FleetFeed -> Roster -> rows in the order of a Sorting
 //! ```
 
 mod column;
-mod minute;
 mod order;
 mod roster;
 mod row;

@@ -1,14 +1,17 @@
 //! Messages of one gripper in, what the table states of it out.
 
-use super::minute::Minute;
 use super::spark::Spark;
 use super::{Member, Received};
 use grip_link::message::daemon::{
     GripState, Health, LinkState, Phase, PipelineState, Scene, SensorHealth, SlipReport, ToClient,
 };
+use std::collections::VecDeque;
 
 /// STATE comes five times a second: a gripper that is there and reports none for so long is silent (s).
 const SILENCE_S: f64 = 3.0;
+
+/// Slips whose times are kept: four a second, for a minute.
+const MOST_SLIPS: usize = 256;
 
 /// Whether a gripper is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +85,8 @@ pub struct Row {
     since_s: f64,
     /// When the last STATE came (s).
     received_s: f64,
-    slips: Minute,
+    /// When the last slips were reported (s).
+    slips: VecDeque<f64>,
     /// A slip was counted whose end was not reported yet.
     slips_on: bool,
 }
@@ -103,7 +107,7 @@ impl Row {
             alive: true,
             since_s: at_s,
             received_s: at_s,
-            slips: Minute::default(),
+            slips: VecDeque::new(),
             slips_on: false,
         }
     }
@@ -156,7 +160,10 @@ impl Row {
     fn take_slip(&mut self, at_s: f64, slip: &SlipReport) {
         let on = slip.phase != Phase::Ended;
         if on && !self.slips_on {
-            self.slips.count(at_s);
+            if self.slips.len() >= MOST_SLIPS {
+                self.slips.pop_front();
+            }
+            self.slips.push_back(at_s);
         }
         self.slips_on = on;
     }
@@ -231,10 +238,10 @@ impl Row {
         self.state.map(|state| state.lost).max(self.figures.map(|figures| figures.lost))
     }
 
-    /// Slips that were reported in the minute before this time (s).
+    /// Slips that were reported in the minute before this time (s), up to 256 of them.
     #[must_use]
-    pub fn slips_last_minute(&self, now_s: f64) -> u32 {
-        self.slips.before(now_s)
+    pub fn slips_last_minute(&self, now_s: f64) -> usize {
+        self.slips.iter().rev().take_while(|at_s| now_s - **at_s < 60.0).count()
     }
 }
 

@@ -1,9 +1,9 @@
-//! A network in, what all its grippers report out, through a bounded ring, from a thread of its own.
+//! A network in, what all its grippers report out, from a thread of its own.
 //!
-//! Where the ring is full the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
+//! Where the table is being drawn the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
 
 use super::{FIRST, LONGEST, LOOK, Network, may_mend};
-use crate::grippers::{FleetFeed, Received, Roster};
+use crate::grippers::{FleetFeed, Received};
 use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
@@ -12,16 +12,15 @@ use grip_fleet::{Member, Selector, Since, Site, Topic};
 use grip_port::Backoff;
 use grip_scope::feed::SourceStatus;
 use grip_scope::source::Clock;
-use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::{io, panic, thread};
 
-/// Items that wait for the roster: more than a second of a thousand grippers.
-const RING: usize = 8192;
-/// How long the thread waits for room, or for a router, before it looks again.
+/// How long the thread waits for a router before it looks again.
 const STEP: Duration = Duration::from_millis(25);
+/// Time between two calls to look at what is new, where that does not end.
+const NEWS: Duration = Duration::from_millis(50);
 /// Models and firmware are asked for anew after so long; sooner of those that come, and of all, where so many come at once.
 const ABOUT: Duration = Duration::from_secs(60);
 const MANY: usize = 32;
@@ -49,35 +48,25 @@ impl core::fmt::Display for FleetPlace {
 /// A network that is being watched. Dropping it asks its thread to end; a thread that waits for a router ends after that.
 #[derive(Debug)]
 pub struct FleetHandle {
-    ring: Consumer<FleetFeed>,
     stop: Arc<AtomicBool>,
 }
 
 impl FleetHandle {
-    /// Starts to watch. `wake` is called from the thread whenever there is something new; it must not wait.
+    /// Starts to watch. `take` takes each item and `wake` is called where there is something new, both on the thread; `wake` must not wait.
     ///
     /// # Errors
     /// Where the system starts no thread.
-    pub fn spawn(place: FleetPlace, wake: impl Fn() + Send + 'static) -> io::Result<Self> {
-        let (ring, roster) = RingBuffer::new(RING);
+    pub fn spawn(
+        place: FleetPlace,
+        take: impl FnMut(FleetFeed) + Send + 'static,
+        wake: impl Fn() + Send + 'static,
+    ) -> io::Result<Self> {
         let stop = Arc::<AtomicBool>::default();
-        let outlet = FleetOutlet { ring, stop: Arc::clone(&stop), wake: Box::new(wake) };
-        let mut watcher =
-            Watcher { place, outlet, clock: Clock::start(), status: SourceStatus::Idle };
+        let (take, wake, stops) = (Box::new(take), Box::new(wake), Arc::clone(&stop));
+        let (clock, status) = (Clock::start(), SourceStatus::Idle);
+        let mut watcher = Watcher { place, take, wake, woken: None, stops, clock, status };
         thread::Builder::new().name("fleet".to_owned()).spawn(move || watcher.guarded())?;
-        Ok(Self { ring: roster, stop })
-    }
-
-    /// Moves at most `budget` items into the roster: how many. Never waits.
-    pub fn drain(&mut self, roster: &mut Roster, budget: usize) -> usize {
-        let mut moved = 0;
-        while moved < budget
-            && let Ok(feed) = self.ring.pop()
-        {
-            roster.take(feed);
-            moved += 1;
-        }
-        moved
+        Ok(Self { stop })
     }
 }
 
@@ -87,37 +76,14 @@ impl Drop for FleetHandle {
     }
 }
 
-/// Where the thread puts what it has.
-struct FleetOutlet {
-    ring: Producer<FleetFeed>,
-    stop: Arc<AtomicBool>,
-    wake: Box<dyn Fn() + Send>,
-}
-
-impl FleetOutlet {
-    fn stops(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.ring.is_abandoned()
-    }
-
-    /// Puts an item in and waits for room.
-    fn put(&mut self, feed: FleetFeed, clock: Clock) {
-        let mut feed = feed;
-        while !self.stops() {
-            match self.ring.push(feed) {
-                Ok(()) => break,
-                Err(PushError::Full(back)) => feed = back,
-            }
-            (self.wake)();
-            clock.wait(STEP);
-        }
-        (self.wake)();
-    }
-}
-
 /// The thread.
 struct Watcher {
     place: FleetPlace,
-    outlet: FleetOutlet,
+    take: Box<dyn FnMut(FleetFeed) + Send>,
+    wake: Box<dyn Fn() + Send>,
+    /// When somebody was woken last; at once, where nothing was new since.
+    woken: Option<Duration>,
+    stops: Arc<AtomicBool>,
     clock: Clock,
     status: SourceStatus,
 }
@@ -132,10 +98,30 @@ impl Watcher {
         }
     }
 
+    fn stops(&self) -> bool {
+        self.stops.load(Ordering::Relaxed)
+    }
+
+    fn take(&mut self, feed: FleetFeed) {
+        (self.take)(feed);
+        let now = self.clock.now();
+        if self.woken.is_none_or(|woken| now.saturating_sub(woken) >= NEWS) {
+            self.woken = Some(now);
+            (self.wake)();
+        }
+    }
+
+    /// Nothing more comes now.
+    fn rest(&mut self) {
+        if self.woken.take().is_some() {
+            (self.wake)();
+        }
+    }
+
     fn run(&mut self) {
         let mut backoff = Backoff::new(FIRST, LONGEST);
         let mut before = String::new();
-        while !self.outlet.stops() {
+        while !self.stops() {
             let what = format!("the router at {}", self.place);
             self.report(SourceStatus::Connecting { what, before });
             let Err(error) = self.watch(&mut backoff) else { return };
@@ -158,12 +144,15 @@ impl Watcher {
         let (mut looked, mut asked) = (None, None);
         let (sender, abouts) = channel();
         let mut came = BTreeSet::new();
-        while !self.outlet.stops() {
-            if let Some(reported) = watch.next(TURN)? {
-                if let Reported::Came(member) = &reported {
-                    came.insert(member.clone());
+        while !self.stops() {
+            match watch.next(TURN)? {
+                Some(reported) => {
+                    if let Reported::Came(member) = &reported {
+                        came.insert(member.clone());
+                    }
+                    self.pass_on(reported);
                 }
-                self.pass_on(reported);
+                None => self.rest(),
             }
             for (member, about) in abouts.try_iter() {
                 self.put(member, Received::About(about));
@@ -204,7 +193,7 @@ impl Watcher {
             SourceStatus::Connecting { what, before }
         });
         let now_s = self.clock.now().as_secs_f64();
-        self.outlet.put(FleetFeed::Now(now_s), self.clock);
+        self.take(FleetFeed::Now(now_s));
     }
 
     fn pass_on(&mut self, reported: Reported) {
@@ -220,20 +209,21 @@ impl Watcher {
                 }
                 self.put(member, Received::Message(message));
             }
-            Reported::Unreadable { .. } => self.outlet.put(FleetFeed::Unreadable, self.clock),
+            Reported::Unreadable { .. } => self.take(FleetFeed::Unreadable),
         }
     }
 
     fn put(&mut self, member: Member, what: Received) {
         let at_s = self.clock.now().as_secs_f64();
-        self.outlet.put(FleetFeed::Of { member, at_s, what }, self.clock);
+        self.take(FleetFeed::Of { member, at_s, what });
     }
 
     /// Reports how the way to the router is, where that is new.
     fn report(&mut self, status: SourceStatus) {
         if self.status != status {
             self.status = status.clone();
-            self.outlet.put(FleetFeed::Status(status), self.clock);
+            self.take(FleetFeed::Status(status));
+            self.rest();
         }
     }
 
@@ -242,7 +232,7 @@ impl Watcher {
         let again_in_s = time.as_secs_f32();
         self.report(SourceStatus::Waiting { reason: reason.to_owned(), again_in_s });
         let until = self.clock.now() + time;
-        while !self.outlet.stops() && self.clock.now() < until {
+        while !self.stops() && self.clock.now() < until {
             self.clock.wait(STEP);
         }
     }

@@ -1,14 +1,16 @@
 //! All grippers in; a table with a row for each, and requests of the user, out. Only the rows that can be seen are drawn.
 
 mod bars;
-mod head;
 mod row;
 mod spark;
 
 use crate::grippers::{Column, Roster};
 use crate::{Table, TableAction};
-use eframe::egui::{self, CentralPanel, Frame, Key, Margin, Modifiers, Panel, ScrollArea, Ui};
-use gripmon::num;
+use eframe::egui::{
+    self, Align2, CentralPanel, FontId, Frame, Key, Margin, Modifiers, Panel, Pos2, Rect, Role,
+    ScrollArea, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2,
+};
+use egui_extras::{Column as Width, TableBuilder};
 use gripmon::palette::Palette;
 use gripmon::state::Message;
 
@@ -16,6 +18,8 @@ use gripmon::state::Message;
 const HIGH: f32 = 22.0;
 /// Space between two columns (points).
 const BETWEEN: f32 = 8.0;
+/// Size of the sign for the order (points).
+const SIGN: f32 = 4.0;
 /// Rows that a page key moves by.
 const PAGE: isize = 20;
 
@@ -46,15 +50,14 @@ pub fn table(ui: &mut Ui, seen: &TableSeen<'_>) -> Vec<TableAction> {
     middle.show(ui, |ui| {
         // A narrow window shows a part of the columns.
         ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| {
-            ui.set_min_width(width());
-            ui.spacing_mut().item_spacing.y = 0.0;
-            head::head(ui, seen, &mut actions);
+            ui.spacing_mut().item_spacing = vec2(BETWEEN, 0.0);
             rows(ui, seen, &mut actions);
         });
     });
     actions
 }
 
+/// Titles that order, and the rows that can be seen; a click on one opens its gripper.
 fn rows(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
     if seen.table.is_empty() {
         let text = if seen.roster.rows().is_empty() {
@@ -65,29 +68,56 @@ fn rows(ui: &mut Ui, seen: &TableSeen<'_>, actions: &mut Vec<TableAction>) {
         gripmon::views::empty(ui, ui.available_rect_before_wrap(), text, &seen.palette);
         return;
     }
-    let mut area = ScrollArea::vertical().auto_shrink([false, false]);
-    if let Some(place) = seen.reveal {
-        area = area.vertical_scroll_offset(offset(ui, place));
+    let scales = spark::scale(seen.roster.top_n());
+    let mut table = TableBuilder::new(ui).sense(Sense::click()).auto_shrink(false);
+    for column in Column::ALL {
+        table = table.column(Width::exact(wide(column)).clip(true));
     }
-    let scale = spark::scale(seen.roster.top_n());
-    let shown = area.show_rows(ui, HIGH, seen.table.len(), |ui, places| {
-        for place in places {
-            if let Some(row) = seen.table.row(seen.roster, place) {
-                actions.extend(row::row(ui, row, seen, &scale));
+    if let Some(place) = seen.reveal {
+        table = table.animate_scrolling(false).scroll_to_row(place, None);
+    }
+    let table = table.header(HIGH, |mut head| {
+        for column in Column::ALL {
+            let (_, response) = head.col(|ui| title(ui, column, seen));
+            let label = format!("Order by {}", column.title());
+            response.widget_info(|| WidgetInfo::labeled(Role::Button, true, label.clone()));
+            if response.on_hover_text(column.about()).clicked() {
+                actions.push(TableAction::Sort(column));
             }
         }
     });
-    ui.data_mut(|data| {
-        data.insert_temp(ui.scope_id().with("offset"), shown.state.clamped_offset().y)
+    table.body(|body| {
+        body.rows(HIGH, seen.table.len(), |mut line| {
+            let Some(row) = seen.table.row(seen.roster, line.index()) else { return };
+            line.set_selected(seen.table.chosen.as_ref() == Some(&row.member));
+            for column in Column::ALL {
+                line.col(|ui| row::cell(ui, column, row, seen, &scales));
+            }
+            let response = line.response();
+            response.widget_info(|| {
+                WidgetInfo::labeled(Role::Button, true, row::label(row, seen.roster.now_s()))
+            });
+            if response.clicked() {
+                actions.push(TableAction::Open(row.member.clone()));
+            }
+        });
     });
 }
 
-/// How far down the rows are scrolled so that this one is seen, and moved no more than that needs.
-fn offset(ui: &Ui, place: usize) -> f32 {
-    let now: f32 = ui.data(|data| data.get_temp(ui.scope_id().with("offset"))).unwrap_or(0.0);
-    let top = HIGH * num::narrow(num::count(place));
-    let lowest = top - (ui.available_height() - HIGH).max(0.0);
-    now.clamp(lowest.min(top), top).max(0.0)
+/// A title, with the sign for the order.
+fn title(ui: &Ui, column: Column, seen: &TableSeen<'_>) {
+    let sorted = seen.table.sorting.column == column;
+    let colour = if sorted { seen.palette.text } else { seen.palette.weak };
+    let (place, align) = edge(ui.max_rect(), column);
+    let font = FontId::proportional(11.5);
+    let text = ui.painter().text(place, align, column.title(), font, colour);
+    if sorted {
+        let side = if is_right(column) { text.left() - 6.0 } else { text.right() + 6.0 };
+        let out = if seen.table.sorting.descending { SIGN / 2.0 } else { -SIGN / 2.0 };
+        let at = pos2(side, text.center().y);
+        let corners = vec![at + vec2(-SIGN, -out), at + vec2(SIGN, -out), at + vec2(0.0, out)];
+        ui.painter().add(Shape::convex_polygon(corners, colour, Stroke::NONE));
+    }
 }
 
 /// Width of a column (points).
@@ -119,24 +149,13 @@ const fn is_right(column: Column) -> bool {
     )
 }
 
-/// Columns from left to right, with their left edges.
-fn columns() -> impl Iterator<Item = (Column, f32)> {
-    Column::ALL.into_iter().scan(BETWEEN, |left, column| {
-        let here = *left;
-        *left += wide(column) + BETWEEN;
-        Some((column, here))
-    })
-}
-
-/// Width of all columns (points).
-fn width() -> f32 {
-    BETWEEN + Column::ALL.into_iter().map(|column| wide(column) + BETWEEN).sum::<f32>()
-}
-
-/// The part of a row's rectangle that is a column's.
-fn cell(row: egui::Rect, column: Column, left: f32) -> egui::Rect {
-    let corner = row.left_top() + egui::vec2(left, 0.0);
-    egui::Rect::from_min_size(corner, egui::vec2(wide(column), row.height()))
+/// Where the text of a cell stands.
+fn edge(cell: Rect, column: Column) -> (Pos2, Align2) {
+    if is_right(column) {
+        (cell.right_center(), Align2::RIGHT_CENTER)
+    } else {
+        (cell.left_center(), Align2::LEFT_CENTER)
+    }
 }
 
 /// What the keys of this frame ask for.

@@ -1,64 +1,34 @@
 //! One row of the table.
 
 use super::spark::{self, Scales};
-use super::{HIGH, TableSeen, cell, columns, is_right, width};
-use crate::TableAction;
+use super::{BETWEEN, TableSeen, edge, is_right};
 use crate::grippers::{Column, Presence, Row, Trouble};
-use eframe::egui::{
-    Align2, Color32, FontId, Painter, Rect, Role, Sense, Stroke, Ui, WidgetInfo, vec2,
-};
+use eframe::egui::{Color32, FontId, Painter, Rect, Stroke, Ui, vec2};
 use gripmon::palette::{Palette, Tone};
 
-/// Draws a row; a click opens its gripper.
-pub(super) fn row(
-    ui: &mut Ui,
-    row: &Row,
-    seen: &TableSeen<'_>,
-    scales: &Scales,
-) -> Option<TableAction> {
-    let wide = width().max(ui.available_width());
-    let (rect, response) = ui.allocate_exact_size(vec2(wide, HIGH), Sense::click());
-    let now_s = seen.roster.now_s();
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, label(row, now_s)));
-    let trouble = row.trouble(now_s);
-    ground(ui.painter(), rect, row, trouble, response.hovered(), seen);
-    for (column, left) in columns() {
-        let cell = cell(rect, column, left);
-        match column {
-            Column::Trouble => lamp(ui.painter(), cell, trouble, &seen.palette),
-            Column::Force => spark::force(ui.painter(), cell, row, seen, scales),
-            Column::Statistic => spark::statistic(ui.painter(), cell, row, seen, scales),
-            column => text(ui.painter(), cell, column, row, seen),
-        }
+/// Draws what a column shows of a row.
+pub(super) fn cell(ui: &Ui, column: Column, row: &Row, seen: &TableSeen<'_>, scales: &Scales) {
+    let (painter, cell, trouble) = (ui.painter(), ui.max_rect(), row.trouble(seen.roster.now_s()));
+    // The space between two columns is a half of each.
+    let ground = cell.expand2(ui.spacing().item_spacing / 2.0);
+    let open = painter.with_clip_rect(ground.intersect(painter.clip_rect().expand(BETWEEN)));
+    if trouble == Trouble::Fault {
+        open.rect_filled(ground, 0, seen.palette.wash(Tone::Red));
     }
-    response.clicked().then(|| TableAction::Open(row.member.clone()))
+    open.hline(ground.x_range(), ground.bottom(), seen.palette.grid_stroke());
+    match column {
+        Column::Trouble => lamp(painter, cell, trouble, &seen.palette),
+        Column::Force => spark::force(painter, cell, row, seen, scales),
+        Column::Statistic => spark::statistic(painter, cell, row, seen, scales),
+        column => text(painter, cell, column, row, seen),
+    }
 }
 
 /// What the row states, for those who cannot see it.
-fn label(row: &Row, now_s: f64) -> String {
+pub(super) fn label(row: &Row, now_s: f64) -> String {
     let part = |column: Column| format!("{} {}", column.title(), column.text(row, now_s));
     let reported = Column::ALL.into_iter().filter(|column| *column != Column::Trouble).map(part);
     reported.collect::<Vec<_>>().join(", ")
-}
-
-fn ground(
-    painter: &Painter,
-    rect: Rect,
-    row: &Row,
-    trouble: Trouble,
-    hovered: bool,
-    seen: &TableSeen<'_>,
-) {
-    let palette = &seen.palette;
-    if trouble == Trouble::Fault {
-        painter.rect_filled(rect, 0, palette.wash(Tone::Red));
-    }
-    if seen.table.chosen.as_ref() == Some(&row.member) {
-        painter.rect_filled(rect, 0, palette.tone(Tone::Blue).gamma_multiply(0.3));
-    } else if hovered {
-        painter.rect_filled(rect, 0, palette.grid);
-    }
-    painter.hline(rect.x_range(), rect.bottom(), palette.grid_stroke());
 }
 
 /// What the trouble of a row is drawn in.
@@ -92,20 +62,14 @@ fn lamp(painter: &Painter, cell: Rect, trouble: Trouble, palette: &Palette) {
 
 fn text(painter: &Painter, cell: Rect, column: Column, row: &Row, seen: &TableSeen<'_>) {
     let now_s = seen.roster.now_s();
-    let (place, align) = if is_right(column) {
-        (cell.right_center(), Align2::RIGHT_CENTER)
-    } else {
-        (cell.left_center(), Align2::LEFT_CENTER)
-    };
+    let (place, align) = edge(cell, column);
     let font = match column {
         Column::Gripper => FontId::monospace(10.5),
         column if is_right(column) => FontId::monospace(11.5),
         _ => FontId::proportional(12.0),
     };
     let colour = colour(column, row, seen);
-    // A long name ends at the next column.
-    let clipped = painter.with_clip_rect(cell.intersect(painter.clip_rect()));
-    clipped.text(place, align, column.text(row, now_s), font, colour);
+    painter.text(place, align, column.text(row, now_s), font, colour);
 }
 
 /// What is wrong stands out; what is not known any more, or usual, is quiet.

@@ -181,26 +181,6 @@ fn rows_are_ordered_by_any_column_and_what_is_unknown_is_last() {
 }
 
 #[test]
-fn a_second_click_on_a_title_turns_the_order_round() {
-    let click = Sorting::default().clicked(Column::Fault);
-    assert_eq!(click, Sorting { column: Column::Fault, descending: true });
-    assert!(!click.clicked(Column::Fault).descending);
-    assert!(!click.clicked(Column::Site).descending);
-}
-
-#[test]
-fn a_filter_wants_all_its_words() {
-    let roster = three();
-    let found = |filter| uids(&roster, Sorting::default(), filter);
-    assert_eq!(found("gone"), [2]);
-    assert_eq!(found("FAULT"), [3]);
-    assert_eq!(found("0021"), [3]);
-    assert_eq!(found("  holding   b "), [1, 3]);
-    assert_eq!(found("0303"), [3]);
-    assert_eq!(found("holding gone"), [0_u8; 0]);
-}
-
-#[test]
 fn counts_of_all_and_the_common_scale() {
     let mut roster = three();
     let summary = Summary { all: 3, here: 2, gone: 1, faults: 1, ..Summary::default() };

@@ -3,6 +3,7 @@
 mod complaints;
 mod talk;
 
+use super::stopped;
 use crate::{
     cli::foxglove::FoxgloveArgs,
     clock::{self, Clock},
@@ -18,7 +19,6 @@ use grip_daemon::clients::Listen;
 use grip_fleet::live::{ServeError, Server, Translator};
 use grip_port::Backoff;
 use grip_session::exit::{Exit, WrongArgument};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use std::{sync::Arc, thread};
 use talk::Talk;
 
@@ -36,10 +36,7 @@ pub(crate) fn run(args: &FoxgloveArgs) -> anyhow::Result<Exit> {
     if args.address == Listen::Off {
         bail!(WrongArgument("off: give the address where gripd listens".to_owned()));
     }
-    let stopped = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stopped))?;
-    }
+    let stopped = stopped()?;
     let complaints = Complaints::listen()?;
     let server = serve(args)?;
     if !args.listen.ip().to_canonical().is_loopback() {
