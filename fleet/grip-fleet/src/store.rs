@@ -1,5 +1,6 @@
 //! Files in which a program keeps its own state: of one program at a time, each replaced as a whole.
 
+use core::fmt::Display;
 use serde::de::DeserializeOwned;
 use std::{
     fs::{self, File, TryLockError},
@@ -43,7 +44,7 @@ pub(crate) fn at(path: &Path) -> impl Fn(io::Error) -> StoreError + use<> {
 }
 
 /// The fault of what stands in a file.
-pub(crate) fn content(path: &Path, reason: impl ToString) -> StoreError {
+pub(crate) fn content(path: &Path, reason: &dyn Display) -> StoreError {
     StoreError::Content { path: path.to_owned(), reason: reason.to_string() }
 }
 
@@ -62,7 +63,7 @@ pub(crate) fn lock(folder: &Path, name: &str, by: &'static str) -> Result<File, 
 /// What a JSON file holds; nothing, where there is none.
 pub(crate) fn read<T: DeserializeOwned + Default>(path: &Path) -> Result<T, StoreError> {
     match fs::read(path) {
-        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| content(path, error)),
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| content(path, &error)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(T::default()),
         Err(source) => Err(at(path)(source)),
     }

@@ -114,7 +114,7 @@ impl Archive {
         let lock = lock(folder, "archive.lock", "another archive is being written there")?;
         let path = folder.join(STATE);
         let state: State = read(&path)?;
-        let wrong = |error: String| content(&path, error);
+        let wrong = |error: String| content(&path, &error);
         let mut followers = BTreeMap::new();
         for (member, ids) in &state.received {
             let ids: Result<Vec<EventId>, _> = ids.iter().map(|id| id.parse()).collect();

@@ -457,7 +457,7 @@ impl Models {
     fn fetch(&self, model: &ModelId) -> Result<Examined, StoreError> {
         let text = self.shelf.read(model)?;
         examine(&model.name, &model.sha256, text.as_bytes())
-            .map_err(|fault| self.shelf.unusable(model, message(&fault)))
+            .map_err(|fault| self.shelf.unusable(model, &message(&fault)))
     }
 
     fn note(&mut self) {

@@ -49,7 +49,7 @@ impl Shelf {
         if digest(text.as_bytes()) == model.sha256 {
             return Ok(text);
         }
-        Err(content(&path, "the file has another SHA-256 than its name says"))
+        Err(content(&path, &"the file has another SHA-256 than its name says"))
     }
 
     /// Which roll-outs were here; none where no file is there.
@@ -88,13 +88,13 @@ impl Shelf {
     }
 
     /// The fault of a file that holds what it should and is of no use all the same.
-    pub(super) fn unusable(&self, model: &ModelId, reason: String) -> StoreError {
-        content(&self.folder.join(file_of(model)), reason)
+    pub(super) fn unusable(&self, model: &ModelId, reason: &str) -> StoreError {
+        content(&self.folder.join(file_of(model)), &reason)
     }
 
     fn json(&self, name: &str, what: &impl Serialize) -> Result<(), StoreError> {
         let bytes = serde_json::to_vec_pretty(what);
-        let bytes = bytes.map_err(|error| content(&self.folder.join(name), error))?;
+        let bytes = bytes.map_err(|error| content(&self.folder.join(name), &error))?;
         write(&self.folder, name, &bytes)
     }
 }
