@@ -1,5 +1,6 @@
 //! What the stories share: programs that are never stale, a program that runs.
 #![expect(clippy::unwrap_used, clippy::panic, clippy::missing_panics_doc, reason = "test code")]
+#![expect(clippy::must_use_candidate, reason = "what is asked to be done need not be looked at")]
 
 mod build;
 mod program;

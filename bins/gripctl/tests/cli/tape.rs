@@ -17,13 +17,14 @@ use std::{
 
 /// Grasps and records as the daemon does; gives the lines of the session.
 fn record(file: &Path) -> Vec<String> {
-    record_events(file, ("default", 0), Micros(1_500_000), None)
+    record_events(file, "default", 0, Micros(1_500_000), None)
 }
 
 /// The same in a scene of a seed until a time, with another text in place of that of each event.
 fn record_events(
     file: &Path,
-    (scene, seed): (&str, u64),
+    scene: &str,
+    seed: u64,
     until: Micros,
     tampered: Option<&'static str>,
 ) -> Vec<String> {
@@ -64,9 +65,10 @@ fn record_events(
 #[test]
 fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
     let folder = tempfile::tempdir().unwrap();
-    for scene in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
-        let lines = record_events(&folder.path().join("run.mcap"), scene, Micros(1_500_000), None);
-        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene:?}: {lines:?}");
+    for (scene, seed) in [("default", 0), ("light_rough", 5), ("shaken", 2), ("moving", 1)] {
+        let lines =
+            record_events(&folder.path().join("run.mcap"), scene, seed, Micros(1_500_000), None);
+        assert!(lines.iter().any(|line| line.contains("\"slip\"")), "{scene}: {lines:?}");
         let ran = gripctl(folder.path(), &["replay", "run.mcap", "--check"]).done();
         assert!(ran.out.starts_with(&format!("{} events, byte by byte", lines.len())), "{ran:?}");
         for file in ["run.mcap", "run.csv", "run.npz"] {
@@ -78,7 +80,7 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
                 let ran = gripctl(folder.path(), &args).done();
                 let mut printed: Vec<&str> = ran.out.lines().collect();
                 let summary: Value = serde_json::from_str(printed.pop().unwrap()).unwrap();
-                assert_eq!(printed, lines, "{scene:?} {args:?}");
+                assert_eq!(printed, lines, "{scene} {args:?}");
                 assert_eq!((&summary["type"], &summary["lost"]), (&"summary".into(), &0.into()));
                 assert!((number(&summary, "duration_s") - 1.49).abs() < 0.05, "{summary}");
             }
@@ -95,7 +97,7 @@ fn recordings_replay_to_the_recorded_lines_and_so_does_their_csv() {
 fn a_recording_that_ends_before_its_floor_is_known_says_so() {
     let folder = tempfile::tempdir().unwrap();
     for (until_us, learning) in [(100_000, true), (1_500_000, false)] {
-        record_events(&folder.path().join("run.mcap"), ("default", 0), Micros(until_us), None);
+        record_events(&folder.path().join("run.mcap"), "default", 0, Micros(until_us), None);
         let ran = gripctl(folder.path(), &["replay", "run.mcap", "--json"]).done();
         let summary = ran.json().pop().unwrap();
         assert_eq!(summary["learning"], learning, "{summary}");
@@ -110,7 +112,8 @@ fn a_difference_is_shown_and_fails() {
     // Its events were tampered with: the chunks are written anew, so nothing is damaged.
     record_events(
         &folder.path().join("other.mcap"),
-        ("default", 0),
+        "default",
+        0,
         Micros(1_500_000),
         Some("{\"type\":\"slip\"}"),
     );
