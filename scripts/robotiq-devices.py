@@ -344,6 +344,9 @@ class Cell(threading.Thread):
         begin = due = time.monotonic()
         while not self.stopped:
             now = time.monotonic()
+            # A device has a processor of its own: where this computer is later than 20 ms the world stands still meanwhile.
+            late = max(0.0, now - due - 0.02)
+            begin, due = begin + late, due + late
             while due <= now:
                 self.world.step(due - begin, self.gripper.asked_n())
                 self.sensor.turn()
@@ -416,7 +419,8 @@ def held(gripd):
     expect(not world.dropped and slips and world.force_n > world.needed_n, scene, world.travel_m, world.force_n)
     expect(not opens(gripper), scene, opens(gripper))
     expect(gripper.asked_n() > world.needed_n, scene, "gripd has ended, and the force with it")
-    expect(code == 0 and scene.events[-1]["type"] == "summary" and scene.events[-1]["rows"]["bad"] == 0, scene, code)
+    # 3 says that a busy computer lost readings; the object must be held all the same.
+    expect(code in (0, 3) and scene.events[-1]["type"] == "summary" and scene.events[-1]["rows"]["bad"] == 0, scene, code)
     return f"held: {world.force_n:.1f} N of {world.needed_n:.1f} N needed, {1e3 * world.travel_m:.1f} mm, {len(slips)} slip events"
 
 
@@ -546,28 +550,37 @@ def latency(gripd, seconds):
     return f"| TSF-85 | {len(taken)} of {len(began)} | {at(0.5):.2f} | {at(0.99):.2f} | {at(1):.2f} | {code} |"
 
 
+def oracle(known):
+    """The same object, held from touch on with 1.2 times the force that it is known to need, in steps of the register."""
+    world = World(known.mass_kg, known.friction, known.lift_s)
+    register = max(0, math.ceil((1.2 * world.needed_n - 20) * 255 / 215))
+    for ms in range(5000):
+        world.step(1e-3 * ms, 20 + register * 215 / 255)
+    return world
+
+
 def objects(gripd, count, seed):
     """Objects that need 10 to 45 N: what least force and f_max_n (20 and 60 N) leave room for. Crushed is 2.5 times the need."""
     chance = random.Random(seed)
-    dropped = crushed = 0
-    ratios, slips_mm = [], []
+    ratios, slips_mm, ends, bound = [], [], collections.Counter(), collections.Counter()
+    verdict = lambda world: "dropped" if world.dropped else "crushed" if world.peak_n > max(2.5 * world.needed_n, 20.9) else "held"
     for _ in range(count):
         needed_n, friction = chance.uniform(10, 45), chance.uniform(0.2, 0.8)
         world = World(mass_kg=2 * friction * needed_n / 9.81, friction=friction, lift_s=chance.uniform(0.8, 1.6))
         scene = Scene(gripd, world=world)
         scene.wait(5)
         scene.end()
-        dropped += world.dropped
-        crushed += not world.dropped and world.peak_n > max(2.5 * needed_n, 20.9)
+        ends[verdict(world)] += 1
+        bound[verdict(oracle(world))] += 1
         ratios.append(world.force_n / needed_n)
         slips_mm.append(1e3 * world.travel_m)
         expect(not opens(scene.cell.gripper), scene)
-        if world.dropped:
+        if verdict(world) != "held":
             states = [event for event in scene.events if event["type"] == "summary"]
-            print(f"dropped: needs {needed_n:.1f} N, friction {friction:.2f}, peak {world.peak_n:.1f} N", states, file=sys.stderr)
+            print(f"{verdict(world)}: needs {needed_n:.1f} N, friction {friction:.2f}, peak {world.peak_n:.1f} N", states, file=sys.stderr)
     middle = lambda values, share: sorted(values)[min(count - 1, int(share * count))]
     return (
-        f"{count} objects, seed {seed}: {dropped} dropped, {crushed} crushed; force over needed {middle(ratios, 0.5):.2f} / {middle(ratios, 0.95):.2f}, "
+        f"{count} objects, seed {seed}: {dict(ends)}, the oracle {dict(bound)}; force over needed {middle(ratios, 0.5):.2f} / {middle(ratios, 0.95):.2f}, "
         f"slip {middle(slips_mm, 0.5):.2f} / {middle(slips_mm, 0.95):.2f} mm (median / 95 %)"
     )
 
