@@ -106,12 +106,7 @@ pub(super) fn train(
         runs
     };
     let runs: Vec<Vec<Run>> = (0..fit_config.repeats).into_par_iter().map(start).collect();
-    let finished = fittings.iter().enumerate().map(|(at, fitting)| {
-        let runs = runs.iter().map(|runs| runs[at].clone()).collect();
-        Ok((forms[at].clone(), fitting.finish(runs, None)?))
-    });
-    let mut fits = finished.collect::<Result<Vec<_>, _>>().map_err(fault)?;
-    let (_, fit) = fits.swap_remove(by_evidence(&fits));
+    let fit = best(&forms, &fittings, &runs).map_err(fault)?;
     let test = evaluate(&fit.model, &sets.test)
         .map_err(|source: EvaluateError| FitError::Evaluate {
             file: sets.test.file.clone(),
@@ -121,6 +116,17 @@ pub(super) fn train(
     let scores = sets.score(|features| answer(&fit, features));
     let summary = summary(&fit, test.scaled_mse, config);
     Ok(Trained { summary, scores, fit })
+}
+
+/// Of the form of the target that the evidence of its runs speaks for. Apart from [`train`], which waits for other trainings on the same
+/// stack: models are large.
+fn best(forms: &[DataSet], fittings: &[Fitting<'_>], runs: &[Vec<Run>]) -> Result<Fit, FitError> {
+    let finished = fittings.iter().zip(forms).enumerate().map(|(at, (fitting, form))| {
+        let runs = runs.iter().map(|runs| runs[at].clone()).collect();
+        Ok((form.clone(), fitting.finish(runs, None)?))
+    });
+    let mut fits = finished.collect::<Result<Vec<_>, FitError>>()?;
+    Ok(fits.swap_remove(by_evidence(&fits)).1)
 }
 
 /// The saved model's answer (N); NaN where it has none.
