@@ -29,8 +29,8 @@ pub fn network(sizes: &[usize]) -> Result<Network<Box<[f32]>>, ShapeError> {
 /// # Errors
 /// Never: the shape and the ranges fit.
 pub fn model() -> anyhow::Result<Model<Box<[f32]>>> {
-    let acceleration = Column { transform: Transform::Identity, min: -12.0, max: 9.5 };
-    let force = Column { transform: Transform::Ln, min: 0.1, max: 50.0 };
+    let acceleration = Column::new(Transform::Identity, -12.0, 9.5);
+    let force = Column::new(Transform::Ln, 0.1, 50.0);
     let (inputs, targets) = (Scaler::new(&[acceleration, force])?, Scaler::new(&[force])?);
     Ok(Model::new(network(&[2, 10, 1])?, inputs, targets)?)
 }

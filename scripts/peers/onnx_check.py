@@ -23,15 +23,15 @@ FUNCTIONS = {
 }
 
 
-def made_up(sizes, activations, logarithms):
-    """A model with repeatable weights; column i is logarithmic where logarithms[i % len] is, column 3 is constant."""
+def made_up(sizes, activations, transforms):
+    """A model with repeatable weights; column i has transforms[i % len], column 3 is constant."""
     random = numpy.random.default_rng(sum(sizes))
 
     def columns(kind, count):
         return [
             {
                 "name": f"{kind}_{i}", "unit": "N", "min": 0.25, "max": 0.25 if i == 3 else 30.0,
-                "transform": "ln" if logarithms[i % len(logarithms)] else "identity",
+                "transform": transforms[i % len(transforms)], "noise": 0.3 if kind == "target" else 0.0,
             }
             for i in range(count)
         ]
@@ -50,30 +50,46 @@ def made_up(sizes, activations, logarithms):
     }
 
 
+def by_column(columns, rows, functions):
+    """Each column of the rows through the function of its transform and itself."""
+    rows = numpy.array(rows, dtype=numpy.float64)
+    for i, column in enumerate(columns):
+        rows[:, i] = functions[column["transform"]](rows[:, i], column)
+    return rows
+
+
+def transformed(columns, raw):
+    return by_column(columns, raw, {"identity": lambda x, _: x, "ln": lambda x, _: numpy.log(x), "reciprocal": lambda x, _: -1 / x})
+
+
+def raw(columns, values):
+    """Raw values of transformed ones; a reciprocal answers by its noise."""
+
+    def reciprocal(z, column):
+        u = numpy.maximum(-z, column.get("noise", 0))
+        return u / (u**2 + column.get("noise", 0) ** 2)
+
+    return by_column(columns, values, {"identity": lambda x, _: x, "ln": lambda x, _: numpy.exp(x), "reciprocal": reciprocal})
+
+
 def scaling(columns):
-    """Mask of logarithmic columns, lower limits and half ranges after the logarithm."""
-    mask = numpy.array([column["transform"] == "ln" for column in columns])
-    low, high = (numpy.array([column[key] for column in columns], dtype=numpy.float64) for key in ("min", "max"))
-    low[mask], high[mask] = numpy.log(low[mask]), numpy.log(high[mask])
-    return mask, low, (high - low) / 2
+    """Lower limits and half ranges, transformed."""
+    low, high = (transformed(columns, [[column[key] for column in columns]])[0] for key in ("min", "max"))
+    return low, (high - low) / 2
 
 
-def reference(model, raw):
-    """Scaled outputs in double precision."""
-    mask, low, half = scaling(model["inputs"])
-    x = raw.astype(numpy.float64)
-    x[:, mask] = numpy.log(x[:, mask])
-    x = numpy.where(half == 0, 0, (x - low) / numpy.where(half == 0, 1, half) - 1)
+def scaled(columns, rows):
+    low, half = scaling(columns)
+    return numpy.where(half == 0, 0, (transformed(columns, rows) - low) / numpy.where(half == 0, 1, half) - 1)
+
+
+def reference(model, rows):
+    """Answers in double precision."""
+    x = scaled(model["inputs"], rows)
     for layer in model["layers"]:
         x = FUNCTIONS[layer["activation"]](x @ numpy.array(layer["weights"]).T + numpy.array(layer["biases"]))
-    return x
-
-
-def scaled(columns, raw):
-    mask, low, half = scaling(columns)
-    y = raw.astype(numpy.float64)
-    y[:, mask] = numpy.log(y[:, mask])
-    return numpy.where(half == 0, 0, (y - low) / numpy.where(half == 0, 1, half) - 1)
+    low, half = scaling(model["targets"])
+    return raw(model["targets"], low + (x + 1) * half)
 
 
 def check(gripctl, path):
@@ -88,28 +104,27 @@ def check(gripctl, path):
 
     low, high = (numpy.array([column[key] for column in model["inputs"]]) for key in ("min", "max"))
     random = numpy.random.default_rng(1)
-    raw = (low + (high - low) * random.random((4000, len(low)))).astype(numpy.float32)
-    beyond = raw[:500] * numpy.float32(1.5)
-    mask = scaling(model["inputs"])[0]
-    beyond[:, mask] = numpy.abs(beyond[:, mask])
-    raw = numpy.concatenate([raw, beyond])
-    targets, in_range = session.run(["targets", "in_range"], {"features": raw})
+    rows = (low + (high - low) * random.random((4000, len(low)))).astype(numpy.float32)
+    beyond = rows[:500] * numpy.float32(1.5)
+    positive = [column["transform"] != "identity" for column in model["inputs"]]
+    beyond[:, positive] = numpy.abs(beyond[:, positive])
+    rows = numpy.concatenate([rows, beyond])
+    targets, in_range = session.run(["targets", "in_range"], {"features": rows})
     lowest, highest = low.astype(numpy.float32), high.astype(numpy.float32)
-    assert (in_range == ((raw >= lowest) & (raw <= highest))).all(), f"{path}: in_range"
-    assert targets.shape == (len(raw), len(model["targets"])) and targets.dtype == numpy.float32
-    expected = reference(model, raw)
-    expected[:, scaling(model["targets"])[2] == 0] = 0
-    found = scaled(model["targets"], targets)
+    assert (in_range == ((rows >= lowest) & (rows <= highest))).all(), f"{path}: in_range"
+    assert targets.shape == (len(rows), len(model["targets"])) and targets.dtype == numpy.float32
+    expected, found = (scaled(model["targets"], answers) for answers in (reference(model, rows), targets))
     return float(numpy.max(numpy.abs(found - expected) / (1 + numpy.abs(expected))))
 
 
 def main():
     gripctl, folder = sys.argv[1], Path(sys.argv[2])
     models = {Path(name).stem: json.loads(Path(name).read_text()) for name in sys.argv[3:]}
-    models["line"] = made_up([1, 1], ["linear"], [False])
-    models["small"] = made_up([2, 10, 1], ["tanh", "linear"], [False, True])
-    models["positive"] = made_up([5, 7, 4], ["relu", "logistic"], [True])
-    models["deep"] = made_up([16, 32, 16, 8, 2], ["tanh", "logistic", "relu", "linear"], [True, False, False])
+    models["line"] = made_up([1, 1], ["linear"], ["identity"])
+    models["small"] = made_up([2, 10, 1], ["tanh", "linear"], ["identity", "ln"])
+    models["positive"] = made_up([5, 7, 4], ["relu", "logistic"], ["ln"])
+    models["deep"] = made_up([16, 32, 16, 8, 2], ["tanh", "logistic", "relu", "linear"], ["ln", "identity", "reciprocal"])
+    models["reciprocal"] = made_up([2, 10, 1], ["tanh", "linear"], ["reciprocal"])
     failed = 0
     for name, model in models.items():
         path = folder / f"{name}.json"

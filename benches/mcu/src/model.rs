@@ -16,7 +16,7 @@ pub fn network() -> Option<Network<Weights>> {
 pub fn model() -> Option<Model<Weights>> {
     let column = |place: usize, transform| {
         let [min, max] = RANGES[place].map(f64::from);
-        Column { transform, min, max }
+        Column::new(transform, min, max)
     };
     let inputs = Scaler::new(&[column(0, Transform::Identity), column(1, Transform::Ln)]).ok()?;
     let targets = Scaler::new(&[column(2, Transform::Ln)]).ok()?;

@@ -170,8 +170,8 @@ fn specs(given: Option<Names>, letter: &str, width: usize) -> PyResult<Vec<Colum
 
 /// Trains a network on features x, (rows, inputs), and targets y, (rows, targets) or (rows,).
 ///
-/// inputs, targets: names of the columns; `name:ln` takes the logarithm. A model that gripd uses has features of a slip
-/// as inputs, and one target in N named so: `adequate_force_n`. validation: (x, y) whose error ends the training.
+/// inputs, targets: names of the columns; `name:ln` takes the logarithm, `name:reciprocal` the reciprocal. A model that gripd uses has
+/// features of a slip as inputs, and one target in N named so: `adequate_force_n`. validation: (x, y) whose error ends the training.
 /// algorithm: gd, gdm, gdx, rprop, scg, lbfgs, lm or br; activation: tanh, logistic or relu. interval: 0.9 makes the model state limits
 /// that hold 90 % of the truths, from ten trainings that each leave out a tenth of the rows.
 #[pyfunction]

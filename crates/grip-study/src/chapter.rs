@@ -86,7 +86,11 @@ pub(crate) fn answer(learner: &dyn Predict, features: &ArrayRef1<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outlook::{SearchConfig, learners::count};
+    use crate::outlook::{
+        Gp, SearchConfig,
+        learners::{count, gp_by_evidence},
+    };
+    use mlp::Transform;
     use mlp::train::{FitConfig, RunConfig};
 
     #[test]
@@ -116,6 +120,16 @@ mod tests {
                 of(&shipped)
             );
         }
+    }
+
+    #[test]
+    fn evidence_finds_the_form_that_is_as_noisy_everywhere() {
+        let sets = Condition::named("paper").unwrap().sets(3, 0).unwrap();
+        let share = |gp: &Gp| sets.score(|features| answer(gp, features)).unseen.within_10pct();
+        let (found, plain) = (gp_by_evidence(&sets.train).unwrap(), Gp::fit(&sets.train).unwrap());
+        let target = &found.columns.targets[0];
+        assert_eq!((target.transform, target.noise > 0.0), (Transform::Reciprocal, true));
+        assert!(share(&found) > share(&plain) + 0.03, "{} {}", share(&found), share(&plain));
     }
 
     #[test]

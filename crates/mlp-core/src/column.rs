@@ -5,7 +5,7 @@ use core::str::FromStr;
 
 use crate::model::Transform;
 
-/// A column of a data set and what is done to it before scaling. Written `name` or `name:ln`.
+/// A column of a data set and what is done to it before scaling. Written `name`, `name:ln` or `name:reciprocal`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnSpec {
     /// Name in the header row.
@@ -24,7 +24,7 @@ pub enum ColumnSpecError {
         text: String,
     },
     /// Something other than a known transform behind the colon.
-    #[error("\"{text}\": unknown transform \"{transform}\" (known: identity, ln)")]
+    #[error("\"{text}\": unknown transform \"{transform}\" (known: identity, ln, reciprocal)")]
     UnknownTransform {
         /// The text given.
         text: String,
@@ -92,7 +92,7 @@ mod tests {
 
     #[test]
     fn specs_are_read_and_written_back() {
-        for text in ["force_n", "force_n:ln"] {
+        for text in ["force_n", "force_n:ln", "force_n:reciprocal"] {
             assert_eq!(text.parse::<ColumnSpec>().unwrap().to_string(), text);
         }
         let spaced: ColumnSpec = " speed : ln ".parse().unwrap();
@@ -104,7 +104,7 @@ mod tests {
         let error = "force:log".parse::<ColumnSpec>().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "\"force:log\": unknown transform \"log\" (known: identity, ln)"
+            "\"force:log\": unknown transform \"log\" (known: identity, ln, reciprocal)"
         );
         assert!(matches!(":ln".parse::<ColumnSpec>(), Err(ColumnSpecError::Unnamed { .. })));
     }

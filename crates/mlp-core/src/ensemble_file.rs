@@ -101,15 +101,17 @@ impl EnsembleFile {
         self.members
     }
 
-    /// The members with the widest ranges of all: the same answers but for the rounding of the first and the last layer.
+    /// The members with the widest ranges of all: the same answers but for the rounding of the first and the last layer, and to reciprocal
+    /// targets that the noise is the mean of theirs.
     #[must_use]
     pub fn aligned(&self) -> Vec<ModelFile> {
         let all = |columns: fn(&ModelFile) -> &[FileColumn]| {
             let mut widest = self.members.first().map_or(Vec::new(), |file| columns(file).to_vec());
-            for file in &self.members {
+            for (file, so_far) in self.members.iter().zip(1_u16..) {
                 for (wide, own) in widest.iter_mut().zip(columns(file)) {
                     wide.min = wide.min.min(own.min);
                     wide.max = wide.max.max(own.max);
+                    wide.noise += (own.noise - wide.noise) / f32::from(so_far);
                 }
             }
             widest

@@ -139,6 +139,31 @@ pub struct FileColumn {
     pub min: f64,
     /// Largest raw training value.
     pub max: f64,
+    /// Of a reciprocal target the [noise](Column::noise) of the rows; 0 and absent elsewhere.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub noise: f32,
+}
+
+impl FileColumn {
+    /// What scales it.
+    #[must_use]
+    pub const fn column(&self) -> Column {
+        Column { transform: self.transform, min: self.min, max: self.max, noise: self.noise }
+    }
+
+    /// Keeps the variance of the noise (scaled units squared) where answers need it.
+    pub fn set_noise(&mut self, variance: f64) {
+        if self.transform == Transform::Reciprocal {
+            let [low, high] = [self.min, self.max].map(|raw| self.transform.forward_double(raw));
+            let noise = rounded(0.5 * (high - low) * variance.sqrt());
+            self.noise = if noise.is_finite() { noise } else { 0.0 };
+        }
+    }
+}
+
+/// By reference, as serde asks.
+fn is_none(noise: &f32) -> bool {
+    *noise == 0.0
 }
 
 /// One layer of the file.
@@ -366,11 +391,14 @@ impl ModelFile {
     pub fn deviation(&self) -> Option<Deviation> {
         let (note, target) = (self.training.as_ref()?, self.targets.first()?);
         let scaled = note.test_scaled_mse.unwrap_or(note.train_scaled_mse).max(0.0).sqrt();
-        let half = |low: f64, high: f64| 0.5 * (high - low) * scaled;
-        let (min, max) = (target.min, target.max);
-        Some(match target.transform {
-            Transform::Identity => Deviation::Absolute(rounded(half(min, max))),
-            Transform::Ln => Deviation::Relative(rounded(half(min.ln(), max.ln()))),
+        let (transform, min, max) = (target.transform, target.min, target.max);
+        let transformed =
+            0.5 * (transform.forward_double(max) - transform.forward_double(min)) * scaled;
+        Some(match transform {
+            Transform::Identity => Deviation::Absolute(rounded(transformed)),
+            Transform::Ln => Deviation::Relative(rounded(transformed)),
+            // It grows with the answer: that in the middle of the range.
+            Transform::Reciprocal => Deviation::Relative(rounded(transformed * (min * max).sqrt())),
         })
     }
 
@@ -411,10 +439,7 @@ fn scaler<const IO: usize>(
     kind: &'static str,
     columns: &[FileColumn],
 ) -> Result<Scaler<IO>, FileError> {
-    let limits: Vec<Column> = columns
-        .iter()
-        .map(|&FileColumn { transform, min, max, .. }| Column { transform, min, max })
-        .collect();
+    let limits: Vec<Column> = columns.iter().map(FileColumn::column).collect();
     Scaler::within(&limits).map_err(|source| {
         let place = match source {
             ScaleError::Columns { .. } => None,

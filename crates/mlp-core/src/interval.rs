@@ -13,7 +13,7 @@ pub struct Interval {
     /// Share of the truths between the limits, above 0 and below 1.
     pub level: f64,
     /// For each target what is taken off the answer and added to it, in its unit (0 or more), or what the answer is divided and multiplied by
-    /// where the target is logarithmic (1 or more).
+    /// where the target is logarithmic or reciprocal (1 or more).
     pub widths: Vec<f32>,
     /// The rows that showed it, in words.
     pub from: String,
@@ -24,9 +24,9 @@ impl Interval {
     #[must_use]
     pub fn around(transform: Transform, width: f32, answer: f64) -> [f64; 2] {
         let width = f64::from(width);
-        match transform {
-            Transform::Identity => [answer - width, answer + width],
-            Transform::Ln => [answer / width, answer * width],
+        match transform.is_relative() {
+            true => [answer / width, answer * width],
+            false => [answer - width, answer + width],
         }
     }
 
@@ -35,10 +35,7 @@ impl Interval {
     /// # Errors
     /// [`FileError::Interval`].
     pub fn check(&self, targets: &[FileColumn]) -> Result<(), FileError> {
-        let least = |target: &FileColumn| match target.transform {
-            Transform::Identity => 0.0,
-            Transform::Ln => 1.0,
-        };
+        let least = |target: &FileColumn| f32::from(u8::from(target.transform.is_relative()));
         let fits =
             |(width, target): (&f32, &FileColumn)| width.is_finite() && *width >= least(target);
         let fit = self.widths.len() == targets.len()

@@ -36,8 +36,8 @@ pub enum PredictError {
         /// Its place.
         column: usize,
     },
-    /// A logarithmic feature is zero or negative.
-    #[error("feature {column} is {value}: the logarithm needs a value above 0")]
+    /// A logarithmic or reciprocal feature is zero or negative.
+    #[error("feature {column} is {value}: its logarithm or reciprocal needs a value above 0")]
     OutOfDomain {
         /// Its place.
         column: usize,
@@ -158,7 +158,7 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         for (target, ((place, output), axis)) in
             out.iter_mut().zip(outputs).zip(self.targets.axes()).enumerate()
         {
-            *place = axis.column.raw(output);
+            *place = axis.column.raw(output.into());
             if !rounded(*place).is_finite() {
                 return Err(PredictError::Overflow { target });
             }
@@ -243,7 +243,7 @@ pub fn rounded(value: f64) -> f32 {
     value as f32
 }
 
-/// What is done to a raw value before it is scaled.
+/// What is done to a raw value before it is scaled: the powers 1, 0 and -1 of Box and Cox, but for constants. Others would need `pow`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Transform {
     /// Nothing.
@@ -251,15 +251,24 @@ pub enum Transform {
     Identity,
     /// Natural logarithm, for positive values that span decades.
     Ln,
+    /// `-1 / value`, for positive values whose noise grows with their square, such as a force `F / (1 - a/g)` by a noisy `a`.
+    ///
+    /// The way back knows the noise: if 1 / value is normal about `u` with the deviation `s`, the answer of least relative error,
+    /// `E[1/value] / E[1/value^2]`, is `u / (u^2 + s^2)`. It is greatest at `u = s` and stays there below.
+    Reciprocal,
 }
 
 impl Transform {
-    /// The name used in model files and column specs: `identity` or `ln`.
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Identity, Self::Ln, Self::Reciprocal];
+
+    /// The name used in model files and column specs: `identity`, `ln` or `reciprocal`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Identity => "identity",
             Self::Ln => "ln",
+            Self::Reciprocal => "reciprocal",
         }
     }
 
@@ -267,6 +276,7 @@ impl Transform {
         match self {
             Self::Identity => raw,
             Self::Ln => libm::logf(raw),
+            Self::Reciprocal => -1.0 / raw,
         }
     }
 
@@ -276,18 +286,53 @@ impl Transform {
         match self {
             Self::Identity => raw,
             Self::Ln => libm::log(raw),
+            Self::Reciprocal => -1.0 / raw,
         }
     }
 
-    fn inverse(self, transformed: f32) -> f32 {
+    /// By how much the transformed value grows with the raw one, there.
+    #[must_use]
+    pub fn slope(self, raw: f64) -> f64 {
+        match self {
+            Self::Identity => 1.0,
+            Self::Ln => 1.0 / raw,
+            Self::Reciprocal => 1.0 / (raw * raw),
+        }
+    }
+
+    fn inverse(self, transformed: f32, noise: f32) -> f32 {
         match self {
             Self::Identity => transformed,
             Self::Ln => libm::expf(transformed),
+            Self::Reciprocal => {
+                let most = if transformed > -noise { -noise } else { transformed };
+                -1.0 / (most + noise * (noise / most))
+            }
         }
     }
 
+    /// [`Transform::forward_double`] back, of a value with this deviation; not finite where a reciprocal without noise is not negative.
+    #[must_use]
+    pub fn inverse_double(self, transformed: f64, noise: f32) -> f64 {
+        match self {
+            Self::Identity => transformed,
+            Self::Ln => libm::exp(transformed),
+            Self::Reciprocal => {
+                let noise = f64::from(noise);
+                let most = if transformed > -noise { -noise } else { transformed };
+                -1.0 / (most + noise * (noise / most))
+            }
+        }
+    }
+
+    /// Whether errors are shares of the value rather than of one size.
+    #[must_use]
+    pub fn is_relative(self) -> bool {
+        self != Self::Identity
+    }
+
     /// Whether `raw` has an image: everything but NaN and the infinities, and only positive values
-    /// under [`Ln`](Self::Ln).
+    /// under all but [`Identity`](Self::Identity).
     #[must_use]
     pub fn accepts(self, raw: f32) -> bool {
         raw.is_finite() && (self == Self::Identity || raw > 0.0)
@@ -302,17 +347,14 @@ impl fmt::Display for Transform {
 
 /// A text that names no transform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("unknown transform (known: identity, ln)")]
+#[error("unknown transform (known: identity, ln, reciprocal)")]
 pub struct UnknownTransform;
 
 impl FromStr for Transform {
     type Err = UnknownTransform;
 
     fn from_str(text: &str) -> Result<Self, UnknownTransform> {
-        [Self::Identity, Self::Ln]
-            .into_iter()
-            .find(|known| known.name() == text)
-            .ok_or(UnknownTransform)
+        Self::ALL.into_iter().find(|known| known.name() == text).ok_or(UnknownTransform)
     }
 }
 
@@ -325,9 +367,17 @@ pub struct Column {
     pub min: f64,
     /// Largest raw value: becomes 1. A column with `max == min` is constant and becomes 0.
     pub max: f64,
+    /// Deviation of the noise of a transformed target, 0 where it is not known: a reciprocal answers by it.
+    pub noise: f32,
 }
 
 impl Column {
+    /// A column without known noise.
+    #[must_use]
+    pub const fn new(transform: Transform, min: f64, max: f64) -> Self {
+        Self { transform, min, max, noise: 0.0 }
+    }
+
     /// Whether the limits differ, but not as `f32`: rows in `f64` are scaled, samples in `f32` and exports see a constant.
     #[must_use]
     pub fn is_constant_in_single(&self) -> bool {
@@ -343,19 +393,19 @@ impl Column {
     fn scaled(&self, raw: f64) -> Option<f32> {
         let (low, half_span) = self.low_and_half_span();
         match self.transform {
-            Transform::Ln if raw <= 0.0 => None,
+            Transform::Ln | Transform::Reciprocal if raw <= 0.0 => None,
             _ if half_span == 0.0 => Some(0.0),
             _ => Some(rounded((self.transform.forward_double(raw) - low) / half_span - 1.0)),
         }
     }
 
-    fn raw(&self, scaled: f32) -> f64 {
+    /// The raw value of a scaled one.
+    #[must_use]
+    pub fn raw(&self, scaled: f64) -> f64 {
         let (low, half_span) = self.low_and_half_span();
-        let transformed = low + (f64::from(scaled) + 1.0) * half_span;
-        match self.transform {
-            _ if half_span == 0.0 => self.min,
-            Transform::Identity => transformed,
-            Transform::Ln => libm::exp(transformed),
+        match half_span == 0.0 {
+            true => self.min,
+            false => self.transform.inverse_double(low + (scaled + 1.0) * half_span, self.noise),
         }
     }
 
@@ -378,7 +428,7 @@ pub enum ScaleError {
         /// Most columns.
         limit: usize,
     },
-    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale.
+    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale; or the noise is none.
     #[error("column {column}: {min} to {max} is no range")]
     Limits {
         /// Its place.
@@ -388,8 +438,8 @@ pub enum ScaleError {
         /// Upper limit.
         max: f64,
     },
-    /// A logarithmic column that reaches down to zero or below.
-    #[error("column {column}: the logarithm needs values above 0, the smallest is {min}")]
+    /// A logarithmic or reciprocal column that reaches down to zero or below.
+    #[error("column {column}: logarithm and reciprocal need values above 0, the smallest is {min}")]
     LogOfNonPositive {
         /// Its place.
         column: usize,
@@ -409,17 +459,18 @@ pub struct Axis {
 
 impl Axis {
     const EMPTY: Self = Self {
-        column: Column { transform: Transform::Identity, min: 0.0, max: 0.0 },
+        column: Column::new(Transform::Identity, 0.0, 0.0),
         low: 0.0,
         half_span: 0.0,
         gain: 0.0,
     };
 
     fn new(place: usize, column: Column) -> Result<Self, ScaleError> {
-        let Column { transform, min, max } = column;
+        let Column { transform, min, max, noise } = column;
         let limits = ScaleError::Limits { column: place, min, max };
         let (low, high) = (rounded(min), rounded(max));
-        if !(low.is_finite() && high.is_finite() && min <= max) {
+        let known = noise >= 0.0 && noise.is_finite();
+        if !(low.is_finite() && high.is_finite() && min <= max && known) {
             return Err(limits);
         }
         if !transform.accepts(low) {
@@ -451,7 +502,8 @@ impl Axis {
         if self.gain == 0.0 {
             return self.minimum();
         }
-        self.column.transform.inverse(self.low + (scaled + 1.0) * self.half_span)
+        let transformed = self.low + (scaled + 1.0) * self.half_span;
+        self.column.transform.inverse(transformed, self.noise())
     }
 }
 
@@ -473,6 +525,12 @@ impl Axis {
     #[must_use]
     pub fn minimum(&self) -> f32 {
         rounded(self.column.min)
+    }
+
+    /// Deviation of the noise, transformed.
+    #[must_use]
+    pub fn noise(&self) -> f32 {
+        self.column.noise
     }
 
     /// The transformed minimum.

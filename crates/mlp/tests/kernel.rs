@@ -99,6 +99,16 @@ mod tests {
         let bound = 20.0 * unit * (expected + expected.sqrt());
         assert!((mse - expected).abs() < bound, "{name}: {mse} {expected}");
         assert_eq!(mse.to_bits(), objective.mse(&weights).to_bits(), "{name}");
+        let n = weights.len();
+        let (mut normal, mut projected) = (vec![0.0; n * n], vec![0.0; n]);
+        objective.normal_equations(&weights, &mut normal, &mut projected);
+        let half = 0.5 * objective.residuals() as f64;
+        for ((g, p), size) in gradient.iter().zip(projected).zip(&sizes) {
+            assert!(
+                (g.double() - p / half).abs() <= 30.0 * unit * (size + 0.1),
+                "{name}: {g:?} {p}"
+            );
+        }
         // The rounding of the terms themselves, which does not shrink with their number, and of some scale.
         for ((g, plain), size) in gradient.iter().zip(plain).zip(sizes) {
             let error = (g.double() - plain).abs();

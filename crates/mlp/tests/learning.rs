@@ -7,9 +7,9 @@ mod tests {
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
         Algorithm, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile, NetworkObjective,
-        Precision, RunConfig, Stop, Topology, Training, evaluate, fit, run,
+        Precision, RunConfig, Stop, Topology, Training, evaluate, fit, fit::by_evidence, run,
     };
-    use mlp::{Activation, Coverage};
+    use mlp::{Activation, Coverage, Transform};
     use ndarray::{Array2, ArrayView2, arr2};
     use proptest::prelude::*;
 
@@ -91,6 +91,39 @@ mod tests {
         let best =
             br.runs.iter().map(|run| run.evidence.unwrap().ln_evidence).fold(f64::MIN, f64::max);
         assert!(found.ln_evidence >= best);
+    }
+
+    /// The evidence finds the form whose noise is the same everywhere; the file keeps the noise, and answers are better for it.
+    #[test]
+    fn a_reciprocal_is_found_and_its_noise_makes_relative_errors_less() {
+        let specs = |text: &str| [text.parse().unwrap()];
+        let rows = |count: i32, seed: u64| {
+            let rows = noisy(count, seed);
+            let targets = rows.target_values().mapv(|y| 1.0 / (1.8 + y));
+            let inputs = rows.input_values().to_owned();
+            DataSet::from_values("r", &specs("x"), &specs("y"), inputs, targets).unwrap()
+        };
+        for scaler in [Method::MinMax, Method::ZScore] {
+            let config = FitConfig { scaler, ..config("br", 60) };
+            let fits = rows(80, 5).target_forms().into_iter().map(|form| {
+                let fit = fit(&form, None, None, &config).unwrap();
+                (form, fit)
+            });
+            let fits: Vec<(DataSet, Fit)> = fits.collect();
+            let (form, fit) = &fits[by_evidence(&fits)];
+            let target = &fit.file.targets[0];
+            assert_eq!((form.targets[0].transform, fits.len()), (Transform::Reciprocal, 3));
+            assert!((0.15..0.27).contains(&target.noise), "{}", target.noise);
+            let test = rows(500, 6).with_target(Transform::Reciprocal).unwrap();
+            let error = |noise: f32| {
+                let mut file = fit.file.clone();
+                file.targets[0].noise = noise;
+                let found = evaluate(&file.large_model().unwrap(), &test).unwrap();
+                found.relative_errors.mapv(|error| error * error).mean().unwrap()
+            };
+            let (known, unknown) = (error(target.noise), error(0.0));
+            assert!(known < 0.95 * unknown, "{known} {unknown}");
+        }
     }
 
     /// The saved model, whose limits are min-max, makes the very errors that the training saw in z-scores.

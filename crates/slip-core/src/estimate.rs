@@ -1,7 +1,7 @@
 //! Features of a slip in, the adequate grasp force out: the network with its inputs by name, and the formula.
 
 use crate::esc::Esc;
-use mlp_core::{Model, Network, PredictError, Transform, model::MAX_IO};
+use mlp_core::{Model, Network, PredictError, model::MAX_IO};
 
 /// Networks of an ensemble, at most.
 pub const MAX_MEMBERS: usize = 4;
@@ -152,7 +152,7 @@ impl<W: AsRef<[f32]>> Estimator<W> {
     #[must_use]
     pub fn with_interval(self, width: f32, sigmas: f32) -> Self {
         let reach = match self.model.targets().columns().next().map(|column| column.transform) {
-            Some(Transform::Ln) => Reach::Logarithm(libm::logf(width)),
+            Some(transform) if transform.is_relative() => Reach::Logarithm(libm::logf(width)),
             _ => Reach::Newtons(width),
         };
         let (Reach::Logarithm(size) | Reach::Newtons(size)) = reach;

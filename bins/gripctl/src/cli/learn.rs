@@ -84,10 +84,10 @@ pub(crate) enum CollectSplit {
 /// Which columns a learner sees.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ColumnArgs {
-    /// Input columns; `name:ln` takes the logarithm.
+    /// Input columns; `name:ln` takes the logarithm, `name:reciprocal` the reciprocal.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) inputs: Vec<String>,
-    /// Target columns; `name:ln` takes the logarithm.
+    /// Target columns; `name:ln` learns the logarithm, `name:reciprocal` the reciprocal.
     #[arg(long, value_delimiter = ',', required = true)]
     pub(crate) target: Vec<String>,
     /// The target is a class, the text in its one column: learn probabilities (softmax, cross-entropy) in place of a number.
@@ -106,7 +106,7 @@ pub(crate) struct TrainArgs {
     #[arg(long, default_value = "mlp")]
     pub(crate) model: String,
     /// Choose by cross-validation on the training rows among mean, line, cubic, networks (br, scg, rprop) and a Gaussian process, of
-    /// the target and of its logarithm, say why, and train that.
+    /// the target, its logarithm and its reciprocal, say why, and train that.
     #[arg(long, conflicts_with_all = ["model", "algorithm", "classify", "folds", "validation", "card"])]
     pub(crate) auto: bool,
     #[command(flatten)]

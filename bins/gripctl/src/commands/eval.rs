@@ -8,15 +8,12 @@ use crate::{cli::learn::EvalArgs, output};
 use anyhow::Context as _;
 use grip_session::{ModelError, exit::Exit, model};
 use grip_study::outlook::{Ensemble, Predict, Score, answers, columns as learner, ensemble, score};
-use mlp::{
-    Column,
-    train::{
-        DataSet, FileError, LargeModel, ModelFile, Scaling, evaluate,
-        file::FileColumn,
-        fit::no_better_than_the_mean,
-        interval::{Interval, coverage},
-        predict,
-    },
+use mlp::train::{
+    DataSet, FileError, LargeModel, ModelFile, Scaling, evaluate,
+    file::FileColumn,
+    fit::no_better_than_the_mean,
+    interval::{Interval, coverage},
+    predict,
 };
 use ndarray::Array2;
 use serde::Serialize;
@@ -141,11 +138,7 @@ fn evaluated(model: &LargeModel, data: &DataSet) -> anyhow::Result<Result> {
 }
 
 fn scored(learner: &dyn Predict, data: &DataSet, targets: &[FileColumn]) -> anyhow::Result<Result> {
-    let column = |column: &FileColumn| {
-        let &FileColumn { transform, min, max, .. } = column;
-        Scaling::from(Column { transform, min, max })
-    };
-    let limits: Vec<Scaling> = targets.iter().map(column).collect();
+    let limits: Vec<Scaling> = targets.iter().map(|target| target.column().into()).collect();
     let Score { rows, mse, scaled_mse, within_10pct, r2 } = score(learner, data, &limits)?;
     Ok(Result {
         rows,

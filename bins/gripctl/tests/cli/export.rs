@@ -5,22 +5,24 @@ use std::{fs, path::Path, process::Command};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
 
-/// Three inputs (one logarithmic, one constant), two hidden layers of all other functions, two targets.
+/// Four inputs (a logarithm, a reciprocal, a constant), two hidden layers of all other functions, a target of each transform.
 const OTHER: &str = r#"{
   "format": "mlp-model", "version": 1,
   "inputs": [
     { "name": "v*/ m", "unit": "m/s", "transform": "identity", "min": -0.5, "max": 2.0 },
     { "name": "f_n", "unit": "N", "transform": "ln", "min": 0.1, "max": 40.0 },
-    { "name": "f_n", "unit": "µm", "transform": "identity", "min": 3.0, "max": 3.0 }
+    { "name": "f_n", "unit": "µm", "transform": "identity", "min": 3.0, "max": 3.0 },
+    { "name": "g", "unit": "", "transform": "reciprocal", "min": 0.2, "max": 30.0 }
   ],
   "targets": [
     { "name": "a", "unit": "N", "transform": "identity", "min": -3.0, "max": 9.0 },
-    { "name": "b", "unit": "N", "transform": "ln", "min": 1.0, "max": 1e4 }
+    { "name": "b", "unit": "N", "transform": "ln", "min": 1.0, "max": 1e4 },
+    { "name": "c", "unit": "N", "transform": "reciprocal", "min": 0.5, "max": 40.0, "noise": 0.1 }
   ],
   "layers": [
-    { "activation": "relu", "weights": [[1.0, -0.5, 2.0], [-1.25, 0.75, 0.1], [0.3, 0.2, 0.4]], "biases": [0.1, -0.2, 1e-45] },
+    { "activation": "relu", "weights": [[1.0, -0.5, 2.0, 0.2], [-1.25, 0.75, 0.1, -0.3], [0.3, 0.2, 0.4, 0.1]], "biases": [0.1, -0.2, 1e-45] },
     { "activation": "logistic", "weights": [[1.5, -0.5, -2.0], [-0.25, 3.75, -0.1]], "biases": [-0.0, 0.2] },
-    { "activation": "tanh", "weights": [[1.0, -1.5], [0.5, 0.25]], "biases": [0.1, 0.0] }
+    { "activation": "tanh", "weights": [[1.0, -1.5], [0.5, 0.25], [0.9, 0.8]], "biases": [0.1, 0.0, 0.2] }
   ],
   "training": null
 }"#;

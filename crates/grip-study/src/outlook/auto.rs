@@ -79,7 +79,7 @@ pub struct Tried {
     /// The way.
     #[serde(serialize_with = "shown")]
     pub learner: Way,
-    /// `identity` or `ln`: what is learned of the target.
+    /// `identity`, `ln` or `reciprocal`: what is learned of the target.
     #[serde(serialize_with = "shown")]
     pub target: Transform,
     /// On rows held out, raw; none where it could not be trained.
@@ -155,7 +155,7 @@ pub fn auto(
 /// Number of trials that [`auto`] makes at most.
 #[must_use]
 pub fn count() -> usize {
-    2 * Way::all().len() - 1
+    3 * Way::all().len() - 2
 }
 
 fn reason(tried: &[Tried], chosen: usize, error: &dyn Fn(&Tried) -> f64) -> String {

@@ -2,7 +2,7 @@
 
 use mlp::train::{ColumnSpec, DataSet, FileError, Scaling};
 use mlp::train::{file::FileColumn, interval::Interval, scaling::columns};
-use mlp::{Column, PredictError, ShapeError, Transform};
+use mlp::{PredictError, ShapeError};
 use ndarray::ArrayRef1;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -81,6 +81,14 @@ impl Columns {
         }
     }
 
+    /// The same where reciprocal targets have this noise, a variance in scaled units each: the mean square of what is left of the rows.
+    pub(super) fn with_noise(mut self, variances: impl IntoIterator<Item = f64>) -> Self {
+        for (target, variance) in self.targets.iter_mut().zip(variances) {
+            target.set_noise(variance);
+        }
+        self
+    }
+
     /// The column specs with which a CSV file is read for it.
     #[must_use]
     pub fn specs(&self) -> (Vec<ColumnSpec>, Vec<ColumnSpec>) {
@@ -119,7 +127,8 @@ impl Columns {
             return Err(ShapeError::Inputs { needed, given }.into());
         }
         let columns = self.inputs.iter().zip(inputs);
-        let scaled: Vec<f64> = columns.map(|(column, raw)| scaling(column).scaled(*raw)).collect();
+        let scaled: Vec<f64> =
+            columns.map(|(column, raw)| Scaling::from(column.column()).scaled(*raw)).collect();
         match scaled.iter().position(|value| !value.is_finite()) {
             Some(column) => Err(PredictError::NotFinite { column }),
             None => Ok(scaled),
@@ -139,7 +148,7 @@ impl Columns {
         for (target, ((scaled, column), output)) in
             scaled.zip(&self.targets).zip(outputs).enumerate()
         {
-            *output = raw(column, scaled);
+            *output = column.column().raw(scaled);
             if !output.is_finite() {
                 return Err(PredictError::Overflow { target });
             }
@@ -148,25 +157,7 @@ impl Columns {
     }
 }
 
-fn scaling(column: &FileColumn) -> Scaling {
-    Column { transform: column.transform, min: column.min, max: column.max }.into()
-}
-
-/// The raw value of a scaled one.
-fn raw(column: &FileColumn, scaled: f64) -> f64 {
-    let scaling = scaling(column);
-    let transformed = scaling.transformed(scaling.min) + 0.5 * (scaled + 1.0) * scaling.span();
-    match column.transform {
-        Transform::Identity => transformed,
-        Transform::Ln => libm::exp(transformed),
-    }
-}
-
 /// The deviation in raw units of an answer, of one in scaled units.
 pub(super) fn raw_deviation(column: &FileColumn, scaled: f64, answer: f64) -> f64 {
-    let transformed = 0.5 * scaled * scaling(column).span();
-    match column.transform {
-        Transform::Identity => transformed,
-        Transform::Ln => transformed * answer,
-    }
+    0.5 * scaled * Scaling::from(column.column()).span() / column.transform.slope(answer)
 }

@@ -94,7 +94,9 @@ impl Gp {
             .map(|target| Machine::fit(&instances, &targets.column(target).to_vec()))
             .collect::<Option<_>>();
         let machines = machines.ok_or(OutlookError::Singular)?;
-        Ok(Self { columns: Columns::of(FORMAT, train), instances, machines })
+        let machines: Vec<Machine> = machines;
+        let noise = machines.iter().map(|machine| machine.noise * machine.signal);
+        Ok(Self { columns: Columns::of(FORMAT, train).with_noise(noise), instances, machines })
     }
 
     /// Logarithm of the evidence of all targets, in scaled units.

@@ -150,15 +150,16 @@ impl Method {
 /// # Errors
 /// As [`Gp::fit`].
 pub fn gp_by_evidence(train: &DataSet) -> Result<Gp, OutlookError> {
-    let mut best = Gp::fit(train)?;
     // The form as asked for is the first.
-    for form in train.target_forms().iter().skip(1) {
-        let gp = Gp::fit(form)?;
-        if gp.ln_evidence() + form.ln_jacobian() > best.ln_evidence() + train.ln_jacobian() {
-            best = gp;
+    let mut best: Option<(f64, Gp)> = None;
+    for form in train.target_forms() {
+        let gp = Gp::fit(&form)?;
+        let evidence = gp.ln_evidence() + form.ln_jacobian();
+        if best.as_ref().is_none_or(|(most, _)| evidence > *most) {
+            best = Some((evidence, gp));
         }
     }
-    Ok(best)
+    best.map(|(_, gp)| gp).ok_or(OutlookError::Singular)
 }
 
 /// Evidence decides on start and form of the target, and no rows are needed to stop by.

@@ -1,7 +1,7 @@
 //! Polynomials of the scaled features by least squares: the mean, a line, a cubic. The baselines that a network has to beat.
 
 use mlp::PredictError;
-use mlp::train::linear::solve_shifted;
+use mlp::train::linear::{product, solve_shifted};
 use mlp::train::{DataSet, FileError, SettingError};
 use ndarray::ArrayRef1;
 use serde::{Deserialize, Serialize};
@@ -70,7 +70,12 @@ impl Poly {
         };
         let coefficients: Option<Vec<_>> = (0..train.targets.len()).map(&mut solve).collect();
         let coefficients = coefficients.ok_or(OutlookError::Singular)?;
-        Ok(Self { columns: Columns::of(FORMAT, train), degree, coefficients })
+        let noise = coefficients.iter().zip(wanted.columns()).map(|(coefficients, wanted)| {
+            let left = rows.iter().zip(wanted).map(|(row, z)| z - product(row, coefficients));
+            left.map(|left| left * left).sum::<f64>() / rows.len() as f64
+        });
+        let columns = Columns::of(FORMAT, train).with_noise(noise);
+        Ok(Self { columns, degree, coefficients })
     }
 
     /// `mean`, `linear` or `poly`, as `--model` has it.
@@ -134,7 +139,7 @@ fn terms(x: &[f64], degree: usize) -> Vec<f64> {
 impl Predict for Poly {
     fn predict(&self, inputs: &ArrayRef1<f64>, outputs: &mut [f64]) -> Result<(), PredictError> {
         let terms = terms(&self.columns.scaled(inputs)?, self.degree);
-        let value = |weights: &Vec<f64>| weights.iter().zip(&terms).map(|(w, t)| w * t).sum();
+        let value = |weights: &Vec<f64>| product(weights, &terms);
         self.columns.answer(self.coefficients.iter().map(value), outputs)
     }
 }

@@ -106,8 +106,14 @@ impl Svr {
         let machines = (0..train.targets.len())
             .into_par_iter()
             .map(|target| machine(&features, &wanted.column(target), config))
-            .collect::<Result<_, _>>()?;
-        Ok(Self { columns: Columns::of(FORMAT, train), config: *config, machines })
+            .collect::<Result<Vec<Machine>, OutlookError>>()?;
+        let noise = machines.iter().zip(wanted.columns()).map(|(machine, wanted)| {
+            let left = features.rows().into_iter().zip(wanted);
+            let left = left.map(|(x, z)| z - machine.value(&x.to_vec(), config.gamma));
+            left.map(|left| left * left).sum::<f64>() / train.rows() as f64
+        });
+        let columns = Columns::of(FORMAT, train).with_noise(noise);
+        Ok(Self { columns, config: *config, machines })
     }
 
     /// Whether there are few enough rows, before any work is done on them.

@@ -28,8 +28,8 @@ pub struct Ceiling {
     pub within_10pct: f64,
     /// By the closed form, where the features allow it.
     pub closed_form: Option<f64>,
-    /// By the neighbours.
-    pub neighbours: f64,
+    /// By the neighbours; none where the closed form is right about all rows.
+    pub neighbours: Option<f64>,
     /// The features by which these were found.
     pub neighbours_by: String,
 }
@@ -43,8 +43,11 @@ pub fn ceiling(condition: &Condition, seed: u64, known: usize) -> Result<Ceiling
     let rows = condition.rows(draw_seed(seed, 1 << 40), ASKED + known)?;
     let (asked, known) = rows.split_at(ASKED);
     let closed_form = closed_form(condition, asked);
-    let (neighbours, neighbours_by) = by_neighbours(condition, asked, known)?;
-    let within_10pct = closed_form.unwrap_or(0.0).max(neighbours);
+    let (neighbours, neighbours_by) = match closed_form {
+        Some(1.0) => (None, String::new()),
+        _ => by_neighbours(condition, asked, known).map(|(found, by)| (Some(found), by))?,
+    };
+    let within_10pct = closed_form.unwrap_or(0.0).max(neighbours.unwrap_or(0.0));
     Ok(Ceiling { within_10pct, closed_form, neighbours, neighbours_by })
 }
 

@@ -349,11 +349,12 @@ impl Draw {
 }
 
 impl StudyConfig {
-    /// What the report of a study of this size judges claims by: 5 draws; `--claims` takes 20.
+    /// What the report of a study of this size judges claims by: 5 draws, at most 10 starts; `--claims` takes 20 of both.
     #[must_use]
     pub fn claims_beside(&self) -> Self {
         let claims = Self::claims(self.seed);
-        Self { draws: 5, conditions: claims.conditions, ..self.clone() }
+        let repeats = self.repeats.min(10);
+        Self { draws: 5, repeats, conditions: claims.conditions, ..self.clone() }
     }
 }
 

@@ -83,7 +83,8 @@ impl StudyConfig {
     /// Trainings it takes.
     #[must_use]
     pub fn trainings(&self) -> usize {
-        self.conditions.len() * self.draws * NETS.len() * self.repeats
+        let starts: usize = NETS.iter().map(|net| net.starts(self.repeats)).sum();
+        self.conditions.len() * self.draws * starts
     }
 
     /// Whether every number is large enough, and the trainers can work with their settings.

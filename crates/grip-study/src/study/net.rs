@@ -59,6 +59,12 @@ impl Net {
         })
     }
 
+    /// From how many of `repeats` starts it is trained: the evidence of a few tells the best one, of each form of the target.
+    #[must_use]
+    pub fn starts(&self, repeats: usize) -> usize {
+        if self.trainer == "BR" { repeats.min(5) } else { repeats }
+    }
+
     /// Name and trainer: `M3 RPROP`.
     #[must_use]
     pub fn title(&self) -> String {

@@ -50,9 +50,6 @@ pub struct Curve {
     pub test: Vec<f64>,
 }
 
-/// Starts that choose among forms of the target.
-const FEW: usize = 5;
-
 /// One net on one draw of rows.
 #[derive(Clone, Debug)]
 pub(super) struct Trained {
@@ -74,7 +71,7 @@ pub(super) fn fit_config(net: &Net, config: &StudyConfig) -> FitConfig {
             ..RunConfig::default()
         },
         seed: config.seed,
-        repeats: config.repeats,
+        repeats: net.starts(config.repeats),
         // Choosing the start by its evidence is part of Bayesian regularisation.
         choice: match algorithm {
             Algorithm::Br => Choice::Best,
@@ -85,7 +82,7 @@ pub(super) fn fit_config(net: &Net, config: &StudyConfig) -> FitConfig {
 }
 
 /// Trains from every start and keeps the run nearest the average; of Bayesian regularisation the one with the highest evidence, which
-/// decides too whether the target or its logarithm is learned.
+/// decides too whether the target, its logarithm or its reciprocal is learned.
 pub(super) fn train(
     condition: &Condition,
     net: &Net,
@@ -103,24 +100,13 @@ pub(super) fn train(
         .map(|form| Fitting::new(form, None, &fit_config))
         .collect::<Result<_, _>>()
         .map_err(fault)?;
-    let run = |at: usize, starts: core::ops::Range<usize>, counted: bool| -> Vec<Run> {
-        let one = |start| {
-            let run = fittings[at].run(start);
-            if counted {
-                progress();
-            }
-            run
-        };
-        starts.into_par_iter().map(one).collect()
+    let start = |start| -> Vec<Run> {
+        let runs = fittings.iter().map(|fitting| fitting.run(start)).collect();
+        progress();
+        runs
     };
-    // A few starts choose the form, the others are trained in that form only.
-    let few = if forms.len() > 1 { FEW.min(config.repeats) } else { config.repeats };
-    let mut tried: Vec<Vec<Run>> =
-        (0..forms.len()).into_par_iter().map(|at| run(at, 0..few, at == 0)).collect();
-    let at = form_of(&forms, &fittings, &tried).map_err(fault)?;
-    let mut runs = tried.swap_remove(at);
-    runs.extend(run(at, few..config.repeats, true));
-    let fit = fittings[at].finish(runs, None).map_err(fault)?;
+    let runs: Vec<Vec<Run>> = (0..fit_config.repeats).into_par_iter().map(start).collect();
+    let fit = best(&forms, &fittings, &runs).map_err(fault)?;
     let test = evaluate(&fit.model, &sets.test)
         .map_err(|source: EvaluateError| FitError::Evaluate {
             file: sets.test.file.clone(),
@@ -132,19 +118,15 @@ pub(super) fn train(
     Ok(Trained { summary, scores, fit })
 }
 
-/// Place of the form of the target that the evidence of its runs speaks for.
-fn form_of(
-    forms: &[DataSet],
-    fittings: &[Fitting<'_>],
-    tried: &[Vec<Run>],
-) -> Result<usize, FitError> {
-    if forms.len() < 2 {
-        return Ok(0);
-    }
-    let fits = forms.iter().zip(fittings).zip(tried).map(|((form, fitting), runs)| {
-        fitting.finish(runs.clone(), None).map(|fit| (form.clone(), fit))
+/// Of the form of the target that the evidence of its runs speaks for. Apart from [`train`], which waits for other trainings on the same
+/// stack: models are large.
+fn best(forms: &[DataSet], fittings: &[Fitting<'_>], runs: &[Vec<Run>]) -> Result<Fit, FitError> {
+    let finished = fittings.iter().zip(forms).enumerate().map(|(at, (fitting, form))| {
+        let runs = runs.iter().map(|runs| runs[at].clone()).collect();
+        Ok((form.clone(), fitting.finish(runs, None)?))
     });
-    Ok(by_evidence(&fits.collect::<Result<Vec<_>, _>>()?))
+    let mut fits = finished.collect::<Result<Vec<_>, FitError>>()?;
+    Ok(fits.swap_remove(by_evidence(&fits)).1)
 }
 
 /// The saved model's answer (N); NaN where it has none.

@@ -1,7 +1,7 @@
 //! Round trips, refusals and common ranges of ensembles.
 
 use super::*;
-use crate::model::Estimate;
+use crate::model::{Estimate, Transform};
 
 /// `f = 2^x` within `min` to `max` of x, by a network that is the identity of scaled values.
 fn member(min: f32, max: f32) -> ModelFile {
@@ -37,6 +37,18 @@ fn a_file_comes_back_as_it_was() {
     assert_eq!(EnsembleFile::from_json(&text).unwrap(), with);
     let error = EnsembleFile::from_json(&text.replace("0.9", "1.9")).unwrap_err();
     assert_eq!(error, FileError::Interval);
+}
+
+#[test]
+fn reciprocal_targets_share_the_mean_of_their_noise() {
+    let members = [0.1, 0.3].map(|noise| {
+        let mut file = member(0.0, 2.0);
+        (file.targets[0].transform, file.targets[0].noise) = (Transform::Reciprocal, noise);
+        file
+    });
+    let both = EnsembleFile::new(members.to_vec()).unwrap();
+    assert_eq!(EnsembleFile::from_json(&both.to_json().unwrap()).unwrap(), both);
+    assert!(both.aligned().iter().all(|file| (file.targets[0].noise - 0.2).abs() < 1e-6));
 }
 
 #[test]

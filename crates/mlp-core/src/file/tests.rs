@@ -117,6 +117,7 @@ fn sized(inputs: usize, targets: usize) -> ModelFile {
             transform: Transform::Identity,
             min: -1.0,
             max: 1.0,
+            noise: 0.0,
         };
         (0..count).map(column).collect()
     };
@@ -160,6 +161,23 @@ fn small_models_answer_the_same_bits_in_both_sizes() {
 }
 
 #[test]
+fn noise_is_written_where_answers_need_it_and_may_be_missing() {
+    let mut file = sized(2, 1);
+    file.targets[0].min = 0.5;
+    for transform in Transform::ALL {
+        file.targets[0].transform = transform;
+        file.targets[0].set_noise(0.04);
+        let text = file.to_json().unwrap();
+        let reciprocal = transform == Transform::Reciprocal;
+        assert_eq!(text.contains("noise"), reciprocal, "files of other forms stay as they were");
+        assert_eq!(ModelFile::from_json(&text).unwrap(), file);
+    }
+    assert!((file.targets[0].noise - 0.1).abs() < 1e-6, "a fifth of half the span from 1 to 2");
+    let without = file.to_json().unwrap().replace("\"noise\": 0.1", "\"about\": 0.1");
+    assert_eq!(ModelFile::from_json(&without).unwrap().targets[0].noise, 0.0);
+}
+
+#[test]
 fn a_classifier_estimates_no_number() {
     let mut file = sized(2, 3);
     assert!(!file.to_json().unwrap().contains("classes"), "files of estimators stay as they were");
@@ -182,6 +200,7 @@ fn an_interval_is_kept_and_refused_where_it_can_not_hold() {
     assert_eq!(ModelFile::from_json(&file.to_json().unwrap()).unwrap(), file);
     assert_eq!(Interval::around(Transform::Identity, 0.5, 3.0), [2.5, 3.5]);
     assert_eq!(Interval::around(Transform::Ln, 1.5, 3.0), [2.0, 4.5]);
+    assert_eq!(Interval::around(Transform::Reciprocal, 1.5, 3.0), [2.0, 4.5]);
     for (level, widths) in [
         (0.0, &[0.1, 1.5][..]),
         (1.0, &[0.1, 1.5]),

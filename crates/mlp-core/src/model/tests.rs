@@ -7,12 +7,11 @@ use proptest::prelude::*;
 fn mean_model() -> Model<[f32; 3]> {
     let network = Network::new(&[2, 1], &[Activation::Linear], [0.5, 0.5, 0.0]).unwrap();
     let inputs = Scaler::new(&[
-        Column { transform: Transform::Ln, min: 0.01, max: 1.0 },
-        Column { transform: Transform::Identity, min: -2.0, max: 2.0 },
+        Column::new(Transform::Ln, 0.01, 1.0),
+        Column::new(Transform::Identity, -2.0, 2.0),
     ])
     .unwrap();
-    let targets =
-        Scaler::new(&[Column { transform: Transform::Identity, min: 0.0, max: 10.0 }]).unwrap();
+    let targets = Scaler::new(&[Column::new(Transform::Identity, 0.0, 10.0)]).unwrap();
     Model::new(network, inputs, targets).unwrap()
 }
 
@@ -48,9 +47,8 @@ fn what_can_not_be_predicted_is_an_error() {
 #[test]
 fn rows_in_double_precision_may_be_large_against_their_range() {
     let network = Network::new(&[1, 1], &[Activation::Linear], [1.0, 0.0]).unwrap();
-    let scaler = |min: f64, max| {
-        Scaler::new(&[Column { transform: Transform::Identity, min, max }]).unwrap()
-    };
+    let scaler =
+        |min: f64, max| Scaler::new(&[Column::new(Transform::Identity, min, max)]).unwrap();
     let model = Model::new(network, scaler(1e6 - 1e-3, 1e6 + 1e-3), scaler(1e9, 1e9 + 3.0));
     let model = model.unwrap();
     let mut out = [0.0];
@@ -82,7 +80,7 @@ fn rows_in_double_precision_may_be_large_against_their_range() {
 #[test]
 fn estimate_wants_a_single_target() {
     let network = Network::new(&[1, 2], &[Activation::Linear], [1.0; 4]).unwrap();
-    let column = Column { transform: Transform::Identity, min: 0.0, max: 1.0 };
+    let column = Column::new(Transform::Identity, 0.0, 1.0);
     let (one, two) = (Scaler::new(&[column]).unwrap(), Scaler::new(&[column; 2]).unwrap());
     let model = Model::new(network.clone(), one.clone(), two).unwrap();
     assert_eq!(model.estimate(&[0.5]), Err(ShapeError::Outputs { needed: 2, given: 1 }.into()));
@@ -113,14 +111,16 @@ mod scaler {
     use proptest::prelude::*;
 
     fn one(transform: Transform, min: f32, max: f32) -> Result<Scaler, ScaleError> {
-        Scaler::new(&[Column { transform, min: min.into(), max: max.into() }])
+        Scaler::new(&[Column::new(transform, min.into(), max.into())])
     }
 
     #[test]
     fn limits_become_minus_one_and_one() {
-        for (transform, min, max) in
-            [(Transform::Identity, -3.0, 5.0), (Transform::Ln, 0.01_f32, 100.0)]
-        {
+        for (transform, min, max) in [
+            (Transform::Identity, -3.0, 5.0),
+            (Transform::Ln, 0.01_f32, 100.0),
+            (Transform::Reciprocal, 0.5, 8.0),
+        ] {
             let scaler = one(transform, min, max).unwrap();
             assert_eq!(scaler.scaled(0, min), Some(-1.0));
             assert!((scaler.scaled(0, max).unwrap() - 1.0).abs() < 1e-6);
@@ -131,9 +131,34 @@ mod scaler {
         assert!(decades.scaled(0, 1.0).unwrap().abs() < 1e-6, "the middle of four decades");
     }
 
+    /// By summing over the bell curve, cut off far from 0.
+    #[test]
+    fn a_reciprocal_comes_back_as_the_answer_of_least_relative_error() {
+        let reciprocal = Transform::Reciprocal;
+        for (u, noise) in [(0.4, 0.0_f32), (0.4, 0.01), (0.4, 0.1), (2.0, 0.5)] {
+            let s = f64::from(noise);
+            let mean = |power: i32| -> f64 {
+                let at = |step: i32| u + s * f64::from(step) / 100.0;
+                let weight = |step: i32| libm::exp(-0.5e-4 * f64::from(step * step));
+                let sum = |of: &dyn Fn(i32) -> f64| (-390..=390).map(of).sum::<f64>();
+                sum(&|step| weight(step) * at(step).powi(power)) / sum(&weight)
+            };
+            let (answer, wanted) = (reciprocal.inverse_double(-u, noise), mean(1) / mean(2));
+            assert!((answer / wanted - 1.0).abs() < 1e-3, "{u} {s}: {answer} {wanted}");
+            let single = f64::from(reciprocal.inverse(rounded(-u), noise));
+            assert!((single / answer - 1.0).abs() < 1e-6, "{u} {s}: {single} {answer}");
+        }
+        // Where nothing is left the answer is the greatest; without noise there is none.
+        let answers = [-0.25, -0.125, 0.0, 7.0].map(|z| reciprocal.inverse_double(z, 0.125));
+        assert!((answers[0] - 3.2).abs() < 1e-12);
+        assert!(answers[1..].iter().all(|answer| (answer - 4.0).abs() < 1e-12), "{answers:?}");
+        assert_eq!(reciprocal.inverse(-1e-30, 0.0), 1e30);
+        assert!([0.0, 2.0].iter().all(|z| !reciprocal.inverse(*z, 0.0).is_finite()));
+    }
+
     #[test]
     fn a_constant_column_becomes_zero_and_comes_back() {
-        for transform in [Transform::Identity, Transform::Ln] {
+        for transform in Transform::ALL {
             let scaler = one(transform, 0.3, 0.3).unwrap();
             assert_eq!(scaler.scaled(0, 17.0), Some(0.0));
             assert_eq!(scaler.raw(0, 0.7), Some(0.3));
@@ -160,8 +185,12 @@ mod scaler {
             assert!(matches!(error, ScaleError::Limits { column: 0, .. }), "{min}..{max}: {error}");
         }
         assert!(one(Transform::Identity, f32::MIN, f32::MAX).is_err());
+        for noise in [-1.0, f32::NAN, f32::INFINITY] {
+            let column = Column { noise, ..Column::new(Transform::Reciprocal, 1.0, 2.0) };
+            assert!(Scaler::new(&[column]).is_err(), "{noise}");
+        }
         assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0, limit: 16 }));
-        let column = Column { transform: Transform::Identity, min: 0.0, max: 1.0 };
+        let column = Column::new(Transform::Identity, 0.0, 1.0);
         assert_eq!(Scaler::new(&[column; 17]), Err(ScaleError::Columns { given: 17, limit: 16 }));
     }
 
@@ -188,7 +217,7 @@ mod scaler {
             max in prop::num::f32::ANY,
             raw in prop::num::f32::ANY,
         ) {
-            for transform in [Transform::Identity, Transform::Ln] {
+            for transform in Transform::ALL {
                 if let Ok(scaler) = one(transform, min, max) {
                     prop_assert!(scaler.scaled(0, raw).is_none_or(|scaled| !scaled.is_nan()));
                 }

@@ -100,7 +100,7 @@ impl Text<'_> {
             "typedef enum {{\n    {upper}_OK = 0,            /* all features within the training range */\n    \
              {upper}_EXTRAPOLATED = 1,  /* there is an answer, but a feature lies outside the training range */\n    \
              {upper}_NOT_FINITE = 2,    /* no answer: a feature is NaN or infinite */\n    \
-             {upper}_OUT_OF_DOMAIN = 3, /* no answer: a logarithmic feature is zero or negative */\n    \
+             {upper}_OUT_OF_DOMAIN = 3, /* no answer: a logarithmic or reciprocal feature is zero or negative */\n    \
              {upper}_OVERFLOW = 4       /* no answer: it is too large for a float */\n}} {prefix}_status;\n\n\
              /* Estimates the targets. Without an answer (status 2 and above) out is left as it was. Takes a fixed number of\n   \
              operations, no heap and no static memory but constants. */\n\
@@ -128,10 +128,8 @@ impl Text<'_> {
             "\nvoid {prefix}_interval(const float out[{upper}_OUTPUTS], float low[{upper}_OUTPUTS], float high[{upper}_OUTPUTS])\n{{\n"
         );
         for (at, (column, &width)) in self.file.targets.iter().zip(&interval.widths).enumerate() {
-            let (down, up, width) = match column.transform {
-                Transform::Identity => ('-', '+', operand(width)),
-                Transform::Ln => ('/', '*', operand(width)),
-            };
+            let (down, up) = if column.transform.is_relative() { ('/', '*') } else { ('-', '+') };
+            let width = operand(width);
             let _infallible = writeln!(
                 text,
                 "    low[{at}] = out[{at}] {down} {width};\n    high[{at}] = out[{at}] {up} {width};"
@@ -243,8 +241,7 @@ impl Text<'_> {
             (from, to) = (to, from);
         }
         for (at, axis) in targets.axes().iter().enumerate() {
-            let _infallible =
-                writeln!(text, "    raw[{at}] = {};", unscale(axis, &format!("{from}[{at}]")));
+            text += &unscale(at, axis, from);
         }
         if self.file.classes.is_some() {
             let _infallible = writeln!(text, "    softmax(raw, {upper}_OUTPUTS);");
@@ -313,14 +310,17 @@ fn tanh() -> String {
 fn scale(at: usize, axis: &Axis, upper: &str) -> String {
     let mut text =
         format!("    if (!is_finite(in[{at}])) {{\n        return {upper}_NOT_FINITE;\n    }}\n");
-    let logarithmic = axis.transform() == Transform::Ln;
-    if logarithmic {
+    if axis.transform() != Transform::Identity {
         let _infallible = write!(
             text,
             "    if (!(in[{at}] > 0.0f)) {{\n        return {upper}_OUT_OF_DOMAIN;\n    }}\n"
         );
     }
-    let value = if logarithmic { format!("logf(in[{at}])") } else { format!("in[{at}]") };
+    let value = match axis.transform() {
+        Transform::Identity => format!("in[{at}]"),
+        Transform::Ln => format!("logf(in[{at}])"),
+        Transform::Reciprocal => format!("-1.0f / in[{at}]"),
+    };
     let _infallible = if axis.is_constant() {
         writeln!(text, "    x[{at}] = 0.0f; /* the same in all training rows */")
     } else {
@@ -334,13 +334,23 @@ fn scale(at: usize, axis: &Axis, upper: &str) -> String {
     text
 }
 
-fn unscale(axis: &Axis, value: &str) -> String {
+fn unscale(at: usize, axis: &Axis, from: &str) -> String {
     if axis.is_constant() {
-        return literal(axis.minimum());
+        return format!("    raw[{at}] = {};\n", literal(axis.minimum()));
     }
     let (low, half_span) = (literal(axis.low()), operand(axis.half_span()));
-    let linear = format!("{low} + ({value} + 1.0f) * {half_span}");
-    if axis.transform() == Transform::Ln { format!("expf({linear})") } else { linear }
+    let linear = format!("{low} + ({from}[{at}] + 1.0f) * {half_span}");
+    match axis.transform() {
+        Transform::Identity => format!("    raw[{at}] = {linear};\n"),
+        Transform::Ln => format!("    raw[{at}] = expf({linear});\n"),
+        Transform::Reciprocal => {
+            let (noise, most) = (literal(axis.noise()), operand(-axis.noise()));
+            format!(
+                "    raw[{at}] = {linear};\n    raw[{at}] = raw[{at}] > {most} ? {most} : raw[{at}];\n    \
+                 raw[{at}] = -1.0f / (raw[{at}] + {noise} * ({noise} / raw[{at}]));\n"
+            )
+        }
+    }
 }
 
 fn activate(activation: Activation, values: &str, count: usize) -> String {

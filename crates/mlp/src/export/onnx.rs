@@ -1,12 +1,12 @@
 //! A model file in, the bytes of an ONNX model out.
 //!
 //! ```text
-//! features [N, inputs] -> (Log of the logarithmic ones) -> Sub -> Div -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add
-//!     -> (Exp of the logarithmic ones) -> targets [N, outputs]
+//! features [N, inputs] -> (Log or Div of some) -> Sub -> Div -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add
+//!     -> (Exp of some, Min, Div, Add and Div of others) -> targets [N, outputs]
 //!     -> GreaterOrEqual, LessOrEqual, And -> in_range [N, inputs]
 //! ```
 //! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` reports for each feature whether the training rows covered it. A model with logarithmic and other
-//! columns takes the logarithm of all and picks with Where. A feature that was constant in training has no influence: its weights
+//! columns takes the logarithm of all and picks with Where; so with reciprocals. A feature that was constant in training has no influence: its weights
 //! in the first layer are written as zeros. Operator set 17; names, units and ranges stand in `metadata_props`.
 
 use prost::Message as _;
@@ -138,30 +138,35 @@ impl Graph {
         self.node("And", &["not_below", "not_above"], "in_range");
     }
 
-    /// `operator` (Log or Exp) on the logarithmic columns of `current`; `current` itself where there are none.
+    /// What `all` makes of `current`, in the columns with that transform; nothing is made where there are none.
     fn transform(
         &mut self,
-        operator: &str,
+        transform: Transform,
         current: String,
         axes: &[Axis],
-        output: &str,
+        all: impl Fn(&mut Self, &str) -> String,
     ) -> String {
-        let logarithmic: Vec<bool> =
-            axes.iter().map(|axis| axis.transform() == Transform::Ln).collect();
-        if !logarithmic.contains(&true) {
+        let mask: Vec<u8> =
+            axes.iter().map(|axis| u8::from(axis.transform() == transform)).collect();
+        if !mask.contains(&1) {
             return current;
         }
-        if !logarithmic.contains(&false) {
-            return self.node(operator, &[&current], output);
+        let made = all(self, &current);
+        if !mask.contains(&0) {
+            return made;
         }
-        let all = self.node(operator, &[&current], &format!("{output}_all"));
-        let bytes = logarithmic.iter().map(|&flag| u8::from(flag)).collect();
-        let mask = self.constant(&format!("{output}_mask"), &[1, axes.len()], BOOL, bytes);
-        self.node("Where", &[&mask, &all, &current], output)
+        let mask = self.constant(&format!("{made}_mask"), &[1, axes.len()], BOOL, mask);
+        self.node("Where", &[&mask, &made, &current], &format!("{made}_some"))
     }
 
     fn scale(&mut self, features: String, axes: &[Axis]) -> String {
-        let current = self.transform("Log", features, axes, "features_log");
+        let current = self.transform(Transform::Ln, features, axes, |graph, current| {
+            graph.node("Log", &[current], "features_log")
+        });
+        let current = self.transform(Transform::Reciprocal, current, axes, |graph, current| {
+            let minus = graph.floats("features_minus", &[1, 1], &[-1.0]);
+            graph.node("Div", &[&minus, current], "features_reciprocal")
+        });
         let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
         let half = |axis: &Axis| if axis.is_constant() { 1.0 } else { axis.half_span() };
         let half: Vec<f32> = axes.iter().map(half).collect();
@@ -200,10 +205,24 @@ impl Graph {
         let half = self.floats("targets_half_range", &[1, axes.len()], &half);
         let middle = self.floats("targets_middle", &[1, axes.len()], &middle);
         let current = self.node("Mul", &[current, &half], "targets_centred");
-        let logarithmic = axes.iter().any(|axis| axis.transform() == Transform::Ln);
-        let name = if logarithmic { "targets_log" } else { "targets" };
-        let current = self.node("Add", &[&current, &middle], name);
-        self.transform("Exp", current, axes, "targets");
+        let current = self.node("Add", &[&current, &middle], "targets_transformed");
+        let current = self.transform(Transform::Ln, current, axes, |graph, current| {
+            graph.node("Exp", &[current], "targets_exp")
+        });
+        let current = self.transform(Transform::Reciprocal, current, axes, |graph, current| {
+            let of = |value: fn(f32) -> f32| -> Vec<f32> {
+                axes.iter().map(|axis| value(axis.noise())).collect()
+            };
+            let most = graph.floats("targets_most", &[1, axes.len()], &of(|noise| -noise));
+            let square =
+                graph.floats("targets_noise", &[1, axes.len()], &of(|noise| noise * noise));
+            let minus = graph.floats("targets_minus", &[1, 1], &[-1.0]);
+            let least = graph.node("Min", &[current, &most], "targets_limited");
+            let more = graph.node("Div", &[&square, &least], "targets_shrinking");
+            let sum = graph.node("Add", &[&least, &more], "targets_shrunk");
+            graph.node("Div", &[&minus, &sum], "targets_reciprocal")
+        });
+        self.node("Identity", &[&current], "targets");
     }
 }
 

@@ -5,15 +5,16 @@ use crate::model::Transform;
 use crate::train::file::FileColumn;
 use crate::train::{ModelFile, Topology};
 
-/// Columns alternate between plain and logarithmic; the last of four or more is constant.
+/// Columns alternate between `first` and another transform; the last of four or more is constant.
 fn columns(kind: &str, count: usize, first: Transform) -> Vec<FileColumn> {
-    let other = if first == Transform::Ln { Transform::Identity } else { Transform::Ln };
+    let other = if first == Transform::Identity { Transform::Ln } else { Transform::Identity };
     let column = |at: usize| FileColumn {
         name: format!("{kind} {at} */"),
         unit: "m/s".to_owned(),
         transform: if at.is_multiple_of(2) { first } else { other },
         min: 0.25,
         max: if at == 3 { 0.25 } else { 30.0 },
+        noise: if kind == "target" { 0.3 } else { 0.0 },
     };
     (0..count).map(column).collect()
 }
@@ -27,7 +28,7 @@ fn file(sizes: &[usize], activations: &[Activation], first: Transform) -> ModelF
     ModelFile::new(&columns("input", inputs, first), &targets, &topology, &weights)
 }
 
-/// Each activation, one to three hidden layers and none, both transforms, constant columns.
+/// Each activation, one to three hidden layers and none, every transform, constant columns.
 pub(super) fn all() -> Vec<ModelFile> {
     use Activation::{Linear, Logistic, Relu, Tanh};
     vec![
@@ -38,6 +39,8 @@ pub(super) fn all() -> Vec<ModelFile> {
         file(&[4, 6, 5, 4], &[Tanh, Relu, Linear], Transform::Ln),
         file(&[16, 32, 16, 3, 16], &[Tanh, Logistic, Tanh, Tanh], Transform::Identity),
         file(&[3, 64, 1], &[Tanh, Tanh], Transform::Identity),
+        file(&[3, 8, 2], &[Tanh, Tanh], Transform::Reciprocal),
+        file(&[1, 3, 1], &[Tanh, Linear], Transform::Reciprocal),
     ]
 }
 

@@ -112,7 +112,7 @@ impl DataSet {
     ///
     /// # Errors
     /// [`DataSetError::Columns`], [`DataSetError::Repeated`], [`DataSetError::Shape`], [`DataSetError::NoRows`],
-    /// [`DataSetError::NotANumber`] and [`DataSetError::LogOfNonPositive`].
+    /// [`DataSetError::NotANumber`] and [`DataSetError::NotPositive`].
     pub fn from_values(
         name: &str,
         inputs: &[ColumnSpec],
@@ -300,11 +300,12 @@ impl DataSet {
     }
 
     /// The forms of the target that evidence or folds may choose between: as it was asked for and, where that is a positive number,
-    /// its logarithm.
+    /// its logarithm and its reciprocal.
     #[must_use]
     pub fn target_forms(&self) -> Vec<Self> {
-        let logarithm = self.with_target(Transform::Ln).filter(|form| form.targets != self.targets);
-        core::iter::once(self.clone()).chain(logarithm).collect()
+        let others = [Transform::Ln, Transform::Reciprocal].map(|form| self.with_target(form));
+        let others = others.into_iter().flatten().filter(|form| form.targets != self.targets);
+        core::iter::once(self.clone()).chain(others).collect()
     }
 
     /// Logarithm of the density of the raw targets over that of the scaled ones: added to an evidence in scaled units it makes those of
@@ -314,8 +315,7 @@ impl DataSet {
         let scalings = self.target_scalings();
         let rows = self.target_values.rows();
         let ln = |(y, scaling): (&f64, &Scaling)| {
-            let slope = if scaling.transform == Transform::Ln { y.recip() } else { 1.0 };
-            (2.0 * slope / scaling.span()).ln()
+            (2.0 * scaling.transform.slope(*y) / scaling.span()).ln()
         };
         rows.into_iter().map(|row| row.iter().zip(&scalings).map(ln).sum::<f64>()).sum()
     }
@@ -425,10 +425,10 @@ fn read_fields(
                 return Err(DataSetError::NotANumber { place: place(row, at), text });
             }
         };
-        // A positive value that is 0 in the model's precision has no logarithm there either.
-        if spec.transform == Transform::Ln && !spec.transform.accepts(super::rounded(value)) {
-            let place = place(row, at);
-            return Err(DataSetError::LogOfNonPositive { place, value: value.to_string() });
+        // A positive value that is 0 in the model's precision has neither logarithm nor reciprocal there.
+        if !spec.transform.accepts(super::rounded(value)) {
+            let (place, transform) = (place(row, at), spec.transform);
+            return Err(DataSetError::NotPositive { place, transform, value: value.to_string() });
         }
         values.push(value);
     }
@@ -459,7 +459,8 @@ fn check_values(
             return Err(DataSetError::NotANumber { place: place(at, spec), text });
         }
         if !spec.transform.accepts(single) {
-            return Err(DataSetError::LogOfNonPositive { place: place(at, spec), value: text });
+            let (place, transform) = (place(at, spec), spec.transform);
+            return Err(DataSetError::NotPositive { place, transform, value: text });
         }
     }
     Ok(())

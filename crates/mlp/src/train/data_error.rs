@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::topology::MOST_OUTPUTS;
+use crate::model::Transform;
 
 /// Where in a file something is wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,11 +93,13 @@ pub enum DataSetError {
         /// The field.
         text: String,
     },
-    /// The logarithm of a value that is not positive.
-    #[error("{place}: the logarithm needs a value above 0, this is {value}")]
-    LogOfNonPositive {
+    /// Logarithm or reciprocal of a value that is not positive.
+    #[error("{place}: {transform} needs a value above 0, this is {value}")]
+    NotPositive {
         /// Where it stands.
         place: Place,
+        /// What is done to its column.
+        transform: Transform,
         /// The value as text.
         value: String,
     },

@@ -344,6 +344,10 @@ impl<'a> Fitting<'a> {
             &as_min_max(&self.topology, &runs[chosen].weights, &self.inputs, &self.targets),
         );
         file.classes.clone_from(&self.train.classes);
+        let noise = runs[chosen].noise();
+        for (column, scaling) in file.targets.iter_mut().zip(&self.targets) {
+            column.set_noise(noise / scaling.over_min_max()[0].powi(2));
+        }
         let model = file.large_model()?;
         let train = self.evaluate(&model, self.train)?;
         let test = test.map(|data| self.evaluate(&model, data)).transpose()?;

@@ -150,10 +150,7 @@ impl<'a> HeldOut<'a> {
                 |&row: &usize| missed(spec.transform, truths[[row, target]], all[[row, target]]);
             let groups = self.groups.iter().map(|group| group.iter().map(missed).collect());
             let width = width(groups.collect(), self.level);
-            let width = match spec.transform {
-                Transform::Identity => rounded(width),
-                Transform::Ln => rounded(width.exp()),
-            };
+            let width = rounded(if spec.transform.is_relative() { width.exp() } else { width });
             if width.is_finite() { Ok(width) } else { Err(IntervalError::NoLimit { target }) }
         };
         let widths = self.data.targets.iter().enumerate().map(of).collect::<Result<_, _>>()?;
@@ -171,10 +168,7 @@ impl<'a> HeldOut<'a> {
 
 /// How far an answer misses the truth, in the unit of the target or in its logarithm; infinite without an answer.
 fn missed(transform: Transform, truth: f64, answer: f64) -> f64 {
-    let off = match transform {
-        Transform::Identity => truth - answer,
-        Transform::Ln => (truth / answer).ln(),
-    };
+    let off = if transform.is_relative() { (truth / answer).ln() } else { truth - answer };
     if off.is_nan() { f64::INFINITY } else { off.abs() }
 }
 

@@ -179,8 +179,7 @@ mod tests {
     /// Predicts `y = x` for 0..4.
     fn identity() -> Model<[f32; 2]> {
         let network = Network::new(&[1, 1], &[Activation::Linear], [1.0, 0.0]).unwrap();
-        let scaler =
-            Scaler::new(&[Column { transform: Transform::Identity, min: 0.0, max: 4.0 }]).unwrap();
+        let scaler = Scaler::new(&[Column::new(Transform::Identity, 0.0, 4.0)]).unwrap();
         Model::new(network, scaler.clone(), scaler).unwrap()
     }
 

@@ -237,69 +237,6 @@ mod tests {
         f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
-    fn case(topology: &Topology, rows: usize, seed: u64) -> (NetworkObjective, Vec<f64>) {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut draw =
-            |rows, columns| Array2::from_shape_simple_fn((rows, columns), || uniform(&mut rng));
-        let (inputs, targets) = (draw(rows, topology.inputs()), draw(rows, topology.outputs()));
-        let weights = draw(1, topology.weights()).into_raw_vec_and_offset().0;
-        (NetworkObjective::new(topology, &inputs, &targets).unwrap(), weights)
-    }
-
-    fn topologies() -> impl Iterator<Item = Topology> {
-        Activation::ALL.into_iter().flat_map(|hidden| {
-            Activation::ALL.into_iter().flat_map(move |output| {
-                [
-                    Topology::new(&[3, 5, 2], &[hidden, output]).unwrap(),
-                    Topology::new(&[2, 4, 3, 1], &[hidden, Activation::Tanh, output]).unwrap(),
-                ]
-            })
-        })
-    }
-
-    /// Central differences with step h: error about mse'''/6 h^2 + eps/h, best near h = 1e-5.
-    #[test]
-    fn gradient_agrees_with_central_differences() {
-        let step = 1e-5;
-        for (seed, topology) in topologies().enumerate() {
-            // 131 rows: a full block, a short one and a group with empty lanes.
-            let (mut objective, mut weights) = case(&topology, 131, seed as u64);
-            let mut gradient = vec![0.0; weights.len()];
-            let mse = objective.gradient(&weights, &mut gradient);
-            assert_eq!(mse.to_bits(), objective.mse(&weights).to_bits());
-            for at in 0..weights.len() {
-                let middle = weights[at];
-                weights[at] = middle + step;
-                let above = objective.mse(&weights);
-                weights[at] = middle - step;
-                let below = objective.mse(&weights);
-                weights[at] = middle;
-                let difference = (above - below) / (2.0 * step);
-                // A kink of relu inside the step shifts the difference by up to step / rows * weights.
-                let relu = topology.activations().contains(&Activation::Relu);
-                let bound = if relu { 2e-5 } else { 2e-9 };
-                let error = (difference - gradient[at]).abs();
-                assert!(error < bound, "{topology:?} weight {at}: {difference} {}", gradient[at]);
-            }
-        }
-    }
-
-    #[test]
-    fn projected_residuals_are_the_gradient_without_its_factor() {
-        for (seed, topology) in topologies().enumerate() {
-            let (mut objective, weights) = case(&topology, 137, seed as u64);
-            let n = weights.len();
-            let (mut gradient, mut projected) = (vec![0.0; n], vec![0.0; n]);
-            let mut normal = vec![0.0; n * n];
-            objective.gradient(&weights, &mut gradient);
-            objective.normal_equations(&weights, &mut normal, &mut projected);
-            let factor = 2.0 / count(objective.residuals());
-            for (g, p) in gradient.iter().zip(&projected) {
-                assert!((g - factor * p).abs() < 1e-13, "{g} {}", factor * p);
-            }
-        }
-    }
-
     /// For a network linear in its weights `J'J` is the matrix of input products.
     #[test]
     fn normal_matrix_of_a_linear_network_is_the_input_products() {

@@ -116,6 +116,14 @@ pub struct Run {
     pub evidence: Option<Evidence>,
 }
 
+impl Run {
+    /// Variance of the noise of the training rows, scaled: by the evidence, or the training error where there is none.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.evidence.map_or(self.mse, |found| 0.5 / found.beta)
+    }
+}
+
 /// The best weights seen so far.
 struct Best<T> {
     weights: Vec<T>,

@@ -95,7 +95,7 @@ impl Scaling {
     }
 
     /// Gain and offset that turn a value scaled to -1..1 into this scaling's.
-    fn over_min_max(&self) -> [f64; 2] {
+    pub(super) fn over_min_max(&self) -> [f64; 2] {
         let (low, span) = self.low_and_span();
         match self.moments {
             None => [1.0, 0.0],
@@ -122,7 +122,7 @@ impl Scaling {
     /// The column of the saved model.
     #[must_use]
     pub fn column(&self) -> Column {
-        Column { transform: self.transform, min: self.min, max: self.max }
+        Column::new(self.transform, self.min, self.max)
     }
 
     fn low_and_span(&self) -> (f64, f64) {
@@ -133,7 +133,7 @@ impl Scaling {
 
 impl From<Column> for Scaling {
     fn from(column: Column) -> Self {
-        let Column { transform, min, max } = column;
+        let Column { transform, min, max, .. } = column;
         Self { transform, min, max, moments: None }
     }
 }
@@ -181,9 +181,9 @@ pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
         .iter()
         .zip(scalings)
         .map(|(spec, scaling)| {
-            let Column { transform, min, max } = scaling.column();
+            let Column { transform, min, max, noise } = scaling.column();
             let unit = unit_of(&spec.name).to_owned();
-            FileColumn { name: spec.name.clone(), unit, transform, min, max }
+            FileColumn { name: spec.name.clone(), unit, transform, min, max, noise }
         })
         .collect()
 }
@@ -195,9 +195,9 @@ mod tests {
 
     #[test]
     fn agrees_with_the_scaler_of_the_model() {
-        for transform in [Transform::Identity, Transform::Ln] {
+        for transform in Transform::ALL {
             let scaling = Scaling::of(transform, [0.5, 0.25, 8.0, 1.0]);
-            assert_eq!(scaling.column(), Column { transform, min: 0.25, max: 8.0 });
+            assert_eq!(scaling.column(), Column::new(transform, 0.25, 8.0));
             let scaler = Scaler::new(&[scaling.column()]).unwrap();
             for raw in [0.1_f32, 0.25, 1.0, 7.5, 20.0] {
                 let double = scaling.scaled(f64::from(raw));
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn z_scores_have_mean_zero_and_deviation_one() {
         let values = [1.0, 2.0, 4.0, 8.0, 1000.0];
-        for transform in [Transform::Identity, Transform::Ln] {
+        for transform in Transform::ALL {
             let scaling = Scaling::by(Method::ZScore, transform, &values.into_iter());
             let scaled = values.map(|value| scaling.scaled(value));
             let square: f64 = scaled.iter().map(|z| z * z).sum();

@@ -8,7 +8,7 @@ type Weights = &'static [f32];
 
 /// A network that answers `slope` times the trial force, which it knows from -2 to 10 N.
 fn times(weights: Weights) -> Model<Weights> {
-    let column = Column { transform: Transform::Identity, min: -10.0, max: 10.0 };
+    let column = Column::new(Transform::Identity, -10.0, 10.0);
     ranged(weights, column)
 }
 
@@ -97,7 +97,7 @@ fn an_interval_is_stated_within_the_known_range_and_widened_by_the_noise_of_the_
 
 #[test]
 fn the_interval_of_a_logarithmic_target_is_a_factor() {
-    let column = Column { transform: Transform::Ln, min: 0.5, max: 8.0 };
+    let column = Column::new(Transform::Ln, 0.5, 8.0);
     let model = ranged(&[1.0, 0.0], column);
     let estimator = Estimator::new(model, &[Feature::TrialForce]).unwrap();
     let estimate = estimator.with_interval(1.25, 1.6).estimate(&pressed(2.0)).unwrap();
@@ -119,7 +119,7 @@ fn an_answer_that_is_unsure_or_a_guess_is_not_trusted() {
 
 #[test]
 fn networks_that_do_not_belong_together_are_refused() {
-    let narrow = Column { transform: Transform::Identity, min: -1.0, max: 1.0 };
+    let narrow = Column::new(Transform::Identity, -1.0, 1.0);
     let other = ensemble().with_member(ranged(&[1.0, 0.0], narrow)).unwrap_err();
     assert_eq!(other, EstimatorError::Ranges);
     let full = ensemble().with_member(times(&[1.0, 0.0])).unwrap();

@@ -10,7 +10,10 @@ use grip_study::outlook::{
     Auto,
     auto::{Tried, Way, auto, count},
 };
-use mlp::{Transform, train::FitConfig};
+use mlp::{
+    Transform,
+    train::{ColumnSpec, FitConfig},
+};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -64,10 +67,8 @@ pub(super) fn chosen(
     learner.model().clone_into(&mut chosen.model);
     algorithm.unwrap_or(&args.algorithm).clone_into(&mut chosen.algorithm);
     chosen.repeats = args.repeats.max(if algorithm.is_some() { 2 } else { 1 });
-    if let (Transform::Ln, [name], [spec]) =
-        (target, &mut chosen.columns.target[..], &rows.targets[..])
-    {
-        *name = format!("{}:ln", spec.name);
+    if let ([name], [spec]) = (&mut chosen.columns.target[..], &rows.targets[..]) {
+        *name = ColumnSpec { transform: *target, ..spec.clone() }.to_string();
     }
     Ok(chosen)
 }
@@ -77,7 +78,7 @@ fn table(found: &Auto, rows: usize) -> anyhow::Result<()> {
         "{rows} rows, {} folds, each answered by what never saw it:",
         found.folds
     ))?;
-    output::line("   learner           target    mse            R2  within 10 %")?;
+    output::line("   learner           target      mse            R2  within 10 %")?;
     for (at, tried) in found.tried.iter().enumerate() {
         let mark = if at == found.chosen { "->" } else { "  " };
         let Tried { learner, target, held_out, refused } = tried;
@@ -94,12 +95,16 @@ fn table(found: &Auto, rows: usize) -> anyhow::Result<()> {
             None => refused.clone().unwrap_or_default(),
         };
         output::line(&format!(
-            "{mark} {:<16}  {:<8}  {numbers}",
+            "{mark} {:<16}  {:<10}  {numbers}",
             learner.to_string(),
             target.name()
         ))?;
     }
     let Tried { learner, target, .. } = &found.tried[found.chosen];
-    let form = if *target == Transform::Ln { " of the logarithm" } else { "" };
+    let form = match target {
+        Transform::Identity => "",
+        Transform::Ln => " of the logarithm",
+        Transform::Reciprocal => " of the reciprocal",
+    };
     Ok(output::line(&format!("chosen: {learner}{form}: {}", found.reason))?)
 }

@@ -3,13 +3,10 @@
 use crate::{cli::learn::TrainArgs, output};
 use grip_session::exit::WrongArgument;
 use indicatif::ParallelProgressIterator as _;
-use mlp::{
-    Transform,
-    train::{
-        ColumnSpec, DataSet, FitConfig,
-        fit::no_better_than_the_mean,
-        interval::{HeldOut, Interval, Shown},
-    },
+use mlp::train::{
+    ColumnSpec, DataSet, FitConfig,
+    fit::no_better_than_the_mean,
+    interval::{HeldOut, Interval, Shown},
 };
 use ndarray::Array2;
 use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
@@ -74,9 +71,11 @@ impl Stated {
     pub(in crate::commands) fn report(&self, targets: &[ColumnSpec]) -> anyhow::Result<()> {
         let Some(interval) = &self.interval else { return Ok(()) };
         let limits =
-            targets.iter().zip(&interval.widths).map(|(target, width)| match target.transform {
-                Transform::Identity => format!("{} +- {width:.3}", target.name),
-                Transform::Ln => format!("{} / {width:.3} to * {width:.3}", target.name),
+            targets.iter().zip(&interval.widths).map(|(ColumnSpec { name, transform }, width)| {
+                match transform.is_relative() {
+                    true => format!("{name} / {width:.3} to * {width:.3}"),
+                    false => format!("{name} +- {width:.3}"),
+                }
             });
         let (limits, percent) = (limits.collect::<Vec<_>>().join(", "), 100.0 * interval.level);
         let r2 = self.held_out_r2.map_or(String::new(), |r2| format!("; R2 of those {r2:.4}"));

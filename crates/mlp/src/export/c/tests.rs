@@ -48,6 +48,8 @@ fn the_mathematics_of_the_library_is_used_for_logarithms_only() {
     assert!(!plain.contains("math.h") && !plain.contains("rational_tanh"), "{plain}");
     assert!(logarithmic.contains("math.h") && logarithmic.contains("rational_tanh"));
     assert!(logarithmic.contains("logf(in[0])") && logarithmic.contains("expf("), "{logarithmic}");
+    let reciprocal = source(&test_models::all()[8], "m", "m.h", "m.json").unwrap().source;
+    assert!(reciprocal.contains("-1.0f / in[0]") && !reciprocal.contains("math.h"), "{reciprocal}");
 }
 
 #[test]

@@ -28,9 +28,12 @@ fn tensor(tensor: &TensorProto) -> Rows {
 /// Element by element; a single row stands for any number of rows.
 fn each(left: &Rows, right: &Rows, f: impl Fn(f64, f64) -> f64) -> Rows {
     let row = |at: usize, rows: &Rows| rows[if rows.len() == 1 { 0 } else { at }].clone();
-    (0..left.len().max(right.len()))
-        .map(|at| row(at, left).iter().zip(row(at, right)).map(|(a, b)| f(*a, b)).collect())
-        .collect()
+    let pairs = |left: Vec<f64>, right: Vec<f64>| -> Vec<f64> {
+        // A single value stands for a row.
+        let left = left.iter().cycle().take(left.len().max(right.len()));
+        left.zip(&right).map(|(a, b)| f(*a, *b)).collect()
+    };
+    (0..left.len().max(right.len())).map(|at| pairs(row(at, left), row(at, right))).collect()
 }
 
 fn gemm(rows: &Rows, weights: &Rows, biases: &Rows) -> Rows {
@@ -46,6 +49,8 @@ fn compute(operator: &str, inputs: &[&Rows]) -> Rows {
     match operator {
         "Log" => map(f64::ln),
         "Exp" => map(f64::exp),
+        "Identity" => inputs[0].clone(),
+        "Min" => each(inputs[0], inputs[1], f64::min),
         "Tanh" => map(f64::tanh),
         "Sigmoid" => map(|x| 1.0 / (1.0 + (-x).exp())),
         "Relu" => map(|x| x.max(0.0)),

@@ -55,7 +55,7 @@ fn messages_say_where_and_what() {
     );
     assert_eq!(
         message("v,f_n\n0.5,2\n0,3\n", &["v:ln"]),
-        "grasps.csv, line 3, column \"v\": the logarithm needs a value above 0, this is 0"
+        "grasps.csv, line 3, column \"v\": ln needs a value above 0, this is 0"
     );
     assert!(message("v,v,f_n\n1,1,1\n", &["v"]).contains("columns 1 and 2 are both named \"v\""));
     assert_eq!(message("v,f_n\n", &["v"]), "grasps.csv: no rows below the header");
@@ -142,7 +142,7 @@ fn computed_values_are_checked_like_fields() {
         assert!(error.to_string().starts_with("rows, line 2, column \"v\""), "{error}");
     }
     let error = make(arr2(&[[0.1, 0.0]]), arr2(&[[3.0]])).unwrap_err();
-    assert!(matches!(error, DataSetError::LogOfNonPositive { .. }), "{error}");
+    assert!(matches!(error, DataSetError::NotPositive { .. }), "{error}");
 }
 
 /// Fortran order, as NumPy may save it, and views that run backwards: rows, hash, limits and parts are the same.

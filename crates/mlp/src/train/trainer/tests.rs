@@ -1,4 +1,4 @@
-//! Each rule's first updates against its formula worked out for one weight.
+//! First updates of rules that build on curvature against their formulas, worked out for one weight; the others: `tests/reference.rs`.
 
 use super::*;
 
@@ -47,53 +47,6 @@ fn assert_path(algorithm: Algorithm, expected: [f64; 3]) {
     let got = path(algorithm);
     for (got, expected) in got.iter().zip(expected) {
         assert!((got - expected).abs() < 1e-12, "{algorithm:?}: {got} instead of {expected}");
-    }
-}
-
-#[test]
-fn descent_follows_its_formula() {
-    // g = 20, 12, 7.2
-    assert_path(Algorithm::Gd(GradientDescentConfig { rate: 0.05 }), [2.0, 1.4, 1.04]);
-}
-
-#[test]
-fn both_momentum_forms_follow_their_formulas() {
-    let config = |form| Algorithm::Gdm(MomentumConfig { rate: 0.1, momentum: 0.5, form });
-    // dw = -1, then 0.5 * -1 - 0.05 * 12 = -1.1, then 0.5 * -1.1 - 0.05 * 3.2 = -0.71
-    assert_path(config(MomentumForm::Averaged), [2.0, 0.9, 0.19]);
-    // dw = -2, then 0.5 * -2 - 0.1 * 4 = -1.4, then 0.5 * -1.4 + 0.1 * 7.2 = 0.02
-    assert_path(config(MomentumForm::HeavyBall), [1.0, -0.4, -0.38]);
-}
-
-#[test]
-fn rprop_variants_follow_their_formulas() {
-    let path = |variant, expected| {
-        let config = RpropConfig { variant, initial: 2.0, ..RpropConfig::default() };
-        assert_path(Algorithm::Rprop(config), expected);
-    };
-    // All: 3 - 2 = 1, 1 - 2.4 = -1.4, where the gradient turns and the length becomes 1.2.
-    path(RpropVariant::Minus, [1.0, -1.4, -0.2]);
-    path(RpropVariant::Plus, [1.0, -1.4, 1.0]);
-    path(RpropVariant::ImprovedMinus, [1.0, -1.4, -1.4]);
-    // The error rose from 1 to 14.44: undone.
-    path(RpropVariant::ImprovedPlus, [1.0, -1.4, 1.0]);
-}
-
-#[test]
-fn improved_rprop_plus_rests_when_the_error_fell() {
-    // 3 - 2.2 = 0.8, 0.8 - 2.64 = ... would rise; from 1.5 with length 1.2: 0.3, error 4 -> 0.16.
-    let config =
-        RpropConfig { variant: RpropVariant::ImprovedPlus, initial: 1.2, ..RpropConfig::default() };
-    let mut trainer = Algorithm::Rprop(config).trainer(1);
-    let (mut objective, mut weights) = (Parabola { a: 2.0, b: 1.0 }, [1.5]);
-    let mut step = || {
-        trainer.step(&mut objective, &mut weights);
-        weights[0]
-    };
-    let path: [f64; 3] = core::array::from_fn(|_| step());
-    // Turned at 0.3 with a lower error: rests, then moves up with length 0.6.
-    for (got, expected) in path.iter().zip([0.3, 0.3, 0.9]) {
-        assert!((got - expected).abs() < 1e-12, "{path:?}");
     }
 }
 
