@@ -40,7 +40,8 @@ fn a_wav_is_imported_labelled_and_scored() {
         );
     }
     let replayed = gripctl(folder, &["replay", "a.npz", "--json"]).done();
-    assert_eq!(replayed.out, direct.out, "imported or not, the events are the same");
+    let played = replayed.out.replace("a.npz", "a.wav");
+    assert_eq!(played, direct.out, "imported or not, the events are the same");
     let lines = gripctl(folder, &["import", "a.wav", "--json"]).done().json();
     assert_eq!(
         (&lines[0]["column"], &lines[0]["signal"]),

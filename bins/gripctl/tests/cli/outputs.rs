@@ -199,9 +199,9 @@ const OWN: [&str; 9] = [
     "grip-daemon/src/dump/mod.rs",
     "grip-daemon/src/recorder/name.rs",
     "grip-fleet/src/archive/mod.rs",
-    "grip-fleet/src/deploy/shelf.rs",
     "grip-fleet/src/recordings/fetch.rs",
     "grip-fleet/src/spool.rs",
+    "grip-fleet/src/store.rs",
     "grip-port/src/linux/open.rs",
 ];
 
