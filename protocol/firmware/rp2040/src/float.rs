@@ -5,95 +5,127 @@
 //! sums and products of two f32 that were rounded to f64 first round to the same f32 (53 >= 2 * 24 + 2 bits).
 
 const SIGN: u32 = 0x8000_0000;
-const INFINITY: u32 = 0x7F80_0000;
-const HIDDEN: u32 = 0x0080_0000;
-const FRACTION: u32 = HIDDEN - 1;
+const INFINITE: u32 = 0xFF;
+/// The lowest bit of the exponent.
+const ONE: u32 = 1 << 23;
 
 /// The sum of two f32, as bits.
 #[must_use]
 #[inline(always)]
 pub fn add(a: u32, b: u32) -> u32 {
     let (x, y) = if (a << 1) < (b << 1) { (b, a) } else { (a, b) };
-    let (exponent, lower) = ((x >> 23) & 0xFF, (y >> 23) & 0xFF);
-    if exponent == 0xFF || lower == 0 {
-        return if y << 1 == 0 && x << 1 != 0 && exponent != 0xFF { x } else { slow_add(x, y) };
+    let (exponent, lower) = ((x << 1) >> 24, (y << 1) >> 24);
+    // Nothing of the rest leaves the range of normal numbers.
+    if exponent.wrapping_sub(28) >= 0xFE - 28 || lower == 0 {
+        return special_add(x, y);
     }
     let shift = exponent - lower;
     if shift > 26 {
         return x;
     }
-    // Three bits below the last one: two of the sum and one for all that is lost.
-    let large = ((x & FRACTION) | HIDDEN) << 3;
-    let mut small = ((y & FRACTION) | HIDDEN) << 3;
-    if shift > 0 {
-        let lost = small << (32 - shift);
-        small = (small >> shift) | u32::from(lost != 0);
-    }
-    let sign = x & SIGN;
-    if (x ^ y) & SIGN == 0 {
+    // Six bits below the last one, and two above the first. The lowest stands for all that is lost.
+    let large = ((x << 8) | SIGN) >> 2;
+    let small = ((y << 8) | SIGN) >> 2;
+    let kept = small >> shift;
+    let small = kept | u32::from(kept << shift != small);
+    let head = (x >> 23) << 23;
+    if ((x ^ y) as i32) >= 0 {
         let sum = large + small;
-        if sum < HIDDEN << 4 {
-            return rounded(sign, exponent, sum);
-        }
-        return if exponent >= 0xFE {
-            sign | INFINITY
+        return if sum >> 30 != 0 {
+            rounded(head, sum << 1, 0)
         } else {
-            rounded(sign, exponent + 1, (sum >> 1) | (sum & 1))
+            rounded(head - ONE, sum << 2, 0)
         };
     }
-    let mut difference = large - small;
-    if difference >= HIDDEN << 3 {
-        return rounded(sign, exponent, difference);
-    }
+    let mut difference = (large - small) << 2;
     if difference == 0 {
         return 0;
     }
-    let up = difference.leading_zeros() - 5;
-    if up >= exponent {
-        return slow_add(x, y);
+    let mut head = head - ONE;
+    if difference >> 20 == 0 {
+        difference <<= 12;
+        head -= 12 * ONE;
     }
-    difference <<= up;
-    rounded(sign, exponent - up, difference)
+    // Mostly that is a step or none.
+    while (difference as i32) >= 0 {
+        difference <<= 1;
+        head -= ONE;
+    }
+    rounded(head, difference, 0)
 }
 
-/// Sign, exponent and a significand with three bits below its last one, rounded; a carry goes on into the exponent.
+/// Sign and exponent less 1, with a significand of 32 bits of which the 24 highest count, rounded; a carry goes on into the
+/// exponent. `rest` is not 0 where the significand has still lower bits.
 #[inline(always)]
-const fn rounded(sign: u32, exponent: u32, significand: u32) -> u32 {
-    let bits = sign | ((exponent << 23) + ((significand >> 3) & FRACTION));
-    let below = significand & 7;
-    bits + (below > 4 || (below == 4 && bits & 1 != 0)) as u32
+const fn rounded(head: u32, significand: u32, rest: u32) -> u32 {
+    let bits = head + (significand >> 8);
+    let below = (significand << 24) as i32;
+    if below >= 0 {
+        bits
+    } else if below << 1 != 0 || rest != 0 {
+        bits + 1
+    } else {
+        bits + (bits & 1)
+    }
 }
 
 /// The product of two f32, as bits.
 #[must_use]
 #[inline(always)]
 pub fn mul(a: u32, b: u32) -> u32 {
-    let (left, right) = ((a >> 23) & 0xFF, (b >> 23) & 0xFF);
-    let sign = (a ^ b) & SIGN;
-    if left.wrapping_sub(1) >= 0xFE || right.wrapping_sub(1) >= 0xFE {
-        let zero = (a << 1 == 0 && right != 0xFF) || (b << 1 == 0 && left != 0xFF);
-        return if zero { sign } else { slow_mul(a, b) };
+    let (left, right) = (((a << 1) >> 24).wrapping_sub(64), ((b << 1) >> 24).wrapping_sub(64));
+    let exponent = left.wrapping_add(right);
+    // Both between 2^-63 and 2^64, and the exponent of the product not above 252, in one test.
+    if (((left | right) << 1) | exponent.wrapping_add(3)) >> 8 != 0 {
+        return special_mul(a, b);
     }
-    let (x, y) = ((a & FRACTION) | HIDDEN, (b & FRACTION) | HIDDEN);
-    // 24 by 24 bits from four products of 12 by 12.
-    let (x_high, x_low, y_high, y_low) = (x >> 12, x & 0xFFF, y >> 12, y & 0xFFF);
-    let middle = x_high * y_low + x_low * y_high;
-    let low = x_low * y_low + ((middle & 0xFFF) << 12);
-    let mut high = x_high * y_high + (middle >> 12) + (low >> 24);
-    let mut below = low & 0x00FF_FFFF;
-    let mut exponent = left + right;
-    if high < HIDDEN {
-        high = (high << 1) | (below >> 23);
-        below = (below << 1) & 0x00FF_FFFF;
+    product(a, b, exponent)
+}
+
+/// The product of two normal numbers that is a normal number whatever their fractions are. `exponent` is the sum of theirs less 128.
+#[inline(always)]
+const fn product(a: u32, b: u32, exponent: u32) -> u32 {
+    let head = ((a ^ b) & SIGN) | (exponent << 23);
+    // 24 by 24 bits: all but the lowest 16 of the product, which are in `middle` and `low`.
+    let (x, y) = (((a << 8) | SIGN) >> 8, ((b << 8) | SIGN) >> 8);
+    let low = (x & 0xFF) * y;
+    let middle = (x >> 8) * (y & 0xFF) + (low >> 8);
+    let product = (x >> 8) * (y >> 8) + (middle >> 8);
+    let rest = (middle | low) << 24;
+    if (product as i32) < 0 {
+        rounded(head + ONE, product, rest)
     } else {
-        exponent += 1;
+        rounded(head, product << 1, rest)
     }
-    // Biased twice: 128 is the smallest normal exponent, 381 the largest.
-    if exponent.wrapping_sub(128) > 253 {
-        return slow_mul(a, b);
+}
+
+/// The sum of `x` and `y`, which is no larger, where one is zero, very small, very large or no number. Apart, so that the
+/// compiler does not make comparisons of floats of those of bits.
+#[inline(never)]
+fn special_add(x: u32, y: u32) -> u32 {
+    if y << 1 != 0 || (x << 1) >> 24 == INFINITE {
+        slow_add(x, y)
+    } else if x << 1 != 0 {
+        x
+    } else {
+        x & y
     }
-    let bits = sign | (((exponent - 127) << 23) + (high & FRACTION));
-    bits + u32::from(below > HIDDEN || (below == HIDDEN && bits & 1 != 0))
+}
+
+/// The same for a product, where a factor or the product may be very small or large too.
+#[inline(never)]
+fn special_mul(a: u32, b: u32) -> u32 {
+    let (left, right) = ((a << 1) >> 24, (b << 1) >> 24);
+    let exponent = (left + right).wrapping_sub(128);
+    if left == INFINITE || right == INFINITE {
+        slow_mul(a, b)
+    } else if a << 1 == 0 || b << 1 == 0 {
+        (a ^ b) & SIGN
+    } else if left == 0 || right == 0 || exponent > 252 {
+        slow_mul(a, b)
+    } else {
+        product(a, b, exponent)
+    }
 }
 
 /// An f32 as f64. Hidden from the optimizer, which would make a sum of f32 of it again, that is a call of [`add`].
@@ -165,6 +197,8 @@ mod tests {
                 & 0x7F80_0000;
             compare(a, near | (b & 0x807F_FFFF));
             compare(a, (a ^ 0x8000_0000).wrapping_add(b % 64));
+            // Short fractions, whose products lie in the middle of two numbers.
+            compare(a & 0xFFFF_F000, b & 0xFFFF_F800);
         }
     }
 }

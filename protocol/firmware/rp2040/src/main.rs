@@ -138,7 +138,8 @@ fn run(detector: &mut Detector) -> Option<()> {
             if device.poll(&mut [&mut serial]) { serial.read(&mut bytes).unwrap_or(0) } else { 0 };
         end.receive(now, bytes.get(..count).unwrap_or(&[]));
 
-        if let Some(trouble) = source.look(now) {
+        // A clock of its own: readings that a stall since `now` lost would not be counted.
+        if let Some(trouble) = source.look(timer.get_counter().ticks()) {
             end.trouble(now, trouble);
         }
         // At most one sample of the detector between two looks at the port.
