@@ -240,7 +240,7 @@ mod tests {
         let text = first.file.to_json().unwrap();
         assert_eq!(text, second.file.to_json().unwrap());
         let again = ModelFile::from_json(&text).unwrap();
-        assert_eq!(again.large_model().unwrap(), first.model);
+        assert_eq!(again.large_model().unwrap(), *first.model);
         assert_eq!((again.inputs[1].unit.as_str(), again.targets[0].unit.as_str()), ("kg", "N"));
         let note = again.training.unwrap();
         assert_eq!((note.rows, note.repeats, note.algorithm.as_str()), (64, 3, "rprop"));

@@ -55,7 +55,7 @@ impl Way {
             Self::Net(algorithm) => {
                 let repeats = config.repeats.max(2);
                 let config = FitConfig { algorithm, repeats, ..config.clone() };
-                Box::new(fit(rows, None, None, &config)?.model)
+                fit(rows, None, None, &config)?.model
             }
         })
     }

@@ -86,7 +86,7 @@ impl Ensemble {
             .into_par_iter()
             .map(|member| Self::member(train, validation, config, member))
             .collect::<Result<_, _>>()?;
-        let (files, models) = fits.into_iter().map(|fit| (fit.file, fit.model)).unzip();
+        let (files, models) = fits.into_iter().map(|fit| (fit.file, *fit.model)).unzip();
         Ok(Self { files, models, interval: None })
     }
 

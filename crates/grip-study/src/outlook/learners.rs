@@ -175,7 +175,7 @@ fn bayesian(train: &DataSet, config: &LearnersConfig) -> Result<Trained, Outlook
     let used = run.evidence.map_or(0.0, |found| found.effective);
     let detail = format!("target {}, {used:.0} parameters in use", form.targets[0].transform);
     let size = run.weights.len();
-    Ok((Box::new(fit.model), detail, size))
+    Ok((fit.model, detail, size))
 }
 
 /// Of several starts the one with the least validation error.
@@ -193,7 +193,7 @@ fn net(train: &DataSet, validation: &DataSet, config: &FitConfig) -> Result<Trai
     let widths: Vec<String> = config.hidden.iter().map(ToString::to_string).collect();
     let epochs = fit.runs.first().map_or(0, |run| run.best_epoch);
     let detail = format!("{} hidden, epoch {epochs}", widths.join("-"));
-    Ok((Box::new(fit.model), detail, fitting.weights()))
+    Ok((fit.model, detail, fitting.weights()))
 }
 
 fn ensemble(
@@ -227,7 +227,7 @@ fn searched(
     let fit = found.train_best(train, validation, None, &config.search)?;
     let best = found.best()?;
     let detail = format!("{}; {} genomes tried", best.genome, found.candidates.len());
-    Ok((Box::new(fit.model), detail, best.weights))
+    Ok((fit.model, detail, best.weights))
 }
 
 /// Trains every learner on the same rows; `validation` decides when training stops, which start is kept and which

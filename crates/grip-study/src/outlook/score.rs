@@ -208,7 +208,7 @@ mod tests {
     fn a_model_scores_as_it_evaluates() {
         let rows = data("x,y\n1,1\n2,2\n3,4\n4,3\n5,2.5\n");
         let fit = fit(&rows, None, None, &FitConfig::default()).unwrap();
-        let got = score(&fit.model, &rows, &rows.target_scalings()).unwrap();
+        let got = score(&*fit.model, &rows, &rows.target_scalings()).unwrap();
         assert!((got.mse / fit.train.mse - 1.0).abs() < 1e-9);
         assert!((got.scaled_mse / fit.train.scaled_mse - 1.0).abs() < 1e-6);
         assert!((got.within_10pct - fit.train.within_fraction(0.1)).abs() < 1e-12);

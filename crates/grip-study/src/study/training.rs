@@ -107,7 +107,7 @@ pub(super) fn train(
     };
     let runs: Vec<Vec<Run>> = (0..fit_config.repeats).into_par_iter().map(start).collect();
     let fit = best(&forms, &fittings, &runs).map_err(fault)?;
-    let test = evaluate(&fit.model, &sets.test)
+    let test = evaluate(&*fit.model, &sets.test)
         .map_err(|source: EvaluateError| FitError::Evaluate {
             file: sets.test.file.clone(),
             source,

@@ -142,8 +142,8 @@ pub enum FitError {
 pub struct Fit {
     /// What is saved.
     pub file: ModelFile,
-    /// The model in it.
-    pub model: LargeModel,
+    /// The model in it; its limits of 1,024 columns are too much for the stack of one who trains in parallel.
+    pub model: Box<LargeModel>,
     /// All runs, in order of their seeds.
     pub runs: Vec<Run>,
     /// Place of the run that became the model.
@@ -348,7 +348,7 @@ impl<'a> Fitting<'a> {
         for (column, scaling) in file.targets.iter_mut().zip(&self.targets) {
             column.set_noise(noise / scaling.over_min_max()[0].powi(2));
         }
-        let model = file.large_model()?;
+        let model = Box::new(file.large_model()?);
         let train = self.evaluate(&model, self.train)?;
         let test = test.map(|data| self.evaluate(&model, data)).transpose()?;
         file.training = Some(TrainingNote {

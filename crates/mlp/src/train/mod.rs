@@ -27,7 +27,7 @@
 //! let fit = fit(&rows, None, None, &config)?;
 //! assert!(fit.train.within_fraction(0.01) > 0.99);
 //!
-//! let (forces, _) = predict(&fit.model, &arr2(&[[0.05, 0.3], [0.1, 0.5]]))?;
+//! let (forces, _) = predict(&*fit.model, &arr2(&[[0.05, 0.3], [0.1, 0.5]]))?;
 //! assert!((forces[[0, 0]] - 4.1).abs() < 0.1 && forces.dim() == (2, 1));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

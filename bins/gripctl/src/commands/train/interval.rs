@@ -31,7 +31,7 @@ pub(super) fn of_network(
     shown(args, data, |train, held_out| {
         let (train, validation) = super::rows::for_training(train, &args.split)?;
         let fit = mlp::train::fit(&train, validation.as_ref(), None, config)?;
-        Ok(mlp::train::predict(&fit.model, &held_out.input_values())?.0)
+        Ok(mlp::train::predict(&*fit.model, &held_out.input_values())?.0)
     })
 }
 
