@@ -138,7 +138,10 @@ class Bridge:
             else:
                 try:
                     line.settimeout(LOAD_S)
-                    text += line.recv(65536)
+                    more = line.recv(65536)
+                    text += more
+                    if not more:  # gripd has gone; with a sensor that is silent the thread that sends finds it later
+                        self._ended.wait(LOAD_S)
                 except OSError:
                     pass  # a time-out; what is worse meets the thread that sends
                 *lines, text = text.split(b"\n")

@@ -248,3 +248,18 @@ impl Sender {
         sent
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_wraps_and_no_frame_is_lost_by_it() {
+        let mut sender = Sender::new(Direction::ToHost);
+        let mut out = [0; 64];
+        for sent in 0..=0x1_0000_u32 {
+            assert_eq!((sender.sent(), u32::from(sender.next_seq())), (sent, sent & 0xFFFF));
+            assert!(sender.send(Kind::HELLO, false, &[], &mut out).is_some());
+        }
+    }
+}

@@ -2,6 +2,7 @@
 //!
 //! A header is a literal of Python, of so many bytes at most; it is read as the JSON that says the same.
 
+use core::slice;
 use std::io::{BufWriter, Read, Write};
 use std::path::Path;
 
@@ -104,9 +105,13 @@ impl Npy {
         let bytes = header(input)?;
         let before = if bytes[6] == 1 { 10 } else { 12 };
         // Version 3 is UTF-8, what came before Latin-1.
-        let literal = match core::str::from_utf8(&bytes[before..]) {
-            Ok(literal) => json(literal),
-            Err(_) => json(&bytes[before..].iter().copied().map(char::from).collect::<String>()),
+        let literal = if bytes[6] < 3 {
+            json(&bytes[before..].iter().copied().map(char::from).collect::<String>())
+        } else {
+            json(
+                core::str::from_utf8(&bytes[before..])
+                    .map_err(|_| "has a header that is no text")?,
+            )
         };
         let stated: Stated = serde_json::from_str(&literal)
             .map_err(|error| format!("has a header that is not understood: {error}"))?;
@@ -314,7 +319,12 @@ impl Fields {
             let name = name.as_str().or_else(|| name.get(1)?.as_str());
             let name = format!("{within}{}", name.ok_or_else(odd)?);
             let mut times = 1_usize;
-            for size in shape.first().and_then(Value::as_array).into_iter().flatten() {
+            // A number is a tuple of one.
+            let sizes = match shape.first() {
+                Some(Value::Array(sizes)) => sizes,
+                one => one.map_or(&[][..], slice::from_ref),
+            };
+            for size in sizes {
                 let size = size.as_u64().and_then(|size| usize::try_from(size).ok());
                 times = times.saturating_mul(size.ok_or_else(odd)?);
             }
@@ -407,6 +417,8 @@ fn json(literal: &str) -> String {
                 json.truncate(kept.unwrap_or(json.len()));
                 json.push(if letter == ')' { ']' } else { letter });
             }
+            // A long of Python 2.
+            'L' => {}
             'T' | 'F' => json.push(letter.to_ascii_lowercase()),
             plain => json.push(plain),
         }
@@ -485,11 +497,27 @@ mod tests {
             ),
             (r"'\'\\\n\xe9\u00fcü'", r#""'\\\n\u00e9\u00fcü""#),
             ("()", "[]"),
+            ("(2000L,)", "[2000]"),
             ("'open", r#""open""#),
         ] {
             let understood = super::json(python);
             let value = serde_json::from_str::<serde_json::Value>(&understood).unwrap();
             assert_eq!(value, serde_json::from_str::<serde_json::Value>(json).unwrap(), "{python}");
+        }
+    }
+
+    #[test]
+    fn a_shape_of_a_field_may_be_a_number() {
+        for (shape, size) in [("3", 20), ("[3]", 20), ("[2, 2]", 24), ("[]", 12)] {
+            let mut fields = super::Fields::default();
+            let descr = format!(r#"[["t", "<f8"], ["x", "<f4", {shape}]]"#);
+            fields.take(&serde_json::from_str(&descr).unwrap(), "").unwrap();
+            assert_eq!((fields.size, fields.fields.len()), (size, (size - 8) / 4 + 1), "{shape}");
+        }
+        for shape in ["null", "-3", "\"3\"", "[[3]]"] {
+            let descr = format!(r#"[["x", "<f4", {shape}]]"#);
+            let descr = serde_json::from_str(&descr).unwrap();
+            assert!(super::Fields::default().take(&descr, "").is_err(), "{shape}");
         }
     }
 }

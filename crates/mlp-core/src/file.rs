@@ -397,8 +397,8 @@ impl ModelFile {
         Some(match transform {
             Transform::Identity => Deviation::Absolute(rounded(transformed)),
             Transform::Ln => Deviation::Relative(rounded(transformed)),
-            // It grows with the answer: that in the middle of the range.
-            Transform::Reciprocal => Deviation::Relative(rounded(transformed * (min * max).sqrt())),
+            // It grows with the answer: that of the largest.
+            Transform::Reciprocal => Deviation::Relative(rounded(transformed * max)),
         })
     }
 

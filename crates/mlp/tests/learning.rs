@@ -126,6 +126,25 @@ mod tests {
         }
     }
 
+    /// A run has one error of all targets: that of `z`, which is noise, is not that of `y`.
+    #[test]
+    fn the_error_of_other_targets_is_no_noise_of_a_reciprocal() {
+        let mut csv = String::from("x,y,z\n");
+        for row in 1..40_i32 {
+            let x = 0.2 + 0.02 * f64::from(row);
+            writeln!(csv, "{x},{},{}", 1.0 / x, row * 7919 % 13).unwrap();
+        }
+        let noise = |targets: &[&str]| {
+            let targets: Vec<_> = targets.iter().map(|text| text.parse().unwrap()).collect();
+            let specs = ["x".parse().unwrap()];
+            let data = DataSet::from_csv("t.csv", csv.as_bytes(), &specs, &targets).unwrap();
+            fit(&data, None, None, &config("lm", 20)).unwrap().file.targets[0].noise
+        };
+        let alone = noise(&["y:reciprocal"]);
+        assert!(alone > 0.0 && alone < 0.01, "{alone}");
+        assert_eq!(noise(&["y:reciprocal", "z"]), 0.0);
+    }
+
     /// The saved model, whose limits are min-max, makes the very errors that the training saw in z-scores.
     #[test]
     fn z_scores_are_folded_into_the_saved_weights() {

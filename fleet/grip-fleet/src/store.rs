@@ -71,7 +71,7 @@ pub(crate) fn read<T: DeserializeOwned + Default>(path: &Path) -> Result<T, Stor
 
 /// Beside its place, synced, then in it: after a crash there is the old file or the new one.
 pub(crate) fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
-    let new = folder.join("new");
+    let new = folder.join(format!("{name}.new"));
     let mut file = File::create(&new).map_err(at(&new))?;
     file.write_all(bytes).map_err(at(&new))?;
     rename(&new, &file, folder, name)

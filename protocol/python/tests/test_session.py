@@ -25,7 +25,15 @@ from grip_link.messages import (
     Stats,
 )
 
+from grip_link.sender import Sender
 from line import WANTED, Line, ident, kinds_in, without
+
+
+def test_the_number_of_a_frame_wraps() -> None:
+    sender = Sender(to_host=True)
+    sender.next_seq = 0xFFFF
+    assert len(sender.send(Kind.LOG)) > 0
+    assert (sender.next_seq, sender.sent) == (0, 1)
 
 
 def test_a_session_from_hello_to_samples() -> None:

@@ -67,7 +67,7 @@ fn tables(args: &ReplayArgs, files: &[PathBuf]) -> anyhow::Result<Exit> {
             output::line(&escape(&file.display().to_string()))?;
         }
         match table(args, file, None) {
-            Err(error) if output::is_closed_pipe(&error) => return Err(error),
+            Err(error) if Exit::of(error.as_ref()) == Exit::Failed => return Err(error),
             Err(error) => {
                 output::note(&format!("gripctl: {}", exit::message(error.as_ref())));
                 exit = Exit::WrongArguments;

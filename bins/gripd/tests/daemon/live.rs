@@ -10,7 +10,7 @@ use std::{
     io::Read as _,
     os::unix::fs::symlink,
     path::{Path, PathBuf},
-    process::Stdio,
+    process::{Command, Stdio},
 };
 use stories::Ended;
 
@@ -163,6 +163,29 @@ fn a_recording_that_cannot_be_written_is_reported_and_the_grip_goes_on() {
     assert!(ran.out.contains("latency from frame to command"), "{}", ran.out);
     let ran = gripd(folder.path(), &["--port", "sim", "--record", "gone/x.csv"]);
     ran.refused(1, &["cannot write the recording gone/x.csv", "No such file"]);
+}
+
+/// SIGXFSZ would end the program; the write fails instead, in the middle of the recording.
+#[test]
+fn a_limit_on_the_size_of_files_ends_the_recording_and_not_the_grip() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["--port", "sim", "--duration", "1.5", "--record", "run.mcap"];
+    let gripd = command(folder.path(), &args);
+    let limited = "ulimit -f 100; exec \"$0\" \"$@\"";
+    let ran = Command::new("sh")
+        .args(["-c", limited])
+        .arg(gripd.get_program())
+        .args(gripd.get_args())
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let err = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(3), "{ran:?}");
+    assert_eq!(err.matches("the object is held without").count(), 1, "{err}");
+    let out = String::from_utf8_lossy(&ran.stdout);
+    assert!(out.contains("latency from frame to command"), "{out}");
+    let written = fs::metadata(folder.path().join("run.mcap")).unwrap().len();
+    assert!((10_000..=102_400).contains(&written), "{written} bytes");
 }
 
 #[test]

@@ -178,6 +178,30 @@ fn noise_is_written_where_answers_need_it_and_may_be_missing() {
 }
 
 #[test]
+fn a_reciprocal_states_the_deviation_of_its_largest_answer() {
+    let mut file = sized(2, 1);
+    let target = &mut file.targets[0];
+    (target.transform, target.min, target.max) = (Transform::Reciprocal, 1.0, 20.0);
+    file.training = Some(TrainingNote {
+        algorithm: "br".to_owned(),
+        seed: 1,
+        repeats: 1,
+        epochs: 1,
+        stop: "goal".to_owned(),
+        rows: 100,
+        data_sha256: String::new(),
+        train_mse: 0.0,
+        train_scaled_mse: 1e-4,
+        test_mse: None,
+        test_scaled_mse: None,
+        split: None,
+    });
+    // 1/f off by a hundredth of half the span of 0.95: 9.5 % of 20.
+    let Some(Deviation::Relative(share)) = file.deviation() else { panic!("no share") };
+    assert!((share - 0.095).abs() < 1e-6, "{share}");
+}
+
+#[test]
 fn a_classifier_estimates_no_number() {
     let mut file = sized(2, 3);
     assert!(!file.to_json().unwrap().contains("classes"), "files of estimators stay as they were");

@@ -165,7 +165,11 @@ impl Graph {
         });
         let current = self.transform(Transform::Reciprocal, current, axes, |graph, current| {
             let minus = graph.floats("features_minus", &[1, 1], &[-1.0]);
-            graph.node("Div", &[&minus, current], "features_reciprocal")
+            let made = graph.node("Div", &[&minus, current], "features_negative");
+            // Not a number where there is no logarithm, as there.
+            let log = graph.node("Log", &[current], "features_positive");
+            let none = graph.node("Sub", &[&log, &log], "features_nothing");
+            graph.node("Add", &[&made, &none], "features_reciprocal")
         });
         let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
         let half = |axis: &Axis| if axis.is_constant() { 1.0 } else { axis.half_span() };

@@ -344,7 +344,8 @@ impl<'a> Fitting<'a> {
             &as_min_max(&self.topology, &runs[chosen].weights, &self.inputs, &self.targets),
         );
         file.classes.clone_from(&self.train.classes);
-        let noise = runs[chosen].noise();
+        // That of a run is one for all targets.
+        let noise = if self.targets.len() == 1 { runs[chosen].noise() } else { 0.0 };
         for (column, scaling) in file.targets.iter_mut().zip(&self.targets) {
             column.set_noise(noise / scaling.over_min_max()[0].powi(2));
         }

@@ -305,7 +305,7 @@ fn in_hall_of<T>(hall: &Hall, text: &str, operate: impl FnOnce(&Path, &str) -> T
 }
 
 /// Ends the gripper and the router, also where the operator has failed: the scope waits for the gripper.
-struct Ends<'a>(&'a AtomicBool, Child);
+pub(crate) struct Ends<'a>(pub(crate) &'a AtomicBool, pub(crate) Child);
 
 impl Drop for Ends<'_> {
     fn drop(&mut self) {

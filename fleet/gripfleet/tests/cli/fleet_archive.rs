@@ -1,6 +1,6 @@
 //! `gripfleet archive`, killed before and after it has put events on disk, and stopped, beside a router and a gripper that the test plays.
 
-use crate::fleet::{endpoint, play, router};
+use crate::fleet::{Ends, endpoint, play, router};
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
@@ -53,9 +53,10 @@ fn archived(folder: &Path) -> Vec<String> {
 fn kills_cost_the_archive_no_event_and_double_none() {
     let folder = tempfile::tempdir().unwrap();
     let (endpoint, here) = (endpoint(), folder.path().join("archive"));
-    let mut router = router(&endpoint);
+    let router = router(&endpoint);
     let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
     thread::scope(|scope| {
+        let ends = Ends(&end, router);
         scope.spawn(|| play(&endpoint, &end, &there));
         for kill in 0..3 {
             let mut child = archive(&here, &endpoint);
@@ -68,12 +69,11 @@ fn kills_cost_the_archive_no_event_and_double_none() {
             child.wait().unwrap();
         }
         let mut last = archive(&here, &endpoint);
+        until_kept(&here);
         thread::park_timeout(Duration::from_secs(2));
         kill_process(Pid::from_child(&last), Signal::TERM).unwrap();
         let code = last.wait().unwrap().code();
-        end.store(true, Ordering::SeqCst);
-        router.kill().unwrap();
-        router.wait().unwrap();
+        drop(ends);
         assert_eq!(code, Some(0));
     });
     assert_eq!(archived(&here), ["00000001.1", "00000001.2", "00000001.3"]);
