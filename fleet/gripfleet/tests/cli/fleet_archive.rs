@@ -1,10 +1,7 @@
 //! `gripfleet archive`, killed before and after it has put events on disk, and stopped, beside a router and a gripper that the test plays.
 
 use crate::fleet::{Ends, endpoint, play, router};
-use core::{
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
-};
+use core::{sync::atomic::AtomicBool, time::Duration};
 use grip_record::mcap::{Foreign, ForeignReader, no_unpack};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

@@ -326,8 +326,9 @@ fn a_gripper_of_the_program_gets_the_force() {
     assert!(forces.windows(2).all(|pair| pair[1] - pair[0] <= 101), "within the slew rate");
     // Only what the command led by comes back, within 70 ms of the slip, which ends at 1.6 s.
     let falls = |pair: &[(u64, Drive)]| pair[1].1.force_mn() < pair[0].1.force_mn();
-    let fell = bench.drives.windows(2).filter(|pair| falls(pair)).map(|pair| pair[1].0);
-    assert!(fell.clone().all(|t_us| (1_600_000..1_670_000).contains(&t_us)), "{:?}", fell.last());
+    let fell: Vec<u64> =
+        bench.drives.windows(2).filter(|pair| falls(pair)).map(|pair| pair[1].0).collect();
+    assert!(fell.iter().all(|t_us| (1_600_000..1_670_000).contains(t_us)), "{fell:?}");
     assert!(forces.last() >= Some(&(most / 10 * 9)), "nothing lets go at the end");
 }
 
