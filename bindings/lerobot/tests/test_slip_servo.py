@@ -163,6 +163,17 @@ def test_what_is_held_stays_held_when_gripd_comes_back(bridged: Tuple[Bridge, Se
         until(lambda: servo.limits[-1:] == [75])
 
 
+def test_a_gripd_that_has_gone_costs_no_processor_where_the_sensor_is_silent() -> None:
+    with attached(Servo(), []) as (_, gripd):
+        line, _ = gripd.accept()
+        line.recv(4096)
+        line.close()
+        time.sleep(0.2)
+        spent_s = time.process_time()
+        time.sleep(1.0)
+        assert time.process_time() - spent_s < 0.4
+
+
 def test_a_bus_that_fails_is_tried_again_and_a_reset_is_reported(bridged: Tuple[Bridge, Servo, socket.socket]) -> None:
     bridge, servo, gripd = bridged
     line, _ = gripd.accept()

@@ -88,3 +88,22 @@ pub(crate) fn rename(
     fs::rename(from, folder.join(name)).map_err(at(from))?;
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(at(folder))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A folder of a user may hold anything.
+    #[test]
+    fn what_lies_beside_the_state_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        fs::write(folder.join("new"), "mine").unwrap();
+        write(folder, "a.json", b"1").unwrap();
+        write(folder, "b.json", b"2").unwrap();
+        let kept = |name| read::<u8>(&folder.join(name)).unwrap();
+        assert_eq!((kept("a.json"), kept("b.json"), kept("c.json")), (1, 2, 0));
+        assert_eq!(fs::read(folder.join("new")).unwrap(), b"mine");
+        assert_eq!(fs::read_dir(folder).unwrap().count(), 3);
+    }
+}

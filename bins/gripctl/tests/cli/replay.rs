@@ -5,7 +5,7 @@ use crate::{
     score,
 };
 use core::fmt::Write as _;
-use std::{fs, path::Path};
+use std::{fs, path::Path, process};
 
 #[test]
 fn an_alarm_that_keeps_the_level_of_a_machine_is_asked_about() {
@@ -76,6 +76,21 @@ fn a_folder_of_tables_is_replayed_one_after_the_other() {
     assert_eq!(text, alone.concat());
     let plot = ["replay", "found.csv", "rest.csv", "--plot", "x.svg"];
     gripctl(folder.path(), &plot).refused(2, &["several files", "--plot"]);
+}
+
+/// An output that cannot be written is no fault of a file, and is reported once.
+#[test]
+fn an_output_that_is_full_ends_the_replay_of_several_tables() {
+    let folder = score::folder();
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let ran = process::Command::new(env!("CARGO_BIN_EXE_gripctl"))
+        .current_dir(folder.path())
+        .args(["replay", "--json", "found.csv", "rest.csv"])
+        .stdout(full)
+        .output()
+        .unwrap();
+    let err = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!((ran.status.code(), err.matches("No space left").count()), (Some(1), 1), "{err}");
 }
 
 #[test]

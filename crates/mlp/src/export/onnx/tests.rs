@@ -124,6 +124,29 @@ fn the_graph_computes_what_the_model_computes() {
     }
 }
 
+/// As Rust and C, which refuse it.
+#[test]
+fn what_has_no_reciprocal_or_logarithm_has_no_answer() {
+    for transform in [Transform::Ln, Transform::Reciprocal] {
+        let mut file = test_models::all()[0].clone();
+        let input = &mut file.inputs[0];
+        (input.transform, input.min, input.max) = (transform, 0.5, 2.0);
+        let (model, onnx) = (file.model().unwrap(), decoded(&file));
+        let answer = |x: f32| {
+            let row = (0..file.inputs.len()).map(|at| if at == 0 { x } else { 0.1 });
+            let row: Vec<f32> = row.collect();
+            let refused = model.predict(&row, &mut vec![0.0; file.targets.len()]).is_err();
+            let row = row.into_iter().map(f64::from).collect();
+            (refused, run(onnx.graph.as_ref().unwrap(), vec![row])["targets"][0][0].is_nan())
+        };
+        assert_eq!(
+            [answer(1.0), answer(-1.0), answer(0.0)].map(|(refused, _)| refused),
+            [false, true, true]
+        );
+        assert!(!answer(1.0).1 && answer(-1.0).1, "{transform:?}");
+    }
+}
+
 #[test]
 fn a_classifier_gives_probabilities() {
     let file = test_models::classifier();
