@@ -37,6 +37,8 @@ enum {
   SLIP_GRIP_STATE_FAULT = 6,
   // let go by a client, until it is asked to grasp.
   SLIP_GRIP_STATE_RELEASED = 7,
+  // nothing is touched any more: the object is gone, the force stays.
+  SLIP_GRIP_STATE_LOST = 8,
 };
 
 // Phase

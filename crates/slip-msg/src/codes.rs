@@ -24,6 +24,7 @@ codes! {
         5 => Slipping "slipping" "a slip is being stopped.",
         6 => Fault "fault" "no slip sensor can be trusted, the force stays.",
         7 => Released "released" "let go by a client, until it is asked to grasp.",
+        8 => Lost "lost" "nothing is touched any more: the object is gone, the force stays.",
     }
 
     /// How far a slip has come.

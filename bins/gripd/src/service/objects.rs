@@ -43,7 +43,7 @@ impl Objects {
             // Another pipeline knows nothing of the next object.
             Item::Began { .. } => self.due = true,
             Item::State(state) => match state.grip {
-                GripState::Holding | GripState::Slipping | GripState::Fault => {
+                GripState::Holding | GripState::Slipping | GripState::Fault | GripState::Lost => {
                     self.memory.watch(state.command_n);
                 }
                 _ => self.memory.begin(),

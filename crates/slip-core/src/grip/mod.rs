@@ -228,7 +228,10 @@ impl GripController {
     #[must_use]
     #[inline]
     pub fn state(&self) -> GripState {
-        self.state
+        match self.state {
+            GripState::Holding if self.touch.is_lost() => GripState::Lost,
+            state => state,
+        }
     }
 
     /// The commanded force (N).
@@ -367,7 +370,11 @@ impl GripController {
             return;
         }
         match self.state {
-            GripState::Open | GripState::Released | GripState::Observing | GripState::Other(_) => {}
+            GripState::Open
+            | GripState::Released
+            | GripState::Observing
+            | GripState::Lost
+            | GripState::Other(_) => {}
             GripState::Closing => self.close(dt_s, input),
             GripState::Settling => self.settle(dt_s, input),
             GripState::Fault => self.state = GripState::Holding,

@@ -487,7 +487,7 @@ fn a_lost_object_is_reported_once_and_keeps_the_force_until_it_is_touched_again(
         assert_eq!((grip.state(), grip.event()), (GripState::Slipping, None));
     }
     grip.step(&air);
-    assert_eq!((grip.state(), grip.event()), (GripState::Holding, Some(GripEvent::Lost)));
+    assert_eq!((grip.state(), grip.event()), (GripState::Lost, Some(GripEvent::Lost)));
     let kept = grip.command_n();
     for _ in 0..1000 {
         assert_eq!((grip.step(&air), grip.event()), (kept, None), "nothing slips in the air");

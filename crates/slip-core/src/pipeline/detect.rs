@@ -212,7 +212,8 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// What the object needs by its slips so far, with what the command allows.
     #[inline]
     pub(super) fn needed(&self, command: Option<Newtons>) -> Option<NeededForce> {
-        self.load.needed(command?.0)
+        let lost = self.grip.as_ref().is_some_and(|grip| grip.state() == GripState::Lost);
+        self.load.needed(command?.0).filter(|_| !lost)
     }
 
     /// The health of the stylus, and where nothing is wrong with that, whether it has a part.

@@ -118,7 +118,9 @@ impl GraspLog {
                 self.released = true;
                 return self.finish(false);
             }
-            GripState::Settling | GripState::Holding | GripState::Slipping => self.hold(state),
+            GripState::Settling | GripState::Holding | GripState::Slipping | GripState::Lost => {
+                self.hold(state)
+            }
             GripState::Closing => {
                 if let Some(open) = &mut self.open {
                     open.broken = true;

@@ -66,6 +66,7 @@ class GripStage(OpenCode):
     SLIPPING = 5
     FAULT = 6
     RELEASED = 7
+    LOST = 8
 
 
 class Sensor(OpenCode):
