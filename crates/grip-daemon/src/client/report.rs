@@ -68,9 +68,11 @@ impl Report {
         }
     }
 
-    /// Whether samples come.
+    /// Whether samples come: a source that is silent leaves the link as it is.
     pub(super) fn flows(&self) -> bool {
-        self.gripper.as_ref().is_some_and(|gripper| matches!(gripper.link, "stream" | "degraded"))
+        let silent = self.health.as_ref().is_some_and(|health| health.rate_hz == Some(0.0));
+        let gripper = self.gripper.as_ref().filter(|_| !silent);
+        gripper.is_some_and(|gripper| matches!(gripper.link, "stream" | "degraded"))
     }
 
     /// Sensors of which no samples come are not good.

@@ -2,11 +2,16 @@
 
 use crate::{made, parser::parse};
 use grip_daemon::{
-    Board, HotCounters, Item, LinkNote, board::About, clients, exposition::Exposition, metrics,
+    Board, HotCounters, Item, LinkNote,
+    board::About,
+    client::{Report, lines},
+    clients,
+    exposition::Exposition,
+    metrics,
     status::Status,
 };
-use grip_link::host::CloseReason;
-use grip_link::message::daemon::ClockOffset;
+use grip_link::host::{CloseReason, LinkState};
+use grip_link::message::daemon::{ClockOffset, Gripper, ToClient};
 use grip_session::session::ClockHealth;
 use slip_core::{Phase, alarm::Method};
 
@@ -152,6 +157,26 @@ fn the_status_states_what_a_person_asks() {
     let p50 = status["latency_us"]["p50"].as_f64().unwrap();
     assert!((500.0..=563.0).contains(&p50), "{p50}");
     assert!(Status::of(&board, 0).json().unwrap().lines().count() == 1);
+}
+
+/// A link that is up and a source that is silent: what was is not shown as what is.
+#[test]
+fn a_silent_source_has_no_samples_though_its_link_is_up() {
+    let board = made::board();
+    let mut health = clients::health(&board, 2_500_000);
+    let mut told = |rate_hz| {
+        health.rate_hz = Some(rate_hz);
+        let gripper = Gripper { link: LinkState::Stream, ..Gripper::NONE };
+        let mut report = Report::default();
+        report.take(&ToClient::Gripper(gripper));
+        report.take(&ToClient::State(made::STATE));
+        report.take(&ToClient::Health(health));
+        report.judge_sensors();
+        lines(&report).join("\n")
+    };
+    let (flowing, silent) = (told(1000.0), told(0.0));
+    assert!(flowing.contains("stylus good") && !flowing.contains("NO SAMPLES"), "{flowing}");
+    assert!(silent.contains("stylus unread") && silent.contains("NO SAMPLES"), "{silent}");
 }
 
 #[test]
