@@ -56,7 +56,7 @@ pub fn read_recording(file: &Path, options: &CsvOptions) -> Result<Recording, Cs
 /// # Errors
 /// Where the header, a row or an option is not usable; see [`CsvError`].
 pub fn parse_csv(file: &Path, bytes: &[u8], options: &CsvOptions) -> Result<Recording, CsvError> {
-    CsvSamples::new(file, || Ok(bytes), options, None)?.hold()
+    CsvSamples::of(file, || Ok(bytes), options, None)?.hold()
 }
 
 /// The samples of a table one after the other, as the file is read: the memory does not depend on its length.
@@ -81,7 +81,7 @@ impl CsvSamples<File> {
     /// # Errors
     /// Where it cannot be read, or its header or an option is not usable.
     pub fn open(file: &Path, options: &CsvOptions) -> Result<Self, CsvError> {
-        Self::of(file, || files::open(file), options)
+        Self::open_paced(file, options, None)
     }
 
     /// The same with the pace that [`survey`](Self::survey) has found in all of the file.
@@ -93,24 +93,37 @@ impl CsvSamples<File> {
         options: &CsvOptions,
         pace: Option<Pace>,
     ) -> Result<Self, CsvError> {
-        Self::new(file, || files::open(file), options, pace)
+        Self::of(file, || files::open(file), options, pace)
+    }
+
+    /// What all of `file` shows, as every program reads one of any length before its samples: the recording without them, how many
+    /// there are, and the pace to [open](Self::open_paced) it with.
+    ///
+    /// # Errors
+    /// Those of [`CsvSamples::open`] and [`CsvSamples::survey`].
+    pub fn surveyed(
+        file: &Path,
+        options: &CsvOptions,
+    ) -> Result<(Recording, usize, Option<Pace>), CsvError> {
+        let mut first = Self::open(file, options)?;
+        let mut count = 0;
+        while first.next()?.is_some() {
+            count += 1;
+        }
+        let (mut recording, pace) = first.survey()?;
+        if pace.is_some() {
+            (recording, _) = Self::open_paced(file, options, pace)?.survey()?;
+        }
+        Ok((recording, count, pace))
     }
 }
 
 impl<R: Read> CsvSamples<R> {
-    /// The samples of a table whose bytes `input` gives from their start, each time it is called.
+    /// The samples of a table whose bytes `input` gives from their start, each time it is called, with the pace that is known.
     ///
     /// # Errors
     /// As [`CsvSamples::open`].
     pub fn of(
-        file: &Path,
-        input: impl Fn() -> std::io::Result<R>,
-        options: &CsvOptions,
-    ) -> Result<Self, CsvError> {
-        Self::new(file, input, options, None)
-    }
-
-    fn new(
         file: &Path,
         input: impl Fn() -> std::io::Result<R>,
         options: &CsvOptions,

@@ -2,7 +2,7 @@
 
 use super::import;
 use grip_import::{ArrayRows, Imported, Use};
-use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, pace::Pace};
+use grip_record::{CsvOptions, CsvSamples, Recording, pace::Pace};
 use slip_core::Sample;
 use std::path::{Path, PathBuf};
 
@@ -38,12 +38,7 @@ impl Source {
         if grip_import::is_foreign(file) {
             return Ok(Self::of(import::opened(file, csv)?).1);
         }
-        let mut first = CsvSamples::open(file, csv)?;
-        let count = count(|| Ok(first.next_sample()?.is_some()))?;
-        let (mut recording, pace) = first.survey()?;
-        if pace.is_some() {
-            (recording, _) = CsvSamples::open_paced(file, csv, pace)?.survey()?;
-        }
+        let (recording, count, pace) = CsvSamples::surveyed(file, csv)?;
         import::show_uses(file, &recording.notes.uses);
         let samples = Samples::Csv(file.to_owned(), csv.clone(), pace);
         Ok(Self { recording, count, samples })
@@ -97,13 +92,4 @@ impl Source {
         })?;
         Ok(last - first.unwrap_or(last))
     }
-}
-
-/// How often `next` finds one more.
-fn count(mut next: impl FnMut() -> Result<bool, CsvError>) -> Result<usize, CsvError> {
-    let mut count = 0;
-    while next()? {
-        count += 1;
-    }
-    Ok(count)
 }

@@ -321,3 +321,40 @@ fn a_study_has_its_curves() {
     assert_eq!(plot.curves[1].points, [[0.0, 0.6], [1.0, 0.5], [4.0, 0.4]]);
     assert_eq!(study.notes, ["It works."]);
 }
+
+/// Times that are rounded hide the rate at the start of a table: it is that of the whole table here too, or slips would stand elsewhere
+/// than `gripctl replay` finds them.
+#[test]
+fn a_table_with_rounded_times_has_the_slips_that_a_replay_finds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.csv");
+    let mut out = std::io::BufWriter::new(fs::File::create(&path).unwrap());
+    writeln!(out, "Time (ms),ax").unwrap();
+    let mut seed = 1_u32;
+    for row in 0..24_000_u32 {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
+        let slips = (12_000..13_500).contains(&row) || (18_000..19_500).contains(&row);
+        let height = if slips { 0.02 * 4.0 } else { 0.02 };
+        writeln!(out, "{:.4},{:.5}", f64::from(row) / 3.0, height * noise).unwrap();
+    }
+    drop(out);
+    let recording =
+        grip_record::CsvSamples::open(&path, &Default::default()).unwrap().hold().unwrap();
+    let config = grip_session::HostConfig::default();
+    let config = grip_session::replay::pipeline_config(&recording, &config, true);
+    let mut pipeline =
+        slip_core::Pipeline::new(config, grip_session::model::default_estimator().ok()).unwrap();
+    let starts = recording.samples.iter().filter_map(|sample| {
+        let step = pipeline.handle(sample);
+        let begins = step.event.filter(|event| event.phase != slip_core::Phase::Ended);
+        begins.map(|event| event.t.as_seconds())
+    });
+    let expected: Vec<f64> = starts.collect();
+    let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
+    let watch = open(&path);
+    let found: Vec<f64> =
+        watch.model.events().iter().filter(is_slip).map(|mark| mark.t_s).collect();
+    assert!(expected.len() >= 2, "{expected:?}");
+    assert_eq!(found, expected);
+}

@@ -31,9 +31,14 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
         read.set(0);
         Ok(Counted { input, read: Rc::clone(&read) })
     };
-    let mut samples = CsvSamples::of(file, input, &CsvOptions::default()).map_err(failed)?;
+    let options = CsvOptions::default();
+    // As `gripctl replay` reads it. Of a file with a fault, what comes before the fault is shown.
+    let surveyed = CsvSamples::surveyed(file, &options).ok();
+    let pace = surveyed.as_ref().and_then(|(_, _, pace)| *pace);
+    let mut samples = CsvSamples::of(file, input, &options, pace).map_err(failed)?;
+    let about = surveyed.map_or_else(|| samples.about(), |(about, ..)| Ok(about));
     let mut tape = Tape::default();
-    tape.begin(&samples.about().map_err(failed)?, outlet)?;
+    tape.begin(&about.map_err(failed)?, outlet)?;
     loop {
         match samples.next_sample() {
             Ok(Some((sample, taxels))) => {
