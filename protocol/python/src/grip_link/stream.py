@@ -6,7 +6,7 @@ import contextlib
 import os
 import select
 import time
-from typing import Any, Protocol
+from typing import Any, Optional, Protocol
 
 
 class StreamClosed(ConnectionError):
@@ -27,14 +27,15 @@ class ByteStream(Protocol):
 
 
 class FdStream:
-    """A file descriptor that select knows: the end of a pseudo-terminal, a socket, a serial port of this system."""
+    """A file descriptor that select knows: the end of a pseudo-terminal, a socket, a serial port of this system; or two pipes."""
 
     CHUNK = 65536
 
-    def __init__(self, fd: int, *, owns: bool = True) -> None:
+    def __init__(self, fd: int, *, owns: bool = True, out: Optional[int] = None) -> None:
+        """``out``: where bytes are written to, if not to ``fd``."""
+        self._fd, self._out, self._owns = fd, fd if out is None else out, owns
         os.set_blocking(fd, False)
-        self._fd = fd
-        self._owns = owns
+        os.set_blocking(self._out, False)
 
     def read(self, timeout_s: float) -> bytes:
         """See :class:`ByteStream`."""
@@ -53,7 +54,7 @@ class FdStream:
     def write(self, data: bytes) -> int:
         """See :class:`ByteStream`."""
         try:
-            return os.write(self._fd, data)
+            return os.write(self._out, data)
         except BlockingIOError:
             return 0
         except OSError as error:
@@ -63,7 +64,7 @@ class FdStream:
         """See :class:`ByteStream`."""
         if self._owns and self._fd >= 0:
             os.close(self._fd)
-        self._fd = -1
+        self._fd = self._out = -1
 
 
 class SerialStream:
