@@ -16,6 +16,7 @@ from typing import Any, Callable, Optional, Union
 from .decoder import Counters, Decoder, Role, Verdict
 from .frame import Frame
 from .messages import (
+    MESSAGES,
     Ack,
     ClearFault,
     Config,
@@ -36,7 +37,7 @@ from .messages import (
     Stats,
     Status,
 )
-from .messages.grip import ANSWERS_SLIP
+from .messages.link import ANSWERS_SLIP
 from .messages.ident import common_version, parse_versions
 from .sender import Sender
 from .stream import ByteStream, Outgoing, StreamClosed, monotonic_us, open_stream
@@ -48,10 +49,6 @@ DRIFT = 200e-6
 """Two crystals of 100 ppm."""
 
 Report = Union[Status, Stats, Event, Log]
-_MESSAGES: dict[int, Any] = {
-    Kind.IDENT: Ident, Kind.CONFIG_ACK: ConfigAck, Kind.ACK: Ack, Kind.NACK: Nack,
-    Kind.STATUS: Status, Kind.STATS: Stats, Kind.EVENT: Event, Kind.LOG: Log,
-}  # fmt: skip
 
 
 class LinkClosed(ConnectionError):
@@ -327,11 +324,9 @@ class GripLink:
             if self.config is not None:
                 self._take_samples(now_us, Samples.parse(payload, self.layout.elements))
             return
-        if kind not in _MESSAGES:
-            return
         if kind == Kind.IDENT and common_version(*parse_versions(payload)) is None:
             raise self._fail("version_mismatch", "the gripper speaks protocol {} to {}".format(*parse_versions(payload)))
-        message = _MESSAGES[kind].parse(payload)
+        message = MESSAGES[kind].parse(payload)
         if isinstance(message, Ident) and frame.header.session == 0:
             if self.ident is not None:
                 raise self._fail("rebooted", f"boot {self.ident.boot_id:08x} -> {message.boot_id:08x}")

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Optional, Union
 
 from .decoder import Counters, Decoder, Role, Verdict
-from .messages import Ack, Kind, Nack, PayloadError
+from .messages import MESSAGES, Ack, Kind, Nack, PayloadError
 from .messages.daemon import (
     Command,
     Gripper,
@@ -29,10 +29,6 @@ from .stream import ByteStream, StreamClosed, open_stream
 
 DEFAULT_URL = "socket://127.0.0.1:7747"
 Message = Union[Welcome, Slip, State, Health, Gripper, Rows, Notice, Setup, Ack, Nack]
-_MESSAGES: dict[int, Any] = {
-    Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
-    Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SETUP: Setup, Kind.ACK: Ack, Kind.NACK: Nack,
-}  # fmt: skip
 
 
 class DaemonError(ConnectionError):
@@ -60,7 +56,7 @@ class DaemonLink:
             if block.verdict is not Verdict.OK or block.frame is None:
                 continue
             try:
-                message: Message = _MESSAGES[block.frame.header.kind].parse(block.frame.payload)
+                message: Message = MESSAGES[block.frame.header.kind].parse(block.frame.payload)
             except PayloadError:
                 self.malformed += 1
                 continue

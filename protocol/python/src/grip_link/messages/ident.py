@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Optional
 
 from ..frame import PROTOCOL
-from .codes import ChannelKind, DeviceState, FaultCode, ResetReason, SampleFormat, Unit
-from .wire import BadValue, PayloadError, pack, unpack
+from .codes import ChannelKind, DeviceState, FaultCode, Kind, ResetReason, SampleFormat, Unit
+from .wire import MESSAGES, BadValue, PayloadError, pack, unpack
 
 MAX_CHANNELS = 16
 
@@ -190,3 +190,6 @@ class Ident:
         )  # fmt: skip
         table = pack(_TABLE, _CHANNEL.size, _TABLE_AT)
         return head + table + b"".join(channel.pack() for channel in self.channels)
+
+
+MESSAGES.update({Kind.HELLO: Hello, Kind.IDENT: Ident})
