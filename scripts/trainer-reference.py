@@ -2,10 +2,9 @@
 """Writes crates/mlp/tests/reference.csv: a small training set and the weights each rule reaches after 100 epochs.
 
 Plain loops over rows and weights in double precision, written from the published rules and from nothing of ours:
-the test `reference` compares the trainers with it weight by weight. With --torch the same start is also trained with
-torch.optim.Rprop and torch.optim.SGD, and the script fails where they differ in the fifth digit.
+the test `reference` compares the trainers with it weight by weight.
 
-    python3 scripts/trainer-reference.py [--torch] [OUTPUT]
+    python3 scripts/trainer-reference.py [OUTPUT]
 """
 
 import math
@@ -110,45 +109,7 @@ def rprop(weights, data, variant):
     return weights
 
 
-def with_torch(start, data, make):
-    import torch
-
-    torch.set_default_dtype(torch.float64)
-    inputs, hidden, outputs = SIZES
-    net = torch.nn.Sequential(torch.nn.Linear(inputs, hidden), torch.nn.Tanh(), torch.nn.Linear(hidden, outputs))
-    flat, at = torch.tensor(start), 0
-    for parameter in net.parameters():
-        count = parameter.numel()
-        parameter.data = flat[at : at + count].reshape(parameter.shape).clone()
-        at += count
-    x = torch.tensor([row[:2] for row in data])
-    y = torch.tensor([row[2:] for row in data])
-    optimizer = make(net.parameters())
-    for _ in range(EPOCHS):
-        optimizer.zero_grad()
-        torch.nn.functional.mse_loss(net(x), y).backward()
-        optimizer.step()
-    return torch.cat([parameter.detach().reshape(-1) for parameter in net.parameters()]).tolist()
-
-
-def check_torch(start, data, results):
-    import torch
-
-    makers = {
-        "irprop-": lambda p: torch.optim.Rprop(p, DELTA_0, (DECREASE, INCREASE), (DELTA_MIN, DELTA_MAX)),
-        "gd": lambda p: torch.optim.SGD(p, RATE),
-        "heavy-ball": lambda p: torch.optim.SGD(p, RATE, momentum=MOMENTUM),
-    }
-    for name, make in makers.items():
-        theirs = with_torch(start, data, make)
-        worst = max(abs(a - b) / max(abs(b), 1e-3) for a, b in zip(results[name], theirs))
-        print(f"torch {name}: largest relative difference {worst:.1e}", file=sys.stderr)
-        if not worst < 5e-6:
-            sys.exit(f"{name} differs from torch")
-
-
 def main():
-    arguments = [argument for argument in sys.argv[1:] if argument != "--torch"]
     default = pathlib.Path(__file__).resolve().parent.parent / "crates/mlp/tests/reference.csv"
     data = list(rows())
     start = [0.8 * w for w in numbers(WEIGHTS, 2)]
@@ -159,12 +120,10 @@ def main():
     }
     for variant in ("rprop-", "rprop+", "irprop-", "irprop+"):
         results[variant] = rprop(start, data, variant)
-    if "--torch" in sys.argv:
-        check_torch(start, data, results)
     lines = [["row", *map(repr, row)] for row in data]
     lines += [["start", *map(repr, start)]]
     lines += [[name, *map(repr, weights)] for name, weights in results.items()]
-    path = pathlib.Path(arguments[0]) if arguments else default
+    path = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default
     path.write_text("".join(",".join(line) + "\n" for line in lines), encoding="ascii")
 
 
