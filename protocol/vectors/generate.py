@@ -410,47 +410,15 @@ BAD = line
 for name, role, code, up in (("welcome_to_a_host", "host", 0xA0, True), ("subscribe_to_a_device", "device", 0xA8, False), ("command_to_a_device", "device", 0xA9, False)):
     invalid(name, role, frame(code, COMMAND, host=up, ack=False, **ONE), "unknown")
 
-VALID_HEAD = """\
-# Frames that every peer writes and reads alike. Columns, separated by tabs:
-# name       unique
-# use        both = encoding the fields gives exactly the wire bytes, and decoding these gives the fields; decode = decoding only
-# direction  to_device | to_host | cobs (a bare COBS block without delimiters: data in, encoded block out)
-# type       name of the message, - for cobs
-# header     version, ack_req, seq, session
-# fields     payload fields by name, decimal; uid, text and data in hex; channels as kind:unit:formats:count:scale, ...;
-#            rows separated by ; and elements by , ; scale and f32 elements as the eight hex digits of their IEEE 754 bits; - = none
-# wire       hex of all bytes on the wire, both delimiters included
-"""
-INVALID_HEAD = """\
-# Bytes that a peer must refuse, and how. Columns, separated by tabs:
-# name      unique
-# role      who listens: device | host
-# session   beef = session BEEF is open and 0 is the newest sequence number of it; a device is LINKED (HELLO seq 0 taken, no CONFIG yet);
-#           none = no session is open
-# wire      hex of all bytes on the wire
-# verdicts  the decoder's word on each block in order: ok, or the counter that goes up by one
-# error     of the payload of the last block: - = readable; short = ends before a field;
-#           value@N = the field at payload offset N is out of its range; session = session 0 in a HELLO.
-#           Rows of SAMPLES have two i16 elements here
-# nack      reason of the NACK that a device answers, - = no NACK
-"""
-CLIENTS_HEAD = VALID_HEAD.replace("to_device | to_host | cobs (a bare COBS block without delimiters: data in, encoded block out)", "to_daemon | to_client")
-BAD_CLIENTS_HEAD = (
-    INVALID_HEAD.replace("device | host", "daemon | client")
-    .replace("; a device is LINKED (HELLO seq 0 taken, no CONFIG yet)", "")
-    .replace("           Rows of SAMPLES have two i16 elements here\n#", "", 1)
-    .replace("a device answers", "a daemon answers where commands are allowed")
-)
 
-
-def save(path, head, rows):
+def save(name, about, rows):
     assert len({row[0] for row in rows}) == len(rows)
-    path.write_text(head + "".join("\t".join(row) + "\n" for row in rows))
+    text = f"# {about}. The columns: README.md.\n" + "".join("\t".join(row) + "\n" for row in rows)
+    (Path(__file__).parent / name).write_text(text)
 
 
-here = Path(__file__).parent
 assert crc(b"123456789") == 0xE3069283
-save(here / "valid.tsv", VALID_HEAD, ROWS)
-save(here / "invalid.tsv", INVALID_HEAD, BAD)
-save(here / "clients.tsv", CLIENTS_HEAD, CLIENTS)
-save(here / "clients-invalid.tsv", BAD_CLIENTS_HEAD, BAD_CLIENTS)
+save("valid.tsv", "Frames that every peer writes and reads alike", ROWS)
+save("invalid.tsv", "Bytes that a peer must refuse, and how", BAD)
+save("clients.tsv", "Frames of the socket of the daemon", CLIENTS)
+save("clients-invalid.tsv", "Bytes that the daemon or a client must refuse", BAD_CLIENTS)
