@@ -13,7 +13,6 @@ from grip_link.device import Drive
 from grip_link.diff import reference_ident
 from grip_link.messages import DeviceState, Event, EventKind, FaultCode, Kind, SampleFormat
 from grip_link.sender import Sender
-from grip_link.stream import Outgoing
 
 CONFIG = Config(sample_rate_hz=1000, batch=1)
 Wire = Callable[[bytes], bytes]
@@ -322,30 +321,6 @@ def test_rows_that_nobody_fetches_are_bounded_and_counted() -> None:
     idle(link, 0.5)
     assert link.overflow > 2000
     assert [next(link.samples()).index for _ in range(50)] == list(range(link.overflow, link.overflow + 50))
-
-
-def test_a_frame_that_does_not_fit_is_finished_before_the_next() -> None:
-    class Slow:
-        out = b""
-        room = 3
-
-        def read(self, timeout_s: float) -> bytes:
-            return b""
-
-        def write(self, data: bytes) -> int:
-            taken = min(self.room, len(data))
-            self.out += data[:taken]
-            self.room -= taken
-            return taken
-
-        def close(self) -> None:
-            pass
-
-    slow = Slow()
-    outgoing = Outgoing(slow)
-    assert outgoing.send(b"abcdef") and not outgoing.is_free and not outgoing.send(b"lost")
-    slow.room = 100
-    assert outgoing.is_free and outgoing.send(b"ghi") and slow.out == b"abcdefghi"
 
 
 def test_a_sensor_with_too_few_channels_is_an_error() -> None:
