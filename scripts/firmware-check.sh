@@ -29,6 +29,10 @@ cost() {
     for opt in -Os -O2; do
         arm-none-eabi-gcc -std=c99 $chip "$@" $opt -ffunction-sections -c -o "$build/link$opt.o" "$root/protocol/c/grip_link.c"
     done
+    if arm-none-eabi-nm -u "$build/link-O2.o" | grep -vE '__aeabi_u?ldivmod|memcpy|memset'; then
+        echo 'more of libc than memcpy and memset is needed' >&2
+        exit 1
+    fi
     # shellcheck disable=SC2086
     arm-none-eabi-gcc -std=c99 $chip "$@" -c -o "$build/sizes.o" "$root/protocol/c/test/sizes.c"
     flash=$(arm-none-eabi-size "$build/link-Os.o" "$build/link-O2.o" | awk 'NR > 1 { printf "%s ", $1 + $2 }')
