@@ -11,10 +11,7 @@ package=$root/bindings/python
 . "$root/scripts/missing.sh"
 python_work python-package
 
-if [ -z "${GRIPCTL:-}" ]; then
-    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
-    GRIPCTL=$target/release/gripctl
-fi
+release_gripctl
 export GRIPCTL
 
 cd "$package"

@@ -7,8 +7,8 @@ package=$root/protocol/python
 . "$root/scripts/missing.sh"
 python_work python-peer
 
-CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
+release_gripctl
 
 cd "$package"
 "$python" -m mypy --cache-dir "$work/mypy"
-GRIPCTL=$target/release/gripctl "$python" -m pytest -p no:cacheprovider "$@"
+GRIPCTL=$GRIPCTL "$python" -m pytest -p no:cacheprovider "$@"
