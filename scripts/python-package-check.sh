@@ -55,7 +55,9 @@ done
 "${GRIPCTL%ctl}d" --port sim --duration 120 >"$work/gripd.log" 2>&1 &
 gripd=$!
 trap 'kill "$gripd" 2>/dev/null || true' EXIT
-"$python" "$root/scripts/doc-python.py" "$root/docs/python.md" "$work"
+"$python" "$root/scripts/doc-blocks.py" "$root/docs/python.md" python >"$work/page.py"
+grep -q import "$work/page.py"
+(cd "$work" && "$python" page.py)
 if [ -n "${PICTURES:-}" ]; then
     cp "$work"/pictures/*.svg "$root/docs/images/"
 fi
