@@ -69,7 +69,7 @@ class Sample:
     tick: int
     """Time of the row [ticks of the gripper]."""
     host_s: float
-    """Time of the row [s of the host's clock], late by what the fastest frames took."""
+    """Time of the row [s of the host's clock], late by what the fastest frame so far took: a faster one sets it back."""
     values: tuple[float, ...]
     """All elements in SI units, NaN where a channel had no reading."""
     layout: Layout
