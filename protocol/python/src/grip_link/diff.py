@@ -13,39 +13,21 @@ from __future__ import annotations
 import struct
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Union
 
 from .crc import crc32c
 from .decoder import Decoder, Role, Verdict
 from .device import Cleared, Command, Configured, DeviceEvent, DeviceLink, Linked, Rejected, RowError
-from .messages import (
-    Channel,
-    ChannelKind,
-    Heartbeat,
-    Ident,
-    Limits,
-    LogLevel,
-    ResetReason,
-    SampleFormat,
-    Unit,
-)
+from .mcu import default_ident
+from .messages import Channel, ChannelKind, Heartbeat, Ident, LogLevel, SampleFormat, Unit
 
 
 def reference_ident() -> Ident:
     """The gripper that all peers play in a comparison."""
-    return Ident(
-        uid=b"grip-link-test-1",
-        boot_id=0xB007,
-        tick_hz=1_000_000,
-        limits=Limits(20_000, 20_000, 400_000, 15_000, 0, 50_000),
-        channels=(
-            Channel.single(ChannelKind.STYLUS, 1e-8),
-            Channel.single(ChannelKind.NORMAL_FORCE, 1e-3),
-            Channel(ChannelKind.PRESSURE_ARRAY, Unit.PASCAL, 3, 4, 10.0),
-        ),
-        firmware=(1, 2, 3),
-        reset=ResetReason.POWER_ON,
-    )
+    ident = default_ident(0xB007)
+    taxels = Channel(ChannelKind.PRESSURE_ARRAY, Unit.PASCAL, 3, 4, 10.0)
+    return replace(ident, uid=b"grip-link-test-1", channels=(*ident.channels, taxels), firmware=(1, 2, 3))
 
 
 def decode_line(line: str) -> str:
