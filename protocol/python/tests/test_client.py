@@ -259,16 +259,12 @@ def test_what_ends_a_link_is_named() -> None:
         world.linked()
     assert closed.value.code == "no_answer"
     version = World()
-    version.to_host = lambda data: frame_of_version_2(data)
+    sender = Sender(to_host=True)
+    sender.session = version.session + 1
+    version.to_host = lambda data: sender.send(Kind.IDENT, b"\2\3") if data else b""
     with pytest.raises(LinkClosed) as closed:
         version.linked()
     assert closed.value.code == "version_mismatch"
-
-
-def frame_of_version_2(data: bytes) -> bytes:
-    sender = Sender(to_host=True)
-    sender.session = 0xABD
-    return sender.send(Kind.IDENT, b"\2\3") if data else b""
 
 
 def test_an_echoing_line_is_counted_and_works() -> None:
