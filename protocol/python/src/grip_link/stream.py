@@ -31,9 +31,9 @@ class FdStream:
 
     CHUNK = 65536
 
-    def __init__(self, fd: int, *, owns: bool = True, out: Optional[int] = None) -> None:
-        """``out``: where bytes are written to, if not to ``fd``."""
-        self._fd, self._out, self._owns = fd, fd if out is None else out, owns
+    def __init__(self, fd: int, *, owns: bool = True, out: Optional[int] = None, port: Any = None) -> None:
+        """``out``: where bytes are written to, if not to ``fd``; ``port``: the open pyserial port that the descriptor belongs to."""
+        self._fd, self._out, self._owns, self._port = fd, fd if out is None else out, owns, port
         os.set_blocking(fd, False)
         os.set_blocking(self._out, False)
 
@@ -62,7 +62,9 @@ class FdStream:
 
     def close(self) -> None:
         """See :class:`ByteStream`."""
-        if self._owns and self._fd >= 0:
+        if self._port is not None:
+            self._port.close()
+        elif self._owns and self._fd >= 0:
             os.close(self._fd)
         self._fd = self._out = -1
 
@@ -95,18 +97,6 @@ class SerialStream:
         self._port.close()
 
 
-class _PortStream(FdStream):
-    """A file descriptor that belongs to an open pyserial port."""
-
-    def __init__(self, port: Any) -> None:
-        super().__init__(port.fileno(), owns=False)
-        self._port = port
-
-    def close(self) -> None:
-        super().close()
-        self._port.close()
-
-
 def open_stream(url: str, baudrate: int = 115_200) -> ByteStream:
     """Opens a serial device, a pseudo-terminal or a pyserial URL such as socket://HOST:PORT.
 
@@ -126,7 +116,7 @@ def open_stream(url: str, baudrate: int = 115_200) -> ByteStream:
     port.open()
     if "://" not in url:
         _prepare_device(port)
-    return _PortStream(port)
+    return FdStream(port.fileno(), port=port)
 
 
 def _prepare_device(port: Any) -> None:
