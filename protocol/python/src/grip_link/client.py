@@ -10,6 +10,7 @@ import math
 import secrets
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Callable, Optional, Union
 
@@ -184,7 +185,7 @@ class GripLink:
 
     def connect(self, timeout_s: float = 5.0) -> None:
         """Greets for so long, configures and starts; raises :class:`LinkClosed`."""
-        self._outgoing.send(PREAMBLE)
+        self._write(lambda: PREAMBLE)
         ident = self._ask(Kind.HELLO, Hello(self._clock_us()).pack(), HELLO_S, timeout_s)
         if not ident.shows_slips:
             raise LinkClosed("no_stylus", f"none of the {len(ident.channels)} channels shows a slip")
@@ -235,13 +236,11 @@ class GripLink:
             raise ValueError(f"force {force_n} N: expected 0 or more, at most 2.1e6")
         if self._closed is not None:
             raise self._closed
-        if self.config is None or (self.is_degraded and self._sent_mn is None):
+        before_mn = self._sent_mn if self.is_degraded else 0x7FFFFFFF
+        if self.config is None or before_mn is None:
             return None
-        most_mn = self.config.force_max_mn
-        if self.is_degraded and self._sent_mn is not None:
-            most_mn = min(most_mn, self._sent_mn)
         cmd_id = (self._cmd_id + 1) & 0xFFFFFFFF
-        force_mn = min(math.floor(force_n * 1000.0 + 0.5), most_mn)
+        force_mn = min(math.floor(force_n * 1000.0 + 0.5), self.config.force_max_mn, before_mn)
         grip = Grip(cmd_id, GripMode.FORCE, ANSWERS_SLIP if answers_slip else 0, 0, force_mn, 0, cause_sample)
         if not self.send(Kind.GRIP, grip.pack()):
             return None
@@ -261,16 +260,17 @@ class GripLink:
         """Ends the samples and gives the port back. It never releases the object: the gripper holds when ttl is over."""
         if self._closed is None:
             self._closed = LinkClosed("requested", "closed by the caller")
-            try:
+            with suppress(LinkClosed):
                 self.send(Kind.STOP, ack_req=True)
-            except LinkClosed:
-                pass
         self._stream.close()
 
     def send(self, kind: int, payload: bytes = b"", *, ack_req: bool = False, session: Optional[int] = None) -> bool:
         """Any frame, without a look at what it asks for; False where the port takes no more bytes. Raises :class:`LinkClosed`."""
+        return self._write(lambda: self._sender.send(kind, payload, ack_req=ack_req, session=session))
+
+    def _write(self, frame: Callable[[], bytes]) -> bool:
         try:
-            return self._outgoing.is_free and self._outgoing.send(self._sender.send(kind, payload, ack_req=ack_req, session=session))
+            return self._outgoing.is_free and self._outgoing.send(frame())
         except StreamClosed as error:
             raise self._fail("port", str(error)) from error
 

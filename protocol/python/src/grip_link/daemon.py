@@ -6,7 +6,7 @@ import secrets
 import time
 from collections.abc import Iterator
 from types import TracebackType
-from typing import Any, Optional, Union
+from typing import Optional, Union
 
 from .decoder import Counters, Decoder, Role, Verdict
 from .messages import MESSAGES, Ack, Kind, Nack, PayloadError
