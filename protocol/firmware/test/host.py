@@ -14,7 +14,7 @@ from typing import Any, Optional
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python" / "src"))
 
 from board import DROPPED, LIFTED, Board, CheckFailed, Truth, must  # noqa: E402
-from grip_link import Config, GripLink, LinkClosed, SampleFormat  # noqa: E402
+from grip_link import Config, GripLink, LinkClosed  # noqa: E402
 from grip_link.stream import FdStream  # noqa: E402
 
 
@@ -110,9 +110,8 @@ class Host:
     """The Python peer, driven by hand: nothing goes out but what is asked for. After a reset it connects again."""
 
     def __init__(self, board: Board, **settings: Any) -> None:
-        defaults: dict[str, Any] = {"sample_rate_hz": 1000, "format": SampleFormat.I16, "force_max_mn": 20_000,
-                                    "hold_cap_mn": 20_000, "slew_mn_s": 500_000}  # fmt: skip
-        self._config = Config(**{**defaults, **settings})
+        wanted = {"sample_rate_hz": 1000, "force_max_mn": 20_000, "hold_cap_mn": 20_000, "slew_mn_s": 500_000, **settings}
+        self._config = Config(**wanted)
         self._stream = FdStream(os.open(board.port, os.O_RDWR | os.O_NOCTTY))
         self.boots: list[int] = []
         self._connect()

@@ -34,6 +34,7 @@ from .messages import (
     Log,
     Nack,
     PayloadError,
+    Ping,
     Samples,
     Stats,
     Status,
@@ -45,7 +46,7 @@ from .stream import ByteStream, Outgoing, StreamClosed, monotonic_us, open_strea
 
 PREAMBLE = bytes(8)
 HELLO_S, RETRY_S, GIVE_UP_S = 0.1, 0.05, 1.0
-STALE_US = 5_000
+STALE_US, PING_US = 5_000, 500_000
 DRIFT = 200e-6
 """Two crystals of 100 ppm."""
 
@@ -147,7 +148,7 @@ class GripLink:
         self._answer: Any = None
         self._next: Optional[tuple[int, int]] = None
         self._gap = False
-        self._frame_us = self._samples_us = clock_us()
+        self._ping_us = self._frame_us = self._samples_us = clock_us()
         self._offset_us = math.inf
         self._sent_mn: Optional[int] = None
         self._cmd_id = 0
@@ -292,6 +293,10 @@ class GripLink:
                     self.malformed_frames += 1
         if self.ident is not None and now_us - self._frame_us > self._silence_s * 1e6:
             raise self._fail("lost", f"no frame for {now_us - self._frame_us} us")
+        if self.ident is not None and now_us >= self._ping_us:
+            # A gripper that was reset answers what it does not know.
+            self._ping_us = now_us + PING_US
+            self.send(Kind.PING, Ping(now_us).pack())
 
     def _fail(self, code: str, detail: str) -> LinkClosed:
         self._closed = self._closed or LinkClosed(code, detail)
