@@ -119,7 +119,6 @@ class Host:
     def _connect(self) -> None:
         self.link = GripLink(self._stream, self._config, silence_s=10.0)
         self.link.connect(10.0)
-        assert self.link.ident is not None
         self.boots.append(self.link.ident.boot_id)
 
     def write(self, wire: bytes) -> None:
