@@ -232,10 +232,11 @@ def test_estop_and_clear() -> None:
     pressed(link, 2.0, 0.1)
     assert link.estop()
     assert world.mcu.link.state == DeviceState.ESTOP and world.mcu.drive.force_mn == 2000
-    with pytest.raises(LinkClosed, match="latched"):
-        world.linked()
+    link.clear_fault(FaultCode.ESTOP)
+    pressed(link, 2.5, 0.1)
+    assert world.mcu.drive.force_mn == 2500 and link.estop()
     again = world.link()
-    with pytest.raises(LinkClosed, match="refused"):
+    with pytest.raises(LinkClosed, match="refused: CONFIG: latched"):
         again.connect()
     again.clear_fault(FaultCode.ESTOP)
     assert world.mcu.link.state == DeviceState.ARMED

@@ -47,8 +47,7 @@ from .stream import ByteStream, Outgoing, StreamClosed, monotonic_us, open_strea
 PREAMBLE = bytes(8)
 HELLO_S, RETRY_S, GIVE_UP_S = 0.1, 0.05, 1.0
 STALE_US, PING_US = 5_000, 500_000
-DRIFT = 200e-6
-"""Two crystals of 100 ppm."""
+DRIFT = 200e-6  # two crystals of 100 ppm
 
 Report = Union[Status, Stats, Event, Log]
 
@@ -204,6 +203,7 @@ class GripLink:
 
     def clear_fault(self, fault: int) -> None:
         """Clears the latched fault that :attr:`status` or :attr:`ident` tells, and configures again; raises :class:`LinkClosed`."""
+        self.config = None
         self._ask(Kind.CLEAR_FAULT, ClearFault(FaultCode(fault)).pack())
         self.reconfigure(self.wanted)
 
