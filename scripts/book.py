@@ -71,9 +71,4 @@ def source(folder):
     shutil.copyfile(ROOT / "scripts/book.toml", folder / "book.toml")
 
 
-def main():
-    source(Path(sys.argv[1]).resolve())
-
-
-if __name__ == "__main__":
-    main()
+source(Path(sys.argv[1]).resolve())
