@@ -59,7 +59,7 @@ avr-ar rcs "$build/core.a" "$build/core/"*.o
 warnings="-Wall -Wextra -Werror"
 # shellcheck disable=SC2086
 avr-gcc $chip $search $warnings -std=c99 -Os -ffunction-sections -c "$library/src/grip_link.c" -o "$build/grip_link.o"
-for sketch in piezo loadcell accelerometer; do
+for sketch in piezo gripper loadcell accelerometer; do
     # shellcheck disable=SC2086
     avr-g++ $chip $search $warnings -Os -std=gnu++11 -fno-exceptions -fno-threadsafe-statics -ffunction-sections -fdata-sections \
         -x c++ -include Arduino.h -c "$library/examples/$sketch/$sketch.ino" -o "$build/$sketch.o"

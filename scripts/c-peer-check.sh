@@ -1,7 +1,7 @@
 #!/bin/sh
 # The C device side: built with every warning and with sanitizers, read against the vectors, compared with the Rust
-# device on random scripts and damaged streams, and compiled for a Cortex-M4.
-# Needs: cc, c++, make, arm-none-eabi-gcc, cargo. Usage: scripts/c-peer-check.sh
+# device on random scripts and damaged streams. firmware-check.sh compiles it for a Cortex-M4.
+# Needs: cc, c++, make, cargo. Usage: scripts/c-peer-check.sh
 set -eu
 cd "$(dirname "$0")/.."
 . scripts/missing.sh
@@ -23,18 +23,4 @@ if command -v c++ >/dev/null; then
   echo '#include "grip_link.h"' | c++ -std=c++11 -Wall -Wextra -Werror -Iprotocol/c -fsyntax-only -x c++ -
 else
   missing c++ 'c++: the header is not compiled as C++'
-fi
-if command -v arm-none-eabi-gcc >/dev/null; then
-  for level in -Os -O2; do
-    # shellcheck disable=SC2086
-    arm-none-eabi-gcc $warnings -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -ffreestanding $level \
-      -c protocol/c/grip_link.c -o "$build/m4.o"
-    echo "Cortex-M4 $level: $(arm-none-eabi-size "$build/m4.o" | awk 'NR == 2 { print $1 " bytes of flash, " $2 + $3 " of static RAM" }')"
-    if arm-none-eabi-nm -u "$build/m4.o" | grep -vE '__aeabi_u?ldivmod|memcpy|memset'; then
-      echo 'more of libc than memcpy and memset is needed' >&2
-      exit 1
-    fi
-  done
-else
-  missing arm 'arm-none-eabi-gcc: sizes for Cortex-M4 are not measured'
 fi

@@ -28,4 +28,3 @@ fi
 "$bin/gripctl" grasp --all --trials 20 --plot "$images/grasp.svg" > /dev/null
 
 "$bin/gripctl" profile docs/profile.csv --speed 0.05 --force 2 --cutoff-mm 0.8 --form-degree 2 --plot docs/profile.svg > /dev/null
-scripts/drawings.py "$bin/gripctl" "$images"

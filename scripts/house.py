@@ -1,4 +1,8 @@
-"""What scripts/house.sh prints: cargo's metadata and the files of git in, tables in Markdown out."""
+#!/usr/bin/env python3
+"""Measures the workspace as a building, as tables in Markdown: lines by package, constants of slip-core, gripd's closure, dependency edges that
+point up, circles between folders, tuples of arguments. Says in each heading how it is counted.
+
+Fails where a crate has no floor, an edge points up, folders import each other, or a tuple is an argument. Needs cargo; builds nothing."""
 
 import collections
 import json
@@ -47,32 +51,16 @@ def split_tests(path, text):
     return before, lines - before
 
 
-def kind(path):
-    parts = path.parts
-    if parts[0] in ("fuzz",):
-        return "fuzz"
-    if "examples" in parts:
-        return "examples"
-    if parts[0] == "benches":
-        return "integration tests" if parts[1] == "tests" else "benches"
-    if "benches" in parts:
-        return "benches"
-    if parts[0] == "tests" or "tests" in parts and "src" not in parts:
-        return "integration tests"
-    return "src"
-
-
-def lines_by_kind(files, folders):
-    counts = collections.defaultdict(collections.Counter)
+def lines_by_package(files, folders):
+    """Lines of the program and of everything else (tests, benches, examples, fuzz targets) of each package."""
+    counts = collections.defaultdict(lambda: [0, 0])
     for path in files:
         text = path.read_text()
         owner = next((name for folder, name in folders if path.is_relative_to(folder)), str(path.parts[0]))
-        if kind(path) == "src":
-            program, tests = split_tests(path, text)
-            counts[owner]["src"] += program
-            counts[owner]["unit tests"] += tests
-        else:
-            counts[owner][kind(path)] += text.count("\n")
+        is_program = "src" in path.parts and path.parts[0] not in ("benches", "fuzz", "tests")
+        program, rest = split_tests(path, text) if is_program else (0, text.count("\n"))
+        counts[owner][0] += program
+        counts[owner][1] += rest
     return counts
 
 
@@ -105,134 +93,63 @@ def edges_up(packages):
     return up
 
 
-class Modules:
-    """The modules of one crate and what they import from each other; tests are left out."""
+def expand(tree):
+    """`a::{b, c::{d, e}}` as lists of names."""
+    tree = re.sub(r"\s+", " ", tree).strip()
+    brace = tree.find("{")
+    if brace < 0:
+        return [[part.strip() for part in re.sub(r" as .*", "", tree).split("::")]]
+    head = [part.strip() for part in tree[:brace].strip().rstrip(":").split("::") if part.strip()]
+    depth, start, inner, found = 0, 0, tree[brace + 1 : tree.rindex("}")], []
+    for at, char in enumerate(inner + ","):
+        depth += {"{": 1, "}": -1}.get(char, 0)
+        if char == "," and depth == 0:
+            if inner[start:at].strip():
+                found += [head + rest for rest in expand(inner[start:at])]
+            start = at + 1
+    return found
 
-    def __init__(self, root, files):
-        self.files = {}
-        for path in files:
-            within = path.relative_to(root)
-            names = [*within.parts[:-1], within.stem]
-            if names[-1] in ("mod", "lib", "main"):
-                names.pop()
-            text = path.read_text()
-            kept = split_tests(path, text)[0]
-            if kept:
-                self.files[tuple(names)] = "\n".join(text.splitlines()[:kept])
-        self.exports = {module: self._uses(text, r"pub(?:\([^)]*\))? use") for module, text in self.files.items()}
 
-    @staticmethod
-    def _expand(tree):
-        """`a::{b, c::{d, e}}` as lists of names."""
-        tree = re.sub(r"\s+", " ", tree).strip()
-        brace = tree.find("{")
-        if brace < 0:
-            return [[part.strip() for part in re.sub(r" as .*", "", tree).split("::")]]
-        head = [part.strip() for part in tree[:brace].strip().rstrip(":").split("::") if part.strip()]
-        depth, start, inner, found = 0, 0, tree[brace + 1 : tree.rindex("}")], []
-        for at, char in enumerate(inner + ","):
-            depth += {"{": 1, "}": -1}.get(char, 0)
-            if char == "," and depth == 0:
-                if inner[start:at].strip():
-                    found += [head + rest for rest in Modules._expand(inner[start:at])]
-                start = at + 1
-        return found
-
-    @staticmethod
-    def _uses(text, what):
-        paths = []
-        for found in re.finditer(rf"^\s*{what} ([^;]+);", text, re.M):
-            paths += Modules._expand(found.group(1))
-        return paths
-
-    def _place(self, module, path, depth=0):
-        """The deepest module that `path`, said in `module`, leads to, through what modules export again."""
-        names = list(path)
-        if names[0] == "crate":
-            base, names = [], names[1:]
-        elif names[0] in ("self", "super"):
-            base = list(module)
-            while names and names[0] in ("self", "super"):
-                if names.pop(0) == "super":
-                    base = base[:-1]
-        elif (*module, names[0]) in self.files:
-            base = list(module)
-        else:
-            return None
-        while names and (*base, names[0]) in self.files:
-            base.append(names.pop(0))
-        if names and depth < 5:
-            for export in self.exports.get(tuple(base), []):
-                if export[-1] in (names[0], "*") and export != path:
-                    place = self._place(tuple(base), export, depth + 1)
-                    if place:
-                        return place
-        return tuple(base)
-
-    def edges(self):
-        """From module to module; a folder's own file (`mod.rs`, `x.rs` beside `x/`) names its parts without leaning on them."""
-        found = set()
-        for module, text in self.files.items():
-            code = re.sub(r"//.*", "", text)
-            paths = self._uses(code, r"use")
-            paths += [said.split("::") for said in re.findall(r"\b((?:crate|super)(?:::\w+)+)", code)]
-            for path in paths:
-                place = self._place(module, path)
-                if place and place != module and place in self.files:
-                    found.add((module, place))
-        return found
-
-    def folder(self, module):
-        """A folder is a module with parts; a file without parts lies in the folder of its parent."""
-        is_folder = any(len(other) > len(module) and other[: len(module)] == module for other in self.files)
-        return module if is_folder else module[:-1]
+def imports(root, files):
+    """What the top modules of a crate (folders, or files of src) import from each other, and the folders; tests are left out."""
+    texts, edges = collections.defaultdict(str), set()
+    for path in files:
+        within, text = path.relative_to(root), path.read_text()
+        program = "\n".join(text.splitlines()[: split_tests(path, text)[0]])
+        names = [*within.parts[:-1], *([] if within.stem in ("mod", "lib", "main") else [within.stem])]
+        # From where it stands, so many times `super` is the crate.
+        program = re.sub(rf"\b(?:super::){{{len(names)}}}", "crate::", program) if names else program
+        texts[names[0] if names else ""] += re.sub(r"//.*", "", program) + "\n"
+    exported = {}
+    for use in re.findall(r"^pub(?:\([^)]*\))? use ([^;]+);", texts.pop("", ""), re.M):
+        exported |= {path[-1]: path[1] if path[0] == "crate" else path[0] for path in expand(use)}
+    for top, text in texts.items():
+        paths = [path for use in re.findall(r"\buse (crate::[^;]+);", text) for path in expand(use)]
+        paths += [said.split("::") for said in re.findall(r"\bcrate(?:::\w+)+", text)]
+        targets = {path[1] for path in paths if len(path) > 1}
+        # What no other export names may come of a glob.
+        edges |= {(top, target if target in texts else exported.get(target, exported.get("*"))) for target in targets}
+    folders = {path.relative_to(root).parts[0] for path in files if len(path.relative_to(root).parts) > 1 and split_tests(path, path.read_text())[0]}
+    return {(a, b) for a, b in edges if a != b and b in texts}, folders
 
 
 def circles(edges):
-    """Sets of nodes that reach each other (Tarjan, iterative enough for these sizes)."""
-    graph = collections.defaultdict(set)
-    for source, target in edges:
-        graph[source].add(target)
-        graph.setdefault(target, set())
-    order, low, stack, found = {}, {}, [], []
-    sys.setrecursionlimit(10_000)
-
-    def visit(node):
-        order[node] = low[node] = len(order)
-        stack.append(node)
-        for other in graph[node]:
-            if other not in order:
-                visit(other)
-            if other in stack:
-                low[node] = min(low[node], low[other])
-        if low[node] == order[node]:
-            knot = set()
-            while node not in knot:
-                knot.add(stack.pop())
-            if len(knot) > 1:
-                found.append(knot)
-
-    for node in list(graph):
-        if node not in order:
-            visit(node)
-    return found
+    """Sets of nodes that reach each other."""
+    reach = {node: {b for a, b in edges if a == node} for pair in edges for node in pair}
+    for middle in reach:
+        for node in reach:
+            if middle in reach[node]:
+                reach[node] |= reach[middle]
+    return {frozenset(b for b in reach[a] if a in reach[b]) for a in reach if a in reach[a]}
 
 
 def folder_circles(files, packages):
-    found = []
     for package in packages.values():
         root = Path(os.path.relpath(package["manifest_path"])).parent / "src"
         own = [path for path in files if path.is_relative_to(root) and "bin" not in path.relative_to(root).parts]
-        if not own:
-            continue
-        modules = Modules(root, own)
-        # The crate's own front page names everything.
-        edges = {(a, b) for a, b in modules.edges() if a and b}
-        top = {(a[0], b[0]) for a, b in edges if a[0] != b[0]}
-        parts = {module[0] for module in modules.files if len(module) > 1}
-        for knot in circles(top):
-            found.append((bool(knot & parts), f"{package['name']}: " + " ".join(sorted(knot))))
-    return found
+        edges, folders = imports(root, own)
+        for knot in circles(edges):
+            yield bool(knot & folders), f"{package['name']}: " + " ".join(sorted(knot))
 
 
 def tuples_of_arguments(texts):
@@ -255,8 +172,18 @@ def tuples_of_arguments(texts):
                         break
 
 
+def cargo(*words):
+    """What cargo prints; the package index is not asked where the lock file's packages are there."""
+    for offline in (["--offline"], []):
+        ran = subprocess.run(["cargo", *words, "--locked", *offline], capture_output=True, text=True)
+        if ran.returncode == 0:
+            return ran.stdout
+    sys.exit(ran.stderr)
+
+
 def main():
-    metadata = json.loads(Path(sys.argv[1]).read_text())
+    os.chdir(Path(__file__).parent.parent)
+    metadata = json.loads(cargo("metadata", "--no-deps", "--format-version", "1"))
     packages = {package["name"]: package for package in metadata["packages"]}
     folders = sorted(
         ((Path(os.path.relpath(package["manifest_path"])).parent, name) for name, package in packages.items()),
@@ -265,16 +192,12 @@ def main():
     files = sources()
 
     print("## Lines of Rust (`wc -l`, files under git)\n")
-    kinds = ["src", "unit tests", "integration tests", "benches", "fuzz", "examples"]
-    counts = lines_by_kind(files, folders)
-    print("| package | " + " | ".join(kinds) + " | all |\n|---|" + "---|" * (len(kinds) + 1))
-    total = collections.Counter()
-    for name in sorted(counts, key=lambda name: -sum(counts[name].values())):
-        row = counts[name]
-        total.update(row)
-        print(f"| {name} | " + " | ".join(f"{row[k]:,}" if row[k] else "" for k in kinds) + f" | {sum(row.values()):,} |")
-    print("| **all** | " + " | ".join(f"{total[k]:,}" for k in kinds) + f" | **{sum(total.values()):,}** |")
-    print("\n`benches` are the package of the benches and the folders of that name.")
+    counts = lines_by_package(files, folders)
+    print("| package | program | tests, benches, examples |\n|---|---|---|")
+    for name, (program, rest) in sorted(counts.items(), key=lambda pair: -sum(pair[1])):
+        print(f"| {name} | {program:,} | {rest:,} |")
+    program, rest = (sum(row[k] for row in counts.values()) for k in (0, 1))
+    print(f"| **all {program + rest:,}** | {program:,} | {rest:,} |")
 
     print("\n## Constants of slip-core\n")
     texts = {str(path): path.read_text() for path in files}
@@ -286,11 +209,12 @@ def main():
     print(f"| **all** | **{sum(constants.values())}** |")
 
     up = edges_up(packages)
-    closure = os.environ["GRIPD_CLOSURE"].splitlines()
+    tree = cargo("tree", "-p", "gripd", "-e", "normal,build", "--prefix", "none", "--format", "{p}")
+    closure = {line.removesuffix(" (*)") for line in tree.splitlines()}
     own = sorted({line.split()[0] for line in closure} & set(packages))
     print("\n## gripd's closure (default features, normal and build dependencies)\n")
     print(f"{len(closure)} packages, of them {len(own)} ours: {' '.join(own)}.")
-    size = sum(counts[name]["src"] for name in own)
+    size = sum(counts[name][0] for name in own)
     print(f"Ours have {size:,} lines under src without unit tests.")
 
     print("\n## Edges that point up\n")
@@ -300,7 +224,7 @@ def main():
     knots = sorted(folder_circles(files, packages))
     print("\n## Circles between folders\n")
     print("Sets of a crate's top modules (a folder, or a file of src) that import each other, tests and lib.rs left out;")
-    print("imports through what a module exports again count for where the item stands.\n")
+    print("what the crate exports at its top counts for where it stands.\n")
     for is_folder, what in [(True, "With a folder"), (False, "Of files of src alone")]:
         those = [knot for has_folder, knot in knots if has_folder == is_folder]
         print(f"{what}: {len(those)}.")

@@ -5,7 +5,6 @@ scripts/instructions.sh calls it:
 
 scripts/instructions.py            fails where a count is more than 3 % above the one that is written down
 scripts/instructions.py --write    writes the counts down
-scripts/instructions.py --profile  prints, for each function, memory accesses, misses of simulated caches and branches, and what it calls
 
 Needs valgrind and the programs of scripts/release-build.sh. Counts depend on the compiler and on the vector instructions of the processor, and not on
 what else runs.
@@ -15,7 +14,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import tomllib
 from pathlib import Path
 
@@ -35,31 +33,9 @@ def count(program, case):
     return int(collected[1]) / int(run.stdout)
 
 
-def profile(program, case):
-    """Prints events of one item of a case, and the functions in which it spends at least a twentieth of its instructions."""
-    with tempfile.NamedTemporaryFile() as file:
-        tool = ["valgrind", "--tool=callgrind", "--cache-sim=yes", "--branch-sim=yes", f"--callgrind-out-file={file.name}"]
-        run = subprocess.run([*tool, "--toggle-collect=instructions::measured*", program, case], capture_output=True, text=True, check=True)
-        names = re.search(r"Events    : (.+)", run.stderr)[1].split()
-        found = dict(zip(names, map(int, re.search(r"Collected : (.+)", run.stderr)[1].split())))
-        functions = subprocess.run(["callgrind_annotate", "--show=Ir", file.name], capture_output=True, text=True, check=True).stdout
-    per = 1 / int(run.stdout)
-    event = lambda *names: per * sum(found.get(name, 0) for name in names)  # noqa: E731
-    cells = [event("Ir"), event("Dr", "Dw"), event("D1mr", "D1mw"), event("DLmr", "DLmw"), event("Bc", "Bi"), event("Bcm", "Bim")]
-    print(f"| {case} | " + " | ".join(f"{cell:,.2f}" if cell < 10 else f"{cell:,.0f}" for cell in cells) + " |")
-    for ir, share, name in re.findall(r"^\s*([\d,]+) \(([ \d.]+)%\)\s+\S*?:(.+?)(?: \[.*)?$", functions, re.M):
-        if float(share) >= 5.0:
-            print(f"|   {name.strip()[:90]} | {per * int(ir.replace(',', '')):,.0f} |  |  |  |  |  |")
-
-
 def main():
     program = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/instructions"
     cases = subprocess.run([program], capture_output=True, text=True, check=True).stdout.splitlines()
-    if sys.argv[1:] == ["--profile"]:
-        print("| an item of | instructions | memory accesses | L1 misses | last-level misses | branches | mispredicted |\n|---|---|---|---|---|---|---|")
-        for case in cases:
-            profile(program, case)
-        return 0
     counts = {case: count(program, case) for case in cases}
     if sys.argv[1:] == ["--write"]:
         BASELINE.write_text(HEAD + "".join(f'"{case}" = {n:.1f}\n' for case, n in counts.items()))

@@ -11,10 +11,9 @@ mkdir -p "$work"
 work=$(cd "$work" && pwd)
 export PYTHONPYCACHEPREFIX="$work/byte-code" HF_HOME="$work/hub" HF_HUB_OFFLINE=1
 
-if [ -z "${GRIPCTL:-}" ]; then
-    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
-    GRIPCTL=$target/release/gripctl
-fi
+. "$root/scripts/missing.sh"
+target=$(cd "$target" && pwd)
+release_gripctl
 export GRIPCTL GRIPD="${GRIPCTL%ctl}d"
 
 python=${LEROBOT_PYTHON:-$work/venv/bin/python}

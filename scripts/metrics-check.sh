@@ -3,11 +3,8 @@
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
-target=${CARGO_TARGET_DIR:-$root/target}
-mkdir -p "$target"
-target=$(cd "$target" && pwd)
 . "$root/scripts/missing.sh"
-python=$("$root/scripts/python.sh") || { missing pip "the packages of scripts/python.sh"; exit 0; }
+python_work metrics-check
 
 # Written anew, so that a test that has another name now is noticed.
 rm -f "$target/tmp/metrics.txt"

@@ -34,6 +34,13 @@ python_work() {
     export PYTHONPYCACHEPREFIX="$work/byte-code"
 }
 
+#   release_gripctl      sets GRIPCTL, where it is not named, to that of a release build, with gripd and the others beside it; needs root, target
+release_gripctl() {
+    [ -z "${GRIPCTL:-}" ] || return 0
+    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
+    GRIPCTL=$target/release/gripctl
+}
+
 #   second_compiler      installs Debian's Rust with its sources (a download of 170 MB) and lld where they are missing
 #   core_from_source ARGUMENT...   is its `cargo` with them, with the unstable option that builds core; no flag of the caller leaks in
 second_compiler() {

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Trains and runs the same networks on the same rows from the same weights with our crate and with FANN (Debian's
 # libfann-dev, installed if it is missing), on this machine, one after the other, and prints times and ratios.
-# --with-torch adds PyTorch and scikit-learn from PyPI in an environment of their own; --gate fails where a ratio to FANN is below its bound.
+# --gate fails where a ratio to FANN is below its bound.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)
 . "$root/scripts/missing.sh"
@@ -26,11 +26,5 @@ if [ "${1:-}" = "--gate" ]; then
     exit 1
 fi
 measure
-if [ "${1:-}" = "--with-torch" ]; then
-    [ -x "$peers/python/bin/python" ] || python3 -m venv "$peers/python"
-    "$peers/python/bin/python" -m pip install --quiet --disable-pip-version-check torch scikit-learn >&2
-    "$peers/python/bin/python" "$root/scripts/peers/python_peers.py" "$peers" >>"$peers/theirs.tsv"
-    "$peers/python/bin/python" "$root/scripts/trainer-reference.py" --torch "$peers/reference.csv"
-fi
 sed -n 's/^model name[^:]*: /machine: /p' /proc/cpuinfo | sort -u
 python3 "$root/scripts/peers/ratios.py" "$peers/ours.tsv" "$peers/theirs.tsv"

@@ -11,10 +11,7 @@ package=$root/bindings/python
 . "$root/scripts/missing.sh"
 python_work python-package
 
-if [ -z "${GRIPCTL:-}" ]; then
-    CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
-    GRIPCTL=$target/release/gripctl
-fi
+release_gripctl
 export GRIPCTL
 
 cd "$package"
@@ -58,7 +55,9 @@ done
 "${GRIPCTL%ctl}d" --port sim --duration 120 >"$work/gripd.log" 2>&1 &
 gripd=$!
 trap 'kill "$gripd" 2>/dev/null || true' EXIT
-"$python" "$root/scripts/doc-python.py" "$root/docs/python.md" "$work"
+"$python" "$root/scripts/doc-blocks.py" "$root/docs/python.md" python >"$work/page.py"
+grep -q import "$work/page.py"
+(cd "$work" && "$python" page.py)
 if [ -n "${PICTURES:-}" ]; then
     cp "$work"/pictures/*.svg "$root/docs/images/"
 fi

@@ -3,12 +3,11 @@
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
-package=$root/protocol/python
 . "$root/scripts/missing.sh"
 python_work python-peer
 
-CARGO_TARGET_DIR="$target" "$root/scripts/release-build.sh"
+release_gripctl
 
-cd "$package"
+cd "$root/protocol/python"
 "$python" -m mypy --cache-dir "$work/mypy"
-GRIPCTL=$target/release/gripctl "$python" -m pytest -p no:cacheprovider "$@"
+GRIPCTL=$GRIPCTL "$python" -m pytest -p no:cacheprovider "$@"

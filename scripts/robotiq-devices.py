@@ -3,7 +3,6 @@
 
     scripts/robotiq-devices.py GRIPD              every scene, checked
     scripts/robotiq-devices.py --serve FOLDER     only the devices, FOLDER/gripper and FOLDER/tsf85, until Ctrl-C
-    scripts/robotiq-devices.py --latency GRIPD S  time from a slip to its event, for S seconds
     scripts/robotiq-devices.py --objects GRIPD N [SEED]  N objects of random weight, friction and lift
 
 With --forwarder before these the gripper is behind a robot arm: RS-485 over TCP on 127.0.0.1 (port 54321 with --serve), each way
@@ -520,35 +519,6 @@ def starts(gripd):
     return "starts: nothing is activated or taken over unasked"
 
 
-def latency(gripd, seconds):
-    """Time from the first packet of a slip of 50 ms to the event it led to, with the fingertips alone."""
-    folder = tempfile.TemporaryDirectory()
-    cell = Cell(Path(folder.name))
-    command = [gripd, "--sensor", f"tsf85:{folder.name}/tsf85", "--listen", "off", "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    began, taken = [], []
-
-    def listen():
-        for line in process.stdout:
-            if json.loads(line)["type"] == "slip" and began:
-                taken.append(time.monotonic() - began[-1])
-
-    threading.Thread(target=listen, daemon=True).start()
-    time.sleep(3)
-    for _ in range(int(seconds / 0.4)):
-        # Between two packets: what is set now is in the next one.
-        cell.do(lambda: (began.append(time.monotonic()), setattr(cell.world, "speed_m_s", 0.05)))
-        time.sleep(0.05)
-        cell.world.speed_m_s = 0.0
-        time.sleep(0.35)
-    process.send_signal(signal.SIGINT)
-    code = process.wait(20)
-    cell.stopped = True
-    taken.sort()
-    at = lambda share: 1e3 * taken[min(len(taken) - 1, int(share * len(taken)))]
-    return f"| TSF-85 | {len(taken)} of {len(began)} | {at(0.5):.2f} | {at(0.99):.2f} | {at(1):.2f} | {code} |"
-
-
 def oracle(known):
     """The same object, held from touch on with 1.2 times the force that it is known to need, in steps of the register."""
     world = World(known.mass_kg, known.friction, known.lift_s)
@@ -590,9 +560,6 @@ def main():
         del sys.argv[1]
     if sys.argv[1] == "--objects":
         print(objects(os.path.abspath(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4]) if len(sys.argv) > 4 else 1))
-        return
-    if sys.argv[1] == "--latency":
-        print(latency(os.path.abspath(sys.argv[2]), float(sys.argv[3])))
         return
     if sys.argv[1] == "--serve":
         cell = Cell(Path(sys.argv[2]), port=54321)

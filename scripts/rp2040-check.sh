@@ -43,7 +43,6 @@ firmware() { # FEATURE NAME
     fi
     cp "$work/$triple/release/slip-rp2040" "$work/$name.elf"
     python3 test/uf2.py "$work/$name.elf" "$work/$name.uf2"
-    echo "$work/$name.uf2"
 }
 firmware board slip
 firmware adxl345 slip-adxl345
@@ -56,18 +55,6 @@ rustc --edition 2024 -O --test src/float.rs -o "$work/float"
 "$work/float" --quiet
 env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo test --locked --quiet --test faults
 env -u RUSTFLAGS CARGO_TARGET_DIR="$work" cargo build --release --locked --quiet --example host
-python3 - "$work/slip.elf" "$work/slip-adxl345.elf" <<'PY'
-import struct, sys
-from pathlib import Path
-# Program headers: what is loaded from the file is flash, what has memory in RAM is static RAM.
-for file in map(Path, sys.argv[1:]):
-    elf = file.read_bytes()
-    (table,), (size, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
-    segments = [struct.unpack_from("<6I", elf, table + k * size) for k in range(count)]
-    flash = sum(s[4] for s in segments if s[0] == 1)
-    ram = sum(s[5] for s in segments if s[0] == 1 and s[2] >= 0x20000000)
-    print(f"{file.stem}: flash {flash} bytes, static RAM {ram} bytes")
-PY
 
 command -v node >/dev/null && command -v npm >/dev/null || { missing node "Node.js with npm: the firmware is not run"; exit 0; }
 [ -d "$work/node_modules/rp2040js" ] || npm install --silent --no-save --no-audit --no-fund --prefix "$work" rp2040js@1.4.1 >&2

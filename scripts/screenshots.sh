@@ -6,7 +6,9 @@
 # Live pictures differ from run to run in what the simulator was just doing; what is looked at stands in docs/views.
 set -eu
 cd "$(dirname "$0")/.."
-command -v Xvfb >/dev/null || { echo "Xvfb is not installed: apt-get install -y --no-install-recommends xvfb" >&2; exit 1; }
+command -v xvfb-run >/dev/null || { echo "Xvfb is not installed: apt-get install -y --no-install-recommends xvfb" >&2; exit 1; }
+[ -n "${GRIP_OWN_DISPLAY:-}" ] ||
+    exec env GRIP_OWN_DISPLAY=1 xvfb-run --auto-servernum --server-args='-screen 0 1440x900x24 -noreset' scripts/screenshots.sh
 
 binaries=${GRIP_BIN:-}
 if [ -z "$binaries" ]; then
@@ -14,22 +16,11 @@ if [ -z "$binaries" ]; then
     binaries="${CARGO_TARGET_DIR:-target}/release"
 fi
 work=$(mktemp -d)
-# The server itself finds a display that is free, unless one is named.
-named=${SCREENSHOT_DISPLAY:-}
-Xvfb ${named:+"$named"} -displayfd 3 -screen 0 1440x900x24 -nolisten tcp -noreset 3>"$work/display" >"$work/xvfb.log" 2>&1 &
-server=$!
-trap 'kill "$server" 2>/dev/null; rm -rf "$work"' EXIT
-tries=0
-until [ -s "$work/display" ]; do
-    tries=$((tries + 1))
-    [ "$tries" -lt 100 ] || { echo "no X server:" >&2; cat "$work/xvfb.log" >&2; exit 1; }
-    sleep 0.1
-done
-display=":$(cat "$work/display")"
+trap 'rm -rf "$work"' EXIT
 
 picture() {
     echo "docs/images/$1.png"
-    DISPLAY="$display" "$binaries/gripmon" "$2" --view "${3:-docs/views/$1.toml}" --picture "docs/images/$1.png"
+    "$binaries/gripmon" "$2" --view "${3:-docs/views/$1.toml}" --picture "docs/images/$1.png"
     size=$(wc -c <"docs/images/$1.png")
     [ "$size" -lt 300000 ] || { echo "docs/images/$1.png has $size bytes: more than 300,000" >&2; exit 1; }
 }
@@ -63,7 +54,7 @@ binaries=$GRIP_FLEET_BIN
 router=tcp/127.0.0.1:17447
 "$binaries/gripfleet" router --listen "$router" >"$work/router.log" 2>&1 &
 fleet=$!
-trap 'kill $server $fleet 2>/dev/null; rm -rf "$work"' EXIT
+trap 'kill $fleet 2>/dev/null; rm -rf "$work"' EXIT
 sleep 2
 seed=0
 for scene in default shaken tug light_rough moving_arm glass_bottle_full oily_steel; do
@@ -78,4 +69,4 @@ for scene in default shaken tug light_rough moving_arm glass_bottle_full oily_st
     "$binaries/gripfleet" --config "$work/$seed.toml" >>"$work/$seed.log" 2>&1 &
     fleet="$fleet $!"
 done
-DISPLAY="$display" "$binaries/gripmon-fleet" "$router" --view fleet/docs/fleet.toml --picture fleet/docs/fleet.png
+"$binaries/gripmon-fleet" "$router" --view fleet/docs/fleet.toml --picture fleet/docs/fleet.png

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 """Leave one world out: a network learns from what gripd measured in all worlds but one, and is judged in that one.
 
-Usage: scripts/worlds.py PROGRAMS [--trials N] [--seed N] [--built-in | --intervals]
+Usage: scripts/worlds.py PROGRAMS [--trials N] [--seed N] [--built-in]
 
 PROGRAMS is the folder of gripctl. Rows for the trainings come from seeds 30000 and following, those that judge from --seed. Beside the network
 stand the closed formula, the model that is built in, and the mean of the training. The networks state an interval from the worlds they learn of, each
 held out once; the one of the built-in model is made anew from the other worlds: the worst of them. Prints the table of docs/results/learning.md and
-the width over all worlds, which stands in the file of the built-in model. With --intervals it prints another table instead: the intervals of four
-learners, each from the rows of eight worlds, judged on rows within their range of the ninth.
+the width over all worlds, which stands in the file of the built-in model.
 """
 
 import argparse
@@ -37,14 +36,6 @@ MANY = FEW + ["slip_speed_m_s", "micro_displacement_m", "contact_time_s"]
 MARGIN = 1.2
 G_M_S2 = 9.80665
 LEVEL = 0.9
-LEARNERS = {
-    "mlp": ["--algorithm", "scg"],
-    "ensemble": ["--model", "ensemble", "--members", 4, "--algorithm", "scg"],
-    "br": ["--algorithm", "br"],
-    "gp": ["--model", "gp"],
-}
-# A Gaussian process takes no more: so many rows of each world, spread over all, for every learner.
-ROWS = 300
 SIGMAS = 1.645
 
 
@@ -111,37 +102,12 @@ def write(rows, path):
         writer.writerows(rows)
 
 
-def intervals(args, folder, learned):
-    """Share of the rows of each world left out that the intervals of the learners hold, with their factors."""
-    names = list(LEARNERS)
-    print(f"| world left out | rows | {' | '.join(names)} |\n|---|---|{'---|' * len(names)}")
-    some = {name: rows[:: max(len(rows) // ROWS, 1)][:ROWS] for name, rows in learned.items()}
-    inputs = [key.split(":")[0] for key in FEW]
-    for name in WORLDS:
-        others = [row for other, rows in some.items() if other != name for row in rows]
-        write(others, folder / "others.csv")
-        limits = {key: (min(float(row[key]) for row in others), max(float(row[key]) for row in others)) for key in inputs}
-        _, rows = grasps(args.programs, folder / f"{name}.toml", (args.seed, args.trials), folder / "rows.csv")
-        inside = [row for row in rows if all(low <= float(row[key]) <= high for key, (low, high) in limits.items())]
-        write(inside, folder / "inside.csv")
-        cells = []
-        for options in LEARNERS.values():
-            model = folder / "model.json"
-            trained = gripctl(args.programs, "train", folder / "others.csv", "--inputs", ",".join(FEW), "--target", "adequate_force_n:ln", *options,
-                              "--epochs", 300, "--interval", LEVEL, "--split-by", "scene", "--output", model, "--force", "--json")
-            judged = gripctl(args.programs, "eval", model, folder / "inside.csv", "--json")
-            [width], coverage = json.loads(trained.splitlines()[-1])["interval"]["widths"], json.loads(judged.splitlines()[-1])["coverage"]
-            cells.append(f"{100 * coverage:.0f}, {width:.1f}")
-        print(f"| {name} | {len(inside)} | {' | '.join(cells)} |", flush=True)
-
-
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("programs", type=pathlib.Path)
     arguments.add_argument("--trials", type=int, default=60)
     arguments.add_argument("--seed", type=int, default=990_000)
     arguments.add_argument("--built-in", action="store_true", help="train no networks: their columns stay empty")
-    arguments.add_argument("--intervals", action="store_true", help="the intervals of four learners only, without grasps by them")
     args = arguments.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         judge(args, pathlib.Path(folder))
@@ -152,8 +118,6 @@ def judge(args, folder):
     for name, keys in WORLDS.items():
         (folder / f"{name}.toml").write_text(f'name = "{name}"\nlift_ramp_s = 0.0\n{keys}')
         _, learned[name] = grasps(args.programs, folder / f"{name}.toml", (30_000, args.trials), folder / "rows.csv")
-    if args.intervals:
-        return intervals(args, folder, learned)
     print("| world left out | rows | mean | formula | built in | network, 2 inputs | network, 5 inputs | 90 % interval holds, built in / 2 / 5 inputs"
           " | its factor, built in / 2 / 5 inputs | dropped + crushed, built in / 2 / 5 inputs |")
     print("|---|---|---|---|---|---|---|---|---|---|")

@@ -1,112 +1,53 @@
 #!/usr/bin/env python3
-"""Case tables in, valid.tsv and invalid.tsv out.
+"""Case tables and the fields of ../MESSAGES.md in, valid.tsv and invalid.tsv out.
 
 Frame, COBS and CRC are written here a second time, bit by bit and without tables, so that the vectors are
 not the output of a library they are meant to test. Run it in this folder; it needs no package.
 """
 
+import re
 import struct
 from pathlib import Path
 
-KINDS = {
-    "HELLO": 0x01, "CONFIG": 0x03, "START": 0x04, "STOP": 0x05, "PING": 0x06, "GRIP": 0x10,
-    "HEARTBEAT": 0x11, "ESTOP": 0x12, "CLEAR_FAULT": 0x13, "IDENT": 0x81, "CONFIG_ACK": 0x83,
-    "PONG": 0x86, "ACK": 0x8E, "NACK": 0x8F, "SAMPLES": 0x90, "STATUS": 0x91, "STATS": 0x92,
-    "EVENT": 0x93, "LOG": 0x94,
-}  # fmt: skip
+CODES = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "i32": "i", "i64": "q", "f32": "f"}
 ACK_REQ = {"HELLO", "CONFIG", "START", "STOP", "ESTOP", "CLEAR_FAULT"}
-CONFIG = [
-    ("sample_rate_hz", "I"), ("batch", "B"), ("format", "B"), ("ttl_ms", "H"), ("channel_mask", "I"),
-    ("force_max_mn", "i"), ("slew_mn_s", "I"), ("hold_cap_mn", "i"), ("loss_after_ms", "H"),
-    ("loss_action", "B"), (None, "B"),
-]  # fmt: skip
-STATS = "ok too_long cobs length crc echo version stale duplicate unknown gap garbage_bytes sent dropped_batches dropped_rows malformed old refused unanswered"
-FIELDS = {
-    "HELLO": [("min", "B"), ("max", "B"), ("max_rx", "H"), ("caps", "I"), ("time_us", "Q")],
-    "CONFIG": CONFIG,
-    "START": [],
-    "STOP": [],
-    "PING": [("t1_us", "Q")],
-    "GRIP": [("cmd_id", "I"), ("mode", "B"), ("flags", "B"), ("ttl_ms", "H"), ("force_mn", "i"), ("slew_mn_s", "I"), ("cause_sample", "I")],
-    "HEARTBEAT": [("turns", "I"), ("longest_us", "I"), ("late", "H"), ("flags", "H")],
-    "ESTOP": [],
-    "CLEAR_FAULT": [("fault", "H")],
-    "IDENT": [
-        ("min", "B"), ("max", "B"), ("max_rx", "H"), ("caps", "I"), ("uid", "16s"), ("boot_id", "I"), ("tick_hz", "I"),
-        ("rate_max_hz", "I"), ("force_max_mn", "i"), ("slew_max_mn_s", "I"), ("hold_cap_mn", "i"), ("travel_min_um", "i"),
-        ("travel_max_um", "i"), ("fw_major", "B"), ("fw_minor", "B"), ("fw_patch", "H"), ("reset", "B"), ("state", "B"), ("fault", "H"),
-    ],
-    "PONG": [("t1_us", "Q"), ("rx_tick", "Q"), ("tx_tick", "Q")],
-    "ACK": [("kind", "B"), (None, "B"), ("request_seq", "H")],
-    "NACK": [("kind", "B"), ("reason", "B"), ("request_seq", "H")],
-    "SAMPLES": [("first_index", "I"), ("t0_tick", "Q"), ("dt_ticks", "H"), ("n", "B"), ("format", "B"), ("dropped_total", "I")],
-    "STATUS": [
-        ("last_cmd_id", "I"), ("state", "B"), ("clamp", "B"), ("fault", "H"), ("applied_mn", "i"), ("target_mn", "i"),
-        ("age_us", "I"), ("flags", "H"), ("rejected", "H"),
-    ],
-    "STATS": [(name, "I") for name in STATS.split()],
-    "EVENT": [("tick", "Q"), ("kind", "B"), ("before", "B"), ("after", "B"), (None, "B"), ("fault", "H"), ("dropped", "H"), ("value", "i")],
-}  # fmt: skip
+KINDS, WAYS, FIELDS, TEXTS = {}, {}, {}, {}
+"""By the name of a message its type, who it goes to, its fields with their codes of struct, and the name of the text behind them."""
 
 
-DAEMON_KINDS = {
-    "WELCOME": 0xA0, "SLIP": 0xA1, "STATE": 0xA2, "HEALTH": 0xA3, "GRIPPER": 0xA4, "ROWS": 0xA5, "NOTICE": 0xA6,
-    "SETUP": 0xA7, "SUBSCRIBE": 0xA8, "COMMAND": 0xA9, "QUERY": 0xAA, "LOAD": 0xAB,
-    "OBJECT": 0xAC, "SHADOW": 0xAD, "ESTIMATES": 0xAE,
-}  # fmt: skip
-KINDS.update(DAEMON_KINDS)
-TO_DAEMON = {"SUBSCRIBE", "COMMAND", "QUERY", "LOAD", "OBJECT", "SHADOW"}
-TEXTS = ("WELCOME", "NOTICE", "SETUP", "OBJECT")
-ACK_REQ |= TO_DAEMON
-FIELDS.update({
-    "WELCOME": [
-        ("min", "B"), ("max", "B"), ("max_rx", "H"), ("flags", "I"), ("token", "I"), ("run_id", "I"), ("host_us", "Q"),
-        ("real_time", "B"),
-    ],
-    "SLIP": [
-        ("number", "I"), ("device_us", "Q"), ("host_us", "Q"), ("phase", "B"), ("method", "B"), ("speed_source", "B"),
-        ("esc_kind", "B"), ("statistic", "f"), ("confidence", "f"), ("speed", "f"), ("sigma", "f"), ("moved", "f"),
-        ("irregularities", "I"), ("esc", "f"), ("esc_chosen", "f"), ("esc_flags", "B"), ("notes", "B"),
-        ("ruled_out", "B"), ("possible", "B"), ("estimate", "f"), ("command", "f"), ("duration", "f"),
-    ],
-    "STATE": [
-        ("device_us", "Q"), ("host_us", "Q"), ("scene", "B"), ("grip", "B"), ("stylus", "B"), ("travel", "B"),
-        ("pressure", "B"), ("reference", "B"), ("device", "B"), ("notes", "B"), ("fault", "H"), ("esc_flags", "B"),
-        ("esc_kind", "B"), ("statistic", "f"), ("command", "f"), ("applied", "f"), ("esc", "f"), ("estimate", "f"),
-        ("rate_hz", "I"), ("lost", "Q"),
-    ],
-    "HEALTH": [
-        ("host_us", "Q"), ("rate", "f"), ("samples", "Q"), ("lost", "Q"), ("too_long", "I"), ("cobs", "I"), ("length", "I"),
-        ("crc", "I"), ("useless", "I"), ("gap", "I"), ("dropped_service", "Q"), ("dropped_recorder", "Q"),
-        ("dropped_clients", "I"), ("clients", "H"), ("link", "B"), ("recording", "B"), ("p50", "f"), ("p99", "f"),
-        ("longest", "f"), ("recorded", "Q"), ("bands", "Q"), ("gate", "Q"), ("methods", "Q"), ("observation", "Q"),
-        ("slips", "I"), ("reconnects", "I"), ("commands", "Q"),
-    ],
-    "SLIP_APPENDED": [("certified", "f")],
-    "STATE_APPENDED": [("late", "f"), ("need_low", "f"), ("need", "f"), ("need_high", "f"), ("admissible", "f")],
-    "HEALTH_APPENDED": [("p999", "f"), ("clock_half", "f"), ("clock_offset", "q"), ("histogram", "24Q")],
-    "GRIPPER": [
-        ("uid", "16s"), ("boot_id", "I"), ("rate_hz", "I"), ("force_max", "f"), ("link", "B"), ("taxels", "B"),
-        ("stylus", "B"), (None, "B"),
-    ],
-    "ROWS": [
-        ("first_index", "I"), ("t0_us", "Q"), ("every_nth", "H"), ("channels", "H"), ("n", "B"), ("taxels", "B"), (None, "H"),
-    ],
-    "NOTICE": [("kind", "B"), ("code", "B"), ("value", "H"), ("count", "I"), ("host_us", "Q")],
-    "SUBSCRIBE": [("min", "B"), ("max", "B"), ("topics", "H"), ("every_nth", "H"), ("state_ms", "H")],
-    "COMMAND": [("operation", "B"), (None, "B"), ("fault", "H"), ("force_mn", "i"), ("token", "I")],
-    "QUERY": [],
-    "SETUP": [
-        ("settings", "I"), ("fw_major", "B"), ("fw_minor", "B"), ("fw_patch", "H"), ("in_force", "32s"), ("configured", "32s"),
-    ],
-    "LOAD": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
-    "OBJECT": [],
-    "SHADOW": [("sha256", "32s"), ("size", "I"), ("offset", "I")],
-    "ESTIMATES": [
-        ("slip", "I"), ("device_us", "Q"), ("host_us", "Q"), ("slipped", "f"), ("in_force", "f"), ("shadow", "f"), ("unsure", "H"),
-        (None, "H"),
-    ],
-})  # fmt: skip
+def code_of(kind):
+    name, count = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", kind).groups()
+    return CODES[name] if count is None else count + ("s" if name == "u8" else CODES[name])
+
+
+def read_tables():
+    kind = key = way = None
+    for line in (Path(__file__).parent.parent / "MESSAGES.md").read_text().splitlines():
+        if found := re.fullmatch(r"## To the (\w+)", line):
+            way = f"to_{found[1]}"
+        elif line.startswith("## "):
+            return
+        elif found := re.fullmatch(r"### (\w\w) (\w+)", line):
+            kind = key = found[2]
+            KINDS[kind], WAYS[kind], FIELDS[kind] = int(found[1], 16), way, []
+        elif line == "Appended:":
+            key = kind + "_APPENDED"
+            FIELDS[key] = []
+        elif line.startswith("One entry"):
+            key = None
+        elif key and (found := re.match(r"\| \d+ \| \S+ \| (\S+) \| (`\w+`|reserved) \|", line)):
+            name = found[2].strip("`")
+            if name.endswith("_len"):
+                TEXTS[kind] = name[:-4]
+            else:
+                FIELDS[key].append((None if name == "reserved" else name, code_of(found[1])))
+
+
+read_tables()
+# What follows is a table of its own.
+FIELDS["IDENT"] = FIELDS["IDENT"][:-4]
+FIELDS["CONFIG_ACK"] = FIELDS["CONFIG_ACK"][1:]
+ACK_REQ |= {kind for kind, way in WAYS.items() if way == "to_daemon"}
 
 
 def crc(data, polynomial=0x82F63B78):
@@ -150,16 +91,13 @@ def table_of(kind, v):
 
 
 def payload(kind, v):
-    if kind == "CONFIG_ACK":
-        config = pack(CONFIG, v)
-        return struct.pack("<IHBB", crc(config), v["config_seq"], v["clamped"], 0) + config
-    if kind == "LOG":
-        return struct.pack("<QBB", v["tick"], v["level"], len(v["text"])) + v["text"]
     data = pack(table_of(kind, v), v)
+    if kind == "CONFIG_ACK":
+        config = pack(FIELDS["CONFIG"], v)
+        data = struct.pack("<I", crc(config)) + data + config
     if kind in TEXTS:
-        data += bytes([len(v["text"])]) + v["text"]
-    if kind in ("LOAD", "SHADOW"):
-        data += bytes([len(v["bytes"])]) + v["bytes"]
+        text = v[TEXTS[kind]]
+        data += bytes([len(text)]) + text
     if kind == "ROWS":
         data += b"".join(struct.pack("<I" + "f" * (len(row) - 1), *row) for row in v["rows"])
     if kind == "IDENT":
@@ -188,9 +126,8 @@ def frame(kind, data, **header):
 
 
 def show(kind, v):
-    table = CONFIG if kind == "CONFIG_ACK" else table_of(kind, v)
-    names = {"CONFIG_ACK": ["config_seq", "clamped"], "LOG": ["tick", "level", "text"]}.get(kind, [])
-    names = names + [name for name, _ in table if name] + ["text"] * (kind in TEXTS) + ["bytes"] * (kind in ("LOAD", "SHADOW"))
+    table = table_of(kind, v) + (FIELDS["CONFIG"] if kind == "CONFIG_ACK" else [])
+    names = [name for name, _ in table if name] + [name for own, name in TEXTS.items() if own == kind]
     words = []
     for name in names:
         value = v[name]
@@ -216,14 +153,13 @@ ROWS = []
 
 def valid(name, kind, values=None, use="both", extra=b"", tail=b"", rows=ROWS, **header):
     values = values or {}
-    host = KINDS[kind] >= 0x80 and kind not in TO_DAEMON
+    host = WAYS[kind] in ("to_host", "to_client")
     ack = header.get("ack", kind in ACK_REQ)
     seq, session = header.get("seq", 600), header.get("session", 0xBEEF)
     data = header.pop("data", None) or payload(kind, values) + extra
     content = wire(body(kind, data, host=host, **header), tail=tail)
     head = f"version={header.get('version', 1)} ack_req={int(ack)} seq={seq} session={session}"
-    way = ("to_client" if host else "to_daemon") if kind in DAEMON_KINDS else "to_host" if host else "to_device"
-    rows.append([name, use, way, kind, head, show(kind, values), content.hex()])
+    rows.append([name, use, WAYS[kind], kind, head, show(kind, values), content.hex()])
 
 
 def block(name, data, use="both", encoded=None):
@@ -263,7 +199,7 @@ valid("ack", "ACK", dict(kind=4, request_seq=2))
 valid("nack", "NACK", dict(kind=3, reason=4, request_seq=1))
 valid("samples_i16", "SAMPLES", samples)
 valid("status", "STATUS", status)
-valid("stats", "STATS", {name: i + 1 for i, name in enumerate(STATS.split())})
+valid("stats", "STATS", {name: i + 1 for i, (name, _) in enumerate(FIELDS["STATS"])})
 valid("event", "EVENT", dict(tick=123456789012, kind=1, before=4, after=5, fault=0, dropped=1, value=-7))
 valid("log", "LOG", dict(tick=42, level=1, text=b"low supply"))
 # Edges of the ranges; largest frames; rows as f32.
@@ -474,47 +410,15 @@ BAD = line
 for name, role, code, up in (("welcome_to_a_host", "host", 0xA0, True), ("subscribe_to_a_device", "device", 0xA8, False), ("command_to_a_device", "device", 0xA9, False)):
     invalid(name, role, frame(code, COMMAND, host=up, ack=False, **ONE), "unknown")
 
-VALID_HEAD = """\
-# Frames that every peer writes and reads alike. Columns, separated by tabs:
-# name       unique
-# use        both = encoding the fields gives exactly the wire bytes, and decoding these gives the fields; decode = decoding only
-# direction  to_device | to_host | cobs (a bare COBS block without delimiters: data in, encoded block out)
-# type       name of the message, - for cobs
-# header     version, ack_req, seq, session
-# fields     payload fields by name, decimal; uid, text and data in hex; channels as kind:unit:formats:count:scale, ...;
-#            rows separated by ; and elements by , ; scale and f32 elements as the eight hex digits of their IEEE 754 bits; - = none
-# wire       hex of all bytes on the wire, both delimiters included
-"""
-INVALID_HEAD = """\
-# Bytes that a peer must refuse, and how. Columns, separated by tabs:
-# name      unique
-# role      who listens: device | host
-# session   beef = session BEEF is open and 0 is the newest sequence number of it; a device is LINKED (HELLO seq 0 taken, no CONFIG yet);
-#           none = no session is open
-# wire      hex of all bytes on the wire
-# verdicts  the decoder's word on each block in order: ok, or the counter that goes up by one
-# error     of the payload of the last block: - = readable; short = ends before a field;
-#           value@N = the field at payload offset N is out of its range; session = session 0 in a HELLO.
-#           Rows of SAMPLES have two i16 elements here
-# nack      reason of the NACK that a device answers, - = no NACK
-"""
-CLIENTS_HEAD = VALID_HEAD.replace("to_device | to_host | cobs (a bare COBS block without delimiters: data in, encoded block out)", "to_daemon | to_client")
-BAD_CLIENTS_HEAD = (
-    INVALID_HEAD.replace("device | host", "daemon | client")
-    .replace("; a device is LINKED (HELLO seq 0 taken, no CONFIG yet)", "")
-    .replace("           Rows of SAMPLES have two i16 elements here\n#", "", 1)
-    .replace("a device answers", "a daemon answers where commands are allowed")
-)
 
-
-def save(path, head, rows):
+def save(name, about, rows):
     assert len({row[0] for row in rows}) == len(rows)
-    path.write_text(head + "".join("\t".join(row) + "\n" for row in rows))
+    text = f"# {about}. The columns: README.md.\n" + "".join("\t".join(row) + "\n" for row in rows)
+    (Path(__file__).parent / name).write_text(text)
 
 
-here = Path(__file__).parent
 assert crc(b"123456789") == 0xE3069283
-save(here / "valid.tsv", VALID_HEAD, ROWS)
-save(here / "invalid.tsv", INVALID_HEAD, BAD)
-save(here / "clients.tsv", CLIENTS_HEAD, CLIENTS)
-save(here / "clients-invalid.tsv", BAD_CLIENTS_HEAD, BAD_CLIENTS)
+save("valid.tsv", "Frames that every peer writes and reads alike", ROWS)
+save("invalid.tsv", "Bytes that a peer must refuse, and how", BAD)
+save("clients.tsv", "Frames of the socket of the daemon", CLIENTS)
+save("clients-invalid.tsv", "Bytes that the daemon or a client must refuse", BAD_CLIENTS)

@@ -7,7 +7,7 @@ use std::{env, fs, path::Path};
 
 use mlp::train::{
     Algorithm, Isa, NetworkObjective, Objective as _, Real,
-    trainer::{GradientDescentConfig, LevenbergMarquardtConfig, RpropConfig, ScgConfig},
+    trainer::{LevenbergMarquardtConfig, RpropConfig, ScgConfig},
 };
 use slip_benches::{
     networks,
@@ -98,29 +98,10 @@ fn time_forward<I: AsMut<[f32]>>(name: &str, input: &mut I, pass: impl Fn(&I) ->
     print(&format!("forward {name} latency"), seconds * 1e9, "ns");
 }
 
-/// Weights after 100 epochs in double precision: what another library should reach from the same start.
-fn trained(case: &Case, algorithm: Algorithm) -> Result<Vec<f64>, Box<dyn Error>> {
-    let mut objective = NetworkObjective::<f64>::new(&case.topology, &case.inputs, &case.targets)?;
-    let mut trainer = algorithm.trainer(case.weights.len());
-    let mut weights = case.weights.clone();
-    for _ in 0..100 {
-        trainer.step(&mut objective, &mut weights);
-    }
-    Ok(weights)
-}
-
 fn write(case: &Case, directory: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(directory.join(format!("{}.data", case.name)), case.fann())?;
     let text = case.by_neuron(&case.weights);
-    fs::write(directory.join(format!("{}.weights", case.name)), text)?;
-    for (name, algorithm) in [
-        ("rprop", Algorithm::Rprop(RpropConfig::default())),
-        ("gd", Algorithm::Gd(GradientDescentConfig { rate: 0.05 })),
-    ] {
-        let text = case.by_neuron(&trained(case, algorithm)?);
-        fs::write(directory.join(format!("{}.{name}100", case.name)), text)?;
-    }
-    Ok(())
+    Ok(fs::write(directory.join(format!("{}.weights", case.name)), text)?)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

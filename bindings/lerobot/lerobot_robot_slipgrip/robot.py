@@ -81,12 +81,19 @@ class Board:
         """Raises OSError, or ConnectionError where no board answers."""
         self.port, self.config = port, Config(sample_rate_hz=rate_hz, force_max_mn=0, hold_cap_mn=0)
         self.link: Optional[GripLink] = GripLink.open(port, self.config)
+        self._offset_s: Optional[float] = None
 
     def readings(self) -> List[Tuple[float, float]]:
+        """By the clock of the board, which always goes on; it is set by this computer's once."""
         try:
             if self.link is None:
-                self.link = GripLink.open(self.port, self.config)
-            return [(sample.host_s, sample[ChannelKind.STYLUS]) for sample in self.link.samples(0.002) if sample.host_s > 0]
+                self.link, self._offset_s = GripLink.open(self.port, self.config), None
+            found = []
+            for sample in self.link.samples(0.002):
+                board_s = sample.tick / self.link.ident.tick_hz
+                self._offset_s = sample.host_s - board_s if self._offset_s is None else self._offset_s
+                found.append((self._offset_s + board_s, sample[ChannelKind.STYLUS]))
+            return found
         except (LinkClosed, OSError):
             self.close()
             time.sleep(0.2)

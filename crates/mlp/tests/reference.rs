@@ -1,4 +1,4 @@
-//! Trainers against `scripts/trainer-reference.py`, weight by weight after 100 epochs, in both precisions.
+//! Trainers against `scripts/trainer-reference.py` of 06a8dbdc, weight by weight after 100 epochs, in both precisions.
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,4 @@
-// A board with sensors and no actuator on the grip link: begin, channels, and a row whenever one is due.
-//
-// For a board with an actuator use grip_link.h itself, as examples/arduino of protocol/c does.
+// A board with sensors, and an actuator where it has one, on the grip link: begin, channels, and a row whenever one is due.
 #ifndef GRIP_LINK_ARDUINO_H
 #define GRIP_LINK_ARDUINO_H
 
@@ -17,6 +15,26 @@ class GripBoard {
     // No actuator.
     id.force_max_mn = 0;
     id.slew_max_mn_s = 100000;
+  }
+
+  // The board has an actuator: its largest force, its fastest change of force, and the largest force held without commands; before begin().
+  void actuator(int32_t force_max_mn, uint32_t slew_max_mn_s, int32_t hold_cap_mn) {
+    id.force_max_mn = force_max_mn;
+    id.slew_max_mn_s = slew_max_mn_s;
+    id.hold_cap_mn = hold_cap_mn;
+  }
+
+  // What the actuator is to do now: ask at least every 10 ms.
+  gl_drive drive() { return gl_drive_at(&link, now_us()); }
+
+  // Whether all of the link ran since the last time: feed the watchdog then, and nowhere else.
+  bool alive() { return gl_take_alive(&link); }
+
+  // A boot_id for begin(): differs from start to start where the pin is left open, for its last bits are noise.
+  static uint32_t noise(uint8_t pin) {
+    uint32_t bits = 1;
+    for (int i = 0; i < 32; i++) bits = bits << 1 ^ static_cast<uint32_t>(analogRead(pin)) ^ micros();
+    return bits;
   }
 
   // Adds a channel before begin(); `scale` is its unit per step of i16. One of them is GL_STYLUS. False: no room for more.

@@ -12,8 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python" / "src"))
 sys.dont_write_bytecode = True
 
-from grip_link.host import Batch, HostConfig, HostLink  # noqa: E402
-from grip_link.messages import Config, SampleFormat  # noqa: E402
+from grip_link import Config, GripLink, LinkClosed, SampleFormat  # noqa: E402
 from grip_link.stream import FdStream  # noqa: E402
 
 SECONDS, RATE_HZ, LEAST_ROWS = 3, 500, 1200
@@ -21,47 +20,36 @@ CHANNELS = {"piezo": 1, "accelerometer": 1, "loadcell": 2}
 
 
 def conversation(process, sample_format, clock):
-    """Batches and link. Time is that of the emulated board, whatever pace this computer has."""
-    stream = FdStream(process.stdout.fileno(), owns=False)
+    """The link with its rows. Time is that of the emulated board, whatever pace this computer has."""
+    stream = FdStream(process.stdout.fileno(), owns=False, out=process.stdin.fileno())
     config = Config(sample_rate_hz=RATE_HZ, batch=10, format=sample_format, force_max_mn=0, slew_mn_s=100_000, hold_cap_mn=0)
-    link = HostLink(HostConfig(config=config, stale_us=1_000_000, lost_us=5_000_000, hello_for_us=5_000_000))
-    now = lambda: int.from_bytes(clock.read_bytes(), "little") + 1
-    link.open(now(), 0xBEE5)
-    batches = []
+    link = GripLink(stream, config, clock_us=lambda: int.from_bytes(clock.read_bytes(), "little") + 1, silence_s=5.0)
     begin = time.monotonic()
-    while time.monotonic() - begin < 120:
-        try:
-            data = stream.read(0.002)
-        except ConnectionError:
-            break
-        batches += [event for event in link.receive(now(), data) if isinstance(event, Batch)]
-        while frame := link.poll_transmit(now()):
-            try:
-                process.stdin.write(frame)
-                process.stdin.flush()
-            except BrokenPipeError:
-                break
-    return batches, link
+    try:
+        link.connect()
+        while time.monotonic() - begin < 120:
+            link.poll(0.002)
+    except LinkClosed:
+        pass
+    return link
 
 
-def check(sketch, batches, link):
+def check(sketch, link):
     """What is wrong."""
-    if link.ident is None or link.in_force is None:
+    if link.config is None:
         yield "no answer to HELLO or CONFIG"
         return
-    rows = [row for batch in batches for row in batch.samples.rows]
+    rows = [sample.values for sample in link.rows]
     # The handshake takes 0.1 s; this program may have to wait for its turn meanwhile.
     if len(rows) < LEAST_ROWS:
         yield f"{len(rows)} rows"
         return
     if any(len(row) != CHANNELS[sketch] for row in rows):
         yield f"rows of {len(rows[0])} elements"
-    gaps = sum(batch.samples.first_index != before.samples.first_index + len(before.samples) for before, batch in zip(batches, batches[1:]))
-    if gaps or batches[-1].samples.dropped_total:
-        yield f"{gaps} gaps, {batches[-1].samples.dropped_total} rows dropped"
-    raw = batches[0].samples.format is SampleFormat.I16
-    step = 1 if raw else link.ident.channels[0].scale
-    first = [row[0] / step for row in rows if row[0] == row[0] and row[0] != -32768]
+    if link.loss.lost:
+        yield f"{link.loss}"
+    step = link.ident.channels[0].scale
+    first = [row[0] / step for row in rows if row[0] == row[0]]
     # The emulated accelerometer is without power for 20 ms: the rows of that time have no reading, and some after it may be damaged.
     if len(rows) - len(first) > 20:
         yield f"{len(rows) - len(first)} rows without a reading"
@@ -70,8 +58,7 @@ def check(sketch, batches, link):
         yield f"readings from {min(first)} to {max(first)}"
     # 100,000 steps of 2.3e-5 N, 80 times a second; in i16 a step is 1 mN.
     if sketch == "loadcell":
-        unit = 1 if raw else 1000
-        forces = [row[1] * unit for row in rows if row[1] == row[1] and row[1] != -32768]
+        forces = [row[1] * 1000 for row in rows if row[1] == row[1]]
         if not 0.12 <= len(forces) / len(rows) <= 0.2 or any(abs(force - 2300) > 1 for force in forces):
             yield f"{len(forces)} forces from {min(forces, default=0)} to {max(forces, default=0)} mN in {len(rows)} rows"
     turns = sum(1 for a, b in zip(first, first[1:]) if a < 0 <= b)
@@ -87,14 +74,13 @@ def main():
         clock.write_bytes(bytes(8))
         process = subprocess.Popen([board, elf, str(SECONDS), clock], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         try:
-            batches, link = conversation(process, sample_format, clock)
+            link = conversation(process, sample_format, clock)
         finally:
             if process.poll() is None:
                 process.kill()
             process.wait()
-        faults = list(check(sketch, batches, link))
-        count = sum(len(batch.samples.rows) for batch in batches)
-        print(f"{sketch} on the emulated board, {sample_format.name}: {count} rows{'' if not faults else ', ' + '; '.join(faults)}")
+        faults = list(check(sketch, link))
+        print(f"{sketch} on the emulated board, {sample_format.name}: {link.loss.received} rows{'' if not faults else ', ' + '; '.join(faults)}")
         failed |= bool(faults)
     sys.exit(1 if failed else 0)
 

@@ -14,9 +14,8 @@ from typing import Any, Optional
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "python" / "src"))
 
 from board import DROPPED, LIFTED, Board, CheckFailed, Truth, must  # noqa: E402
-from grip_link.host import GripCommand, HostConfig, HostEvent, HostLink, HostState  # noqa: E402
-from grip_link.messages import Config, SampleFormat  # noqa: E402
-from grip_link.stream import FdStream, monotonic_us  # noqa: E402
+from grip_link import Config, GripLink, LinkClosed  # noqa: E402
+from grip_link.stream import FdStream  # noqa: E402
 
 
 class Gripd:
@@ -108,19 +107,19 @@ def gripd_with_object(gripd: str, board: Board) -> tuple[Gripd, Truth]:
 
 
 class Host:
-    """The Python peer, driven by hand: nothing goes out but what is asked for."""
+    """The Python peer, driven by hand: nothing goes out but what is asked for. After a reset it connects again."""
 
     def __init__(self, board: Board, **settings: Any) -> None:
-        defaults: dict[str, Any] = {"sample_rate_hz": 1000, "format": SampleFormat.I16, "force_max_mn": 20_000,
-                                    "hold_cap_mn": 20_000, "slew_mn_s": 500_000}  # fmt: skip
-        self.link = HostLink(HostConfig(Config(**{**defaults, **settings})))
+        wanted = {"sample_rate_hz": 1000, "force_max_mn": 20_000, "hold_cap_mn": 20_000, "slew_mn_s": 500_000, **settings}
+        self._config = Config(**wanted)
         self._stream = FdStream(os.open(board.port, os.O_RDWR | os.O_NOCTTY))
-        self.events: list[HostEvent] = []
-        self.link.open(monotonic_us(), int.from_bytes(os.urandom(2), "little") | 1)
-        until = time.monotonic() + 10.0
-        while self.link.state is not HostState.STREAM:
-            must(time.monotonic() < until, f"no samples within 10 s, state {self.link.state}")
-            self.run(0.01)
+        self.boots: list[int] = []
+        self._connect()
+
+    def _connect(self) -> None:
+        self.link = GripLink(self._stream, self._config, silence_s=10.0)
+        self.link.connect(10.0)
+        self.boots.append(self.link.ident.boot_id)
 
     def write(self, wire: bytes) -> None:
         """Bytes as they are."""
@@ -129,36 +128,18 @@ class Host:
             wire = wire[self._stream.write(wire) :]
             must(time.monotonic() < until, "the port takes no bytes")
 
-    def run(self, seconds: float, force_mn: Optional[int] = None, **command: Any) -> None:
-        """Reads and answers for a while; with a force, sends a GRIP every 10 ms."""
+    def run(self, seconds: float, force_mn: Optional[int] = None) -> None:
+        """Reads for a while; with a force, sends a GRIP every 10 ms."""
         until, due = time.monotonic() + seconds, 0.0
         while time.monotonic() < until:
-            data = self._stream.read(0.001)
-            for event in self.link.receive(monotonic_us(), data):
-                self.events.append(event)
-            wire = self.link.poll_transmit(monotonic_us())
-            while wire is not None:
-                self.write(wire)
-                wire = self.link.poll_transmit(monotonic_us())
-            if force_mn is not None and time.monotonic() >= due:
-                due = time.monotonic() + 0.01
-                self.grip(force_mn, **command)
-
-    def grip(self, force_mn: int, **command: Any) -> None:
-        """One GRIP."""
-        wire = self.link.grip(monotonic_us(), GripCommand(force_mn, **command))
-        if wire is not None:
-            self.write(wire)
-
-    def raw(self, kind: int, payload: bytes) -> bytes:
-        """Sends a frame that HostLink would never send; its bytes."""
-        wire = self.link._sender.send(kind, payload)
-        self.write(wire)
-        return wire
-
-    def told(self, kind: type) -> list[Any]:
-        """The events of a kind so far."""
-        return [event for event in self.events if isinstance(event, kind)]
+            try:
+                self.link.poll(0.001)
+                if force_mn is not None and time.monotonic() >= due:
+                    due = time.monotonic() + 0.01
+                    self.link.grip(force_mn / 1000)
+            except LinkClosed as closed:
+                must(closed.code == "rebooted", str(closed))
+                self._connect()
 
     def close(self) -> None:
         """Falls silent."""

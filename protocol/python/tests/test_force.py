@@ -1,125 +1,49 @@
-"""The failsafe rules of the device that the comparison with the Rust one (`grip_link.diff`) leaves out, and the host's part in them."""
+"""What the comparison of this device with the Rust one (`grip_link.diff`) leaves out: commands at random, rows and limits that cannot be."""
 
 from __future__ import annotations
 
-import math
 import random
 from dataclasses import replace
-from typing import Optional
 
 import pytest
 from grip_link import frame
-from grip_link.device import DeviceEvent, DeviceLink, Drive, DriveKind, Rejected, RowError
+from grip_link.device import DeviceLink, RowError
+from grip_link.diff import reference_ident
 from grip_link.frame import Header
-from grip_link.host import Closed, Done, GripCommand, HostState
-from grip_link.messages import (
-    Clamped,
-    ClearFault,
-    Config,
-    DeviceState,
-    FaultCode,
-    ForceClamp,
-    Grip,
-    Hello,
-    Kind,
-    LossAction,
-    Status,
-)
+from grip_link.messages import Clamped, Config, Grip, Hello, Kind
 
-from line import WANTED, Line, ident, unchanged, without
+WANTED = Config(sample_rate_hz=1000, batch=1, channel_mask=3, force_max_mn=10_000, slew_mn_s=200_000, hold_cap_mn=8_000)
 
 
 class Rig:
     """A device and a host driven by hand; a tick is a microsecond."""
 
-    def __init__(self, config: Config = WANTED) -> None:
-        self.device = DeviceLink(ident())
+    def __init__(self) -> None:
+        self.device, self.tick, self.seq = DeviceLink(reference_ident()), 1000, 0
         self.device.ready(0)
-        self.tick = 1000
-        self.seq = 0
-        self.cmd_id = 0
         self.send(Kind.HELLO, Hello(0).pack())
-        self.send(Kind.CONFIG, config.pack())
-        assert self.device.state == DeviceState.ARMED
+        self.send(Kind.CONFIG, WANTED.pack())
 
-    def send(self, kind: Kind, payload: bytes = b"", session: int = 5) -> list[DeviceEvent]:
-        wire = frame.encode(Header(kind, self.seq, session, to_host=False), payload)
+    def send(self, kind: Kind, payload: bytes = b"") -> None:
+        self.device.receive(self.tick, frame.encode(Header(kind, self.seq, 5, to_host=False), payload))
         self.seq = (self.seq + 1) & 0xFFFF
-        return self.device.receive(self.tick, wire)
-
-    def grip(self, force_mn: int, *, ttl_ms: int = 0, slew: int = 0, mode: int = 1, cmd_id: Optional[int] = None) -> list[DeviceEvent]:
-        self.cmd_id = self.cmd_id + 1 if cmd_id is None else cmd_id
-        return self.send(Kind.GRIP, Grip(self.cmd_id, mode, 0, ttl_ms, force_mn, slew, 0).pack())
-
-    def run(self, ms: int, force_mn: Optional[int] = None) -> Drive:
-        for _ in range(ms):
-            self.tick += 1000
-            if force_mn is not None:
-                self.grip(force_mn)
-            self.device.drive(self.tick)
-        return self.device.drive(self.tick)
-
-    @property
-    def status(self) -> Status:
-        return self.device.status(self.tick)
 
 
-@pytest.mark.parametrize("action", list(LossAction))
-def test_r2_r3_hold_at_the_cap_then_the_loss_action(action: LossAction) -> None:
-    rig = Rig(Config(channel_mask=1, hold_cap_mn=4000, loss_after_ms=300, loss_action=action))
-    assert rig.run(200, 9000).force_mn == 9000
-    assert rig.run(200).force_mn == 4000 and rig.status.clamp & ForceClamp.HOLD_CAP
-    assert rig.device.state == DeviceState.HOLD
-    drive = rig.run(200)
-    assert rig.device.state == DeviceState.LOSS_ACTION
-    kinds = {LossAction.HOLD: DriveKind.FORCE, LossAction.OPEN: DriveKind.OPEN, LossAction.PASSIVE: DriveKind.PASSIVE}
-    assert drive.kind is kinds[action] and drive.force_mn == (4000 if action is LossAction.HOLD else 0)
-    assert isinstance(rig.grip(5000)[0], Rejected)
-
-
-@pytest.mark.parametrize("force_n", [math.nan, -0.001, -math.inf, math.inf, 3e6])
-def test_r4_the_host_sends_no_nonsense(force_n: float) -> None:
-    with pytest.raises(ValueError):
-        GripCommand.newtons(force_n)
-    line = Line()
-    line.open()
-    assert line.host.grip(line.now_us, GripCommand(-1)) is None
-
-
-def test_r4_every_command_keeps_the_limits() -> None:
+def test_every_command_keeps_the_limits() -> None:
     rng = random.Random(6)
     edges = [0, 1, -1, 9999, 10_000, 10_001, 2**31 - 1, -(2**31)]
-    rig = Rig()
-    last = 0
+    rig, cmd_id, last, forces = Rig(), 0, 0, set()
     for _ in range(5000):
         force = rng.choice(edges) if rng.random() < 0.5 else rng.randrange(-(2**31), 2**31)
-        rig.grip(
-            force, ttl_ms=rng.randrange(1 << 16), slew=rng.choice([0, 1, 200_000, 2**32 - 1]), mode=rng.randrange(5),
-            cmd_id=rng.choice([rig.cmd_id + 1, rig.cmd_id, rng.randrange(2**32)]) & 0xFFFFFFFF,
-        )  # fmt: skip
+        cmd_id = rng.choice([cmd_id + 1, cmd_id, rng.randrange(2**32)]) & 0xFFFFFFFF
+        slew = rng.choice([0, 1, 200_000, 2**32 - 1])
+        rig.send(Kind.GRIP, Grip(cmd_id, rng.randrange(5), 0, rng.randrange(1 << 16), force, slew, 0).pack())
         rig.tick += rng.randrange(20_000)
         drive = rig.device.drive(rig.tick)
         assert 0 <= drive.force_mn <= 10_000 and drive.force_mn - last <= 2000
         last = drive.force_mn
-
-
-@pytest.mark.parametrize("code", [*FaultCode, FaultCode(0x7777)])
-def test_r6_to_r8_faults_latch(code: FaultCode) -> None:
-    rig = Rig()
-    rig.run(50, 3000)
-    rig.device.raise_fault(rig.tick, code)
-    if code in (FaultCode.NONE, FaultCode.ESTOP):
-        assert rig.device.state == DeviceState.ACTIVE
-        return
-    drive = rig.run(200, 5000)
-    assert rig.device.state == DeviceState.FAULT and rig.status.fault == code
-    assert drive == (Drive(DriveKind.FORCE, 3000) if code.holds else Drive(DriveKind.PASSIVE))
-    rig.send(Kind.CONFIG, WANTED.pack())
-    assert rig.device.in_force is not None and rig.device.state == DeviceState.FAULT
-    rig.send(Kind.CLEAR_FAULT, ClearFault(FaultCode(code ^ 1)).pack())
-    assert rig.device.state == DeviceState.FAULT
-    rig.send(Kind.CLEAR_FAULT, ClearFault(code).pack())
-    assert rig.device.state == DeviceState.LINKED and rig.device.drive(rig.tick) == drive
+        forces.add(last)
+    assert len(forces) > 100
 
 
 def test_rows_that_are_not_wanted() -> None:
@@ -131,100 +55,14 @@ def test_rows_that_are_not_wanted() -> None:
         rig.send(Kind.START)
 
 
-def test_a_stalled_host_holds() -> None:
-    line = Line()
-    line.open()
-    line.force_n = 9.0
-    line.run(10)
-    line.host_runs = False
-    start_us = line.now_us
-    line.run(49)
-    at_ttl = line.most_mn_since(start_us)
-    line.run(2000)
-    assert line.most_mn_since(start_us + 60_000) <= min(at_ttl + 400, 8000)
-    assert line.device.state == DeviceState.LOSS_ACTION and line.drives[-1][1].kind is DriveKind.FORCE
-
-
-def test_a_degraded_host_does_not_raise_force() -> None:
-    line = Line()
-    line.open()
-    line.force_n = 2.0
-    line.run(100)
-    line.to_host = lambda data: b""
-    line.run(20)
-    assert line.host.state is HostState.DEGRADED
-    line.force_n = 9.0
-    line.run(100)
-    assert line.force_mn == 2000 and line.host.last_grip is not None and line.host.last_grip.force_mn == 2000
-
-
-def test_a_degraded_host_that_has_sent_no_force_sends_none() -> None:
-    line = Line()
-    line.open()
-    line.force_n = 6.0
-    line.run(100)
-    line.force_n = None
-    line.to_host = without(Kind.SAMPLES)
-    line.host.open(line.now_us, 0x1234)
-    line.run(300)
-    assert (line.host.state, line.force_mn) == (HostState.DEGRADED, 6000)
-    assert line.host.grip(line.now_us, GripCommand.newtons(0.0)) is None
-    line.force_n = 9.0
-    line.run(100)
-    assert line.force_mn == 6000
-    line.to_host = unchanged
-    line.run(50)
-    assert line.force_mn == 9000
-
-
-def test_a_late_hello_of_the_same_session_costs_a_new_config_and_no_force() -> None:
-    line = Line()
-    line.open()
-    line.force_n = 3.0
-    line.run(100)
-    line.events.clear()
-    start_us = line.now_us
-    header = Header(to_host=False, kind=Kind.HELLO, seq=2000, session=line.host.session)
-    late = frame.encode(header, Hello(time_us=0).pack())
-    line.to_device = lambda data: data + late
-    line.run(0.5)
-    line.to_device = unchanged
-    line.run(100)
-    assert line.states == [HostState.CONFIG, HostState.STREAM] and line.device.state == DeviceState.ACTIVE
-    assert {drive.force_mn for at_us, drive in line.drives if at_us > start_us} == {3000}
-
-
-def test_a_config_holds_with_its_own_cap() -> None:
-    line = Line()
-    line.open()
-    line.force_n = 6.0
-    line.run(100)
-    line.force_n = None
-    line.host.reconfigure(line.now_us, replace(line.host.config.config, hold_cap_mn=1000))
-    line.run(500)
-    assert line.force_mn == 1000
-
-
-def test_a_fault_is_cleared_and_the_link_configured_again() -> None:
-    line = Line()
-    line.open()
-    line.device.raise_fault(line.tick, FaultCode.SENSOR_FROZEN)
-    line.run(50)
-    assert line.status.fault == FaultCode.SENSOR_FROZEN
-    line.host.clear_fault(line.now_us, FaultCode.SENSOR_FROZEN)
-    line.run(50)
-    assert Done(Kind.CLEAR_FAULT) in line.events and line.device.state == DeviceState.ARMED
-    assert not line.told(Closed) and line.host.state is HostState.STREAM
-
-
 def test_clamped_names_every_changed_field() -> None:
     other = Config(1, 1, WANTED.format, 20, 1, 1, 1, 1, 100, WANTED.loss_action)
     assert Config().changed(other) == Clamped(0xFF) and WANTED.changed(WANTED) == Clamped(0)
 
 
 def test_a_board_without_an_actuator_is_possible() -> None:
-    limits = replace(ident().limits, force_max_mn=0, hold_cap_mn=0)
-    assert DeviceLink(replace(ident(), limits=limits)).ident.limits.force_max_mn == 0
+    limits = replace(reference_ident().limits, force_max_mn=0, hold_cap_mn=0)
+    assert DeviceLink(replace(reference_ident(), limits=limits)).ident.limits.force_max_mn == 0
     for impossible in (replace(limits, hold_cap_mn=1), replace(limits, force_max_mn=-1, hold_cap_mn=-1)):
         with pytest.raises(ValueError, match="hold cap"):
-            DeviceLink(replace(ident(), limits=impossible))
+            DeviceLink(replace(reference_ident(), limits=impossible))

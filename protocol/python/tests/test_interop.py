@@ -41,7 +41,6 @@ def test_samples_force_clock_and_latches(port: str) -> None:
         assert link.counters.bad_blocks == link.counters.stale == link.malformed_frames == 0
         assert link.status is not None and link.status.target_mn == 15_000
         assert link.status.state == DeviceState.ACTIVE and link.status.last_cmd_id > 100
-        assert link.clock is not None and link.clock.points >= 1
         assert link.wait(lambda: link.status is not None and link.status.state == DeviceState.HOLD, 1.0)
         assert link.wait(lambda: link.stats is not None, 3.0) and link.stats is not None
         assert link.stats.crc == link.stats.cobs == link.stats.length == link.stats.malformed == 0

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from grip_link import ChannelKind, Config, GripLink, HostState, LinkClosed, Pty, StreamClosed, VirtualMcu
+from grip_link import ChannelKind, Config, GripLink, LinkClosed, Pty, StreamClosed, VirtualMcu
 from grip_link.stream import ByteStream, FdStream, SerialStream, open_stream
 
 CONFIG = Config(sample_rate_hz=1000, batch=5)
@@ -53,13 +53,12 @@ def hold(link: GripLink) -> None:
             break
     assert count == 300
     assert link.wait(lambda: link.status is not None and link.status.applied_mn == 2000, 2.0)
-    assert link.counters.bad_blocks == 0 and link.clock is not None and link.clock.points >= 1
+    assert link.counters.bad_blocks == 0
 
 
-@pytest.mark.parametrize("background", [False, True])
-def test_pty(background: bool) -> None:
+def test_pty() -> None:
     with Pty() as pty, gripper(pty.stream) as mcu:
-        with GripLink.open(pty.path, CONFIG, background=background) as link:
+        with GripLink.open(pty.path, CONFIG) as link:
             hold(link)
         time.sleep(0.1)
         assert mcu.drive.force_mn == 2000
@@ -78,13 +77,12 @@ def listener() -> Iterator[tuple[socket.socket, str]]:
         yield server, f"socket://127.0.0.1:{server.getsockname()[1]}"
 
 
-@pytest.mark.parametrize("background", [False, True])
-def test_socket(background: bool) -> None:
+def test_socket() -> None:
     with listener() as (server, url):
         stream = open_stream(url)
         peer, _ = server.accept()
         with peer, gripper(FdStream(peer.fileno(), owns=False)):
-            with GripLink(stream, CONFIG, background=background) as link:
+            with GripLink(stream, CONFIG) as link:
                 link.connect()
                 hold(link)
 
@@ -99,15 +97,16 @@ def test_a_socket_that_is_hung_up_closes_the_link() -> None:
             peer.close()
             with pytest.raises(LinkClosed) as closed:
                 link.wait(lambda: False, 5.0)
-            assert closed.value.reason.code == "port"
+            assert closed.value.code == "port"
 
 
 def test_loop_is_an_echo_and_no_gripper() -> None:
     stream = open_stream("loop://")
     assert isinstance(stream, SerialStream)
     with GripLink(stream, CONFIG) as link:
-        assert link.wait(lambda: link.counters.echo >= 5, 5.0)
-        assert link.state is HostState.HELLO and link.counters.bad_blocks == 0
+        with pytest.raises(LinkClosed, match="no_answer"):
+            link.connect(0.7)
+        assert link.counters.echo >= 5 and link.counters.bad_blocks == 0
 
 
 def test_1200_baud_is_refused() -> None:
@@ -127,13 +126,11 @@ def test_the_commands(tmp_path: Path) -> None:
         try:
             assert mcu.stderr is not None and str(port) in mcu.stderr.readline()
             info = command("info", str(port))
-            assert info.returncode == 0 and "stylus x 1, 1e-08 m a step, i16/f32" in info.stdout
-            table = command("watch", str(port), "--csv", "--duration", "0.5", "--rate", "500")
+            assert info.returncode == 0 and "stylus x 1, 1e-08 metre a step" in info.stdout
+            table = command("watch", str(port), "--duration", "0.5", "--rate", "500")
             lines = table.stdout.splitlines()
             assert table.returncode in (0, 3) and lines[0] == "index,t_s,stylus_m,normal_force_n"
             assert len(lines) > 100 and all(abs(float(line.split(",")[2])) < 2.1e-6 for line in lines[1:])
-            shown = command("watch", str(port), "--duration", "0.3")
-            assert "state=armed applied=0.000 N fault=0000" in shown.stdout
         finally:
             mcu.send_signal(2)
     assert mcu.returncode == 0 and not os.path.lexists(port)

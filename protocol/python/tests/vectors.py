@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from pathlib import Path
-from typing import NamedTuple
 
 FOLDER = Path(__file__).resolve().parents[2] / "vectors"
 
 
-class Valid(NamedTuple):
-    """A row of valid.tsv."""
-
-    name: str
-    use: str
-    direction: str
-    type: str
-    header: str
-    fields: str
-    wire: str
-
-
-class Invalid(NamedTuple):
-    """A row of invalid.tsv."""
-
-    name: str
-    role: str
-    session: str
-    wire: str
-    verdicts: str
-    error: str
-    nack: str
+Valid = namedtuple("Valid", "name use direction type header fields wire")
+Invalid = namedtuple("Invalid", "name role session wire verdicts error nack")
 
 
 def _rows(name: str) -> list[list[str]]:

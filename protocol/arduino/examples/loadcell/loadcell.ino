@@ -11,12 +11,6 @@ static const float CHANNEL_N = 1e-3f;         // a step of the channel: 1 mN, 32
 // What an AVR of 16 MHz keeps up with; a quicker board may offer more.
 static GripBoard board(Serial, 500);
 
-static uint32_t boot_id() {
-  uint32_t id = 1;
-  for (int i = 0; i < 32; i++) id = id << 1 ^ static_cast<uint32_t>(analogRead(A1)) ^ micros();
-  return id;
-}
-
 void setup() {
   Serial.begin(1000000);
   pinMode(LED_BUILTIN, OUTPUT);
@@ -24,7 +18,7 @@ void setup() {
   pinMode(DATA, INPUT);
   board.channel(GL_STYLUS, GL_UNIT_NONE, 1.0f);
   board.channel(GL_NORMAL_FORCE, GL_NEWTON, CHANNEL_N);
-  while (!board.begin("arduino-loadcell", boot_id())) digitalWrite(LED_BUILTIN, millis() / 100 % 2);
+  while (!board.begin("arduino-loadcell", GripBoard::noise(A1))) digitalWrite(LED_BUILTIN, millis() / 100 % 2);
 }
 
 // The next reading in steps of the channel. The clock must not stay high for 60 us, so no interrupt may come in between.

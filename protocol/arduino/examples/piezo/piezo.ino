@@ -8,20 +8,13 @@
 // What an AVR of 16 MHz keeps up with; a quicker board may offer more.
 static GripBoard board(Serial, 500);
 
-// Differs from start to start where A1 is left open: its last bits are noise.
-static uint32_t boot_id() {
-  uint32_t id = 1;
-  for (int i = 0; i < 32; i++) id = id << 1 ^ static_cast<uint32_t>(analogRead(A1)) ^ micros();
-  return id;
-}
-
 void setup() {
   Serial.begin(1000000);
   pinMode(LED_BUILTIN, OUTPUT);
   // What is not in metres is a vibration: slips are found, heights are not known.
   board.channel(GL_STYLUS, GL_UNIT_NONE, 1.0f);
   // A board that cannot begin blinks.
-  while (!board.begin("arduino-piezo-01", boot_id())) digitalWrite(LED_BUILTIN, millis() / 100 % 2);
+  while (!board.begin("arduino-piezo-01", GripBoard::noise(A1))) digitalWrite(LED_BUILTIN, millis() / 100 % 2);
 }
 
 void loop() {

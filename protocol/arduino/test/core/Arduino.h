@@ -12,6 +12,7 @@ enum : uint8_t { INPUT, OUTPUT, LOW = 0, HIGH, A0 = 14, A1 = 15, LED_BUILTIN = 1
 unsigned long micros();
 unsigned long millis();
 int analogRead(uint8_t pin);
+void analogWrite(uint8_t pin, int value);
 int digitalRead(uint8_t pin);
 void digitalWrite(uint8_t pin, uint8_t level);
 void pinMode(uint8_t pin, uint8_t mode);

@@ -24,8 +24,8 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[2] / "python" / "src"))
 sys.dont_write_bytecode = True
 
-from grip_link.host import Batch, HostConfig, HostLink, HostState  # noqa: E402
-from grip_link.messages import Config, Event, EventKind, Log, SampleFormat  # noqa: E402
+from grip_link import Config, GripLink, LinkClosed, SampleFormat  # noqa: E402
+from grip_link.messages import Event, EventKind, Log  # noqa: E402
 from grip_link.stream import FdStream  # noqa: E402
 
 CLOCK_HZ, LEARN_S = 125e6, 0.25
@@ -96,7 +96,7 @@ class Board:
     def __init__(self, args, sensor, name, codes, fault=()):
         name = name.replace(" ", "-")
         self.sensor = sensor
-        self.lines, self.faults, self.batches, self.missing, self.streamed = [], [], 0, 0, False
+        self.lines, self.faults, self.rows, self.missing = [], [], 0, 0
         file = args.work / f"{name}.codes"
         file.write_bytes(struct.pack(f"<{len(codes)}{'h' if sensor is ADXL345 else 'H'}", *codes))
         self.codes, self.summary = file, args.work / f"{name}.json"
@@ -108,34 +108,24 @@ class Board:
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log)
 
     def listen(self, timeout_s):
-        """Lines of LOG, faults and rows of SAMPLES until the emulator ends."""
-        stream = FdStream(self.process.stdout.fileno(), owns=False)
+        """Lines of LOG, faults and rows of SAMPLES until the emulator ends. Time is that of the emulated board, whatever pace this computer has."""
+        stream = FdStream(self.process.stdout.fileno(), owns=False, out=self.process.stdin.fileno())
         config = Config(sample_rate_hz=self.sensor.rate_hz, batch=10, format=SampleFormat.I16, force_max_mn=0, slew_mn_s=100_000, hold_cap_mn=0)
-        link = HostLink(HostConfig(config=config, stale_us=400_000, lost_us=5_000_000, hello_for_us=5_000_000))
-        begin = time.monotonic()
-        # Time is that of the emulated board, whatever pace this computer has.
         now = lambda: int.from_bytes(self.time.read_bytes(), "little") + 1
-        link.open(now(), 0xBEE5)
-        while time.monotonic() - begin < timeout_s:
-            try:
-                data = stream.read(0.005)
-            except ConnectionError:
-                break
-            for event in link.receive(now(), data):
-                if isinstance(event, Log):
-                    self.lines.append(event.text.decode())
-                elif isinstance(event, Event) and event.kind is EventKind.FAULT:
-                    self.faults.append(event.value)
-                elif isinstance(event, Batch):
-                    self.batches += 1
-                    self.missing += event.loss.rows
-            self.streamed |= link.state is HostState.STREAM
-            while frame := link.poll_transmit(now()):
-                try:
-                    self.process.stdin.write(frame)
-                    self.process.stdin.flush()
-                except BrokenPipeError:
-                    break
+        link = GripLink(stream, config, clock_us=now, silence_s=5.0)
+        begin = time.monotonic()
+        try:
+            link.connect()
+            while time.monotonic() - begin < timeout_s:
+                link.poll(0.005)
+        except LinkClosed:
+            pass
+        self.rows, self.missing = link.loss.received, link.loss.lost
+        for report in link.reports:
+            if isinstance(report, Log):
+                self.lines.append(report.message)
+            elif isinstance(report, Event) and report.kind is EventKind.FAULT:
+                self.faults.append(report.value)
         code = self.process.wait(10)
         if code != 0:
             raise SystemExit(f"check.py: the emulator ended with {code}: {self.log.name}")
@@ -204,12 +194,12 @@ def main():
         host = subprocess.run([args.host, *(f"--{word}" for word in sensor.arguments), board.codes], capture_output=True, text=True, check=True).stdout.splitlines()[:-1]
         summary = json.loads(board.summary.read_text(encoding="utf-8"))
         lit = [at for on, at in summary["led"] if on]
-        print(f"{name}: board {len(lines)} lines, host {len(host)}, {board.batches} batches, LED on {len(lit)} times"
+        print(f"{name}: board {len(lines)} lines, host {len(host)}, {board.rows} rows, LED on {len(lit)} times"
               f"{', first ' + host[0] if host else ''}")
         faults = []
         if lines != host:
             faults.append(f"board {lines}, host {host}")
-        if not board.streamed or board.batches == 0:
+        if board.rows == 0:
             faults.append("no samples came over the link")
         if bool(lit) != any("slip" in line for line in host):
             faults.append(f"the LED does not show it: {summary['led']}")

@@ -10,7 +10,7 @@ import struct
 import sys
 from pathlib import Path
 
-FLASH, BLOCK, FAMILY = 0x10000000, 256, 0xE48BFF56
+FLASH, RAM, BLOCK, FAMILY = 0x10000000, 0x20000000, 256, 0xE48BFF56
 
 
 def crc32(data):
@@ -24,15 +24,17 @@ def crc32(data):
 
 
 def image(elf):
-    """What lies in flash, from its first byte on."""
+    """What lies in flash, from its first byte on; its bytes without gaps, and those of static RAM."""
     if elf[:6] != b"\x7fELF\x01\x01":
         raise ValueError("no 32-bit little-endian ELF file")
     (table,), (size, count) = struct.unpack_from("<I", elf, 28), struct.unpack_from("<HH", elf, 42)
-    flash = bytearray()
+    flash, used, ram = bytearray(), 0, 0
     for k in range(count):
-        kind, offset, _, address, length = struct.unpack_from("<5I", elf, table + k * size)
+        kind, offset, place, address, length, memory = struct.unpack_from("<6I", elf, table + k * size)
+        ram += memory if kind == 1 and place >= RAM else 0
         if kind != 1 or length == 0:
             continue
+        used += length
         at = address - FLASH
         if not 0 <= at < 2**21:
             raise ValueError(f"a segment lies at {address:#x}, outside of the flash")
@@ -40,7 +42,7 @@ def image(elf):
         flash[at : at + length] = elf[offset : offset + length]
     if struct.unpack_from("<I", flash, 252)[0] != crc32(flash[:252]):
         raise ValueError("the first 256 bytes do not end with their CRC")
-    return bytes(flash)
+    return bytes(flash), used, ram
 
 
 def uf2(flash):
@@ -56,7 +58,9 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     try:
-        Path(sys.argv[2]).write_bytes(b"".join(uf2(image(Path(sys.argv[1]).read_bytes()))))
+        flash, used, ram = image(Path(sys.argv[1]).read_bytes())
+        Path(sys.argv[2]).write_bytes(b"".join(uf2(flash)))
+        print(f"{sys.argv[2]}: flash {used} bytes, static RAM {ram} bytes")
     except (OSError, ValueError, struct.error) as error:
         sys.exit(f"uf2.py: {sys.argv[1]}: {error}")
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Iterator
-from types import TracebackType
-from typing import Any, Optional, Union
+from typing import Optional, Union
 
 from .decoder import Counters, Decoder, Role, Verdict
-from .messages import Ack, Kind, Nack, PayloadError
+from .messages import MESSAGES, Ack, Kind, Nack, PayloadError
 from .messages.daemon import (
     Command,
     Gripper,
@@ -29,10 +28,6 @@ from .stream import ByteStream, StreamClosed, open_stream
 
 DEFAULT_URL = "socket://127.0.0.1:7747"
 Message = Union[Welcome, Slip, State, Health, Gripper, Rows, Notice, Setup, Ack, Nack]
-_MESSAGES: dict[int, Any] = {
-    Kind.WELCOME: Welcome, Kind.SLIP: Slip, Kind.STATE: State, Kind.HEALTH: Health, Kind.GRIPPER: Gripper,
-    Kind.ROWS: Rows, Kind.NOTICE: Notice, Kind.SETUP: Setup, Kind.ACK: Ack, Kind.NACK: Nack,
-}  # fmt: skip
 
 
 class DaemonError(ConnectionError):
@@ -60,7 +55,7 @@ class DaemonLink:
             if block.verdict is not Verdict.OK or block.frame is None:
                 continue
             try:
-                message: Message = _MESSAGES[block.frame.header.kind].parse(block.frame.payload)
+                message: Message = MESSAGES[block.frame.header.kind].parse(block.frame.payload)
             except PayloadError:
                 self.malformed += 1
                 continue
@@ -124,9 +119,7 @@ class Daemon:
     def __enter__(self) -> Daemon:
         return self
 
-    def __exit__(
-        self, kind: Optional[type[BaseException]], value: Optional[BaseException], trace: Optional[TracebackType]
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
     def _send(self, kind: Kind, payload: bytes = b"") -> int:

@@ -179,15 +179,9 @@ class Decoder:
         return Verdict.OK if known else Verdict.UNKNOWN
 
     def _outside_session(self, header: Header) -> bool:
-        if self._role is Role.DEVICE:
-            if header.kind == Kind.HELLO:
-                return header.session != self._session
-            return header.kind == Kind.ESTOP and header.session == 0
-        if self._role is Role.DAEMON:
-            return header.kind == Kind.SUBSCRIBE and header.session != self._session
-        if self._role is Role.CLIENT:
-            return header.kind == Kind.NOTICE and header.session == 0
-        return self._role is Role.HOST and header.kind == Kind.IDENT and header.session == 0
+        if header.session == 0 and header.kind == OF_NO_SESSION.get(self._role):
+            return True
+        return header.session != self._session and header.kind == OPENS.get(self._role)
 
     def _follow(self, seq: int) -> bool:
         last = self._last_seq
@@ -216,6 +210,8 @@ TO_CLIENT = frozenset(
     )
 )  # fmt: skip
 KNOWN = {Role.HOST: TO_HOST, Role.DEVICE: TO_DEVICE, Role.DAEMON: TO_DAEMON, Role.CLIENT: TO_CLIENT}
+OPENS = {Role.DEVICE: Kind.HELLO, Role.DAEMON: Kind.SUBSCRIBE}
+OF_NO_SESSION = {Role.DEVICE: Kind.ESTOP, Role.HOST: Kind.IDENT, Role.CLIENT: Kind.NOTICE}
 _OF_THE_LINE = frozenset((Kind.HELLO, Kind.IDENT))
 GREETINGS = {
     Role.HOST: _OF_THE_LINE, Role.DEVICE: _OF_THE_LINE, Role.TAP: _OF_THE_LINE,

@@ -1,6 +1,5 @@
 """Lines on stdin, what this peer makes of them on stdout: for comparing peers byte by byte.
 
-``python -m grip_link.diff [--role host|device] [--session HEX]``: a line of hex in; role and verdicts out.
 ``python -m grip_link.diff decode``: ``ROLE SESSION[:SEQ]|- HEX`` in; the verdicts, with type and CRC of good payloads,
 the gap count and the garbage count out.
 ``python -m grip_link.diff device``: a script of ticks and bytes in, all that a device does out. One command a line, the
@@ -11,51 +10,24 @@ whose ESTOP takes the torque off).
 
 from __future__ import annotations
 
-import argparse
 import struct
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Optional, Union
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Union
 
 from .crc import crc32c
 from .decoder import Decoder, Role, Verdict
 from .device import Cleared, Command, Configured, DeviceEvent, DeviceLink, Linked, Rejected, RowError
-from .messages import (
-    Channel,
-    ChannelKind,
-    Heartbeat,
-    Ident,
-    Limits,
-    LogLevel,
-    ResetReason,
-    SampleFormat,
-    Unit,
-)
+from .mcu import default_ident
+from .messages import Channel, ChannelKind, Heartbeat, Ident, LogLevel, SampleFormat, Unit
 
 
 def reference_ident() -> Ident:
     """The gripper that all peers play in a comparison."""
-    return Ident(
-        uid=b"grip-link-test-1",
-        boot_id=0xB007,
-        tick_hz=1_000_000,
-        limits=Limits(20_000, 20_000, 400_000, 15_000, 0, 50_000),
-        channels=(
-            Channel.single(ChannelKind.STYLUS, 1e-8),
-            Channel.single(ChannelKind.NORMAL_FORCE, 1e-3),
-            Channel(ChannelKind.PRESSURE_ARRAY, Unit.PASCAL, 3, 4, 10.0),
-        ),
-        firmware=(1, 2, 3),
-        reset=ResetReason.POWER_ON,
-    )
-
-
-def verdicts(data: bytes, role: Role, session: Optional[int]) -> str:
-    """Names of the verdicts in order, - for none."""
-    decoder = Decoder(role)
-    if session is not None:
-        decoder.open_session(session)
-    return ",".join(block.verdict.value for block in decoder.feed(data)) or "-"
+    ident = default_ident(0xB007)
+    taxels = Channel(ChannelKind.PRESSURE_ARRAY, Unit.PASCAL, 3, 4, 10.0)
+    return replace(ident, uid=b"grip-link-test-1", channels=(*ident.channels, taxels), firmware=(1, 2, 3))
 
 
 def decode_line(line: str) -> str:
@@ -147,30 +119,20 @@ def device_line(link: DeviceLink, line: str) -> Iterator[str]:
         raise ValueError(f"no such command: {name}")
 
 
-def _answers(arguments: argparse.Namespace, lines: Iterable[str]) -> Iterator[str]:
-    role = Role(arguments.role)
-    session = int(arguments.session, 16) if arguments.session else None
-    link = DeviceLink(reference_ident())
-    for line in lines:
-        line = line.rstrip("\r\n")
-        if arguments.mode == "decode":
-            yield decode_line(line)
-        elif arguments.mode == "device" and line.startswith("new"):
-            link = DeviceLink(reference_ident(), estop_releases=line.endswith(" passive"))
-        elif arguments.mode == "device":
-            yield from device_line(link, line)
-        else:
-            yield f"{role.value} {verdicts(bytes.fromhex(line), role, session)}"
-
-
-def main(words: Optional[Sequence[str]] = None) -> int:
+def main() -> int:
     """The command; its exit code."""
-    parser = argparse.ArgumentParser(prog="python -m grip_link.diff", description=__doc__.splitlines()[0])
-    parser.add_argument("mode", nargs="?", choices=("verdicts", "decode", "device"), default="verdicts")
-    parser.add_argument("--role", choices=("host", "device", "client"), default="device", help="who listens")
-    parser.add_argument("--session", default="beef", metavar="HEX", help='session that is open, "" for none')
-    for answer in _answers(parser.parse_args(words), sys.stdin):
-        print(answer)
+    if sys.argv[1:] not in (["decode"], ["device"]):
+        print(__doc__, file=sys.stderr)
+        return 2
+    link = DeviceLink(reference_ident())
+    for line in (line.rstrip("\r\n") for line in sys.stdin):
+        if sys.argv[1] == "decode":
+            print(decode_line(line))
+        elif line.startswith("new"):
+            link = DeviceLink(reference_ident(), estop_releases=line.endswith(" passive"))
+        else:
+            for answer in device_line(link, line):
+                print(answer)
     return 0
 
 

@@ -6,7 +6,7 @@ import contextlib
 import os
 import select
 import time
-from typing import Any, Protocol
+from typing import Any, Optional, Protocol
 
 
 class StreamClosed(ConnectionError):
@@ -27,14 +27,15 @@ class ByteStream(Protocol):
 
 
 class FdStream:
-    """A file descriptor that select knows: the end of a pseudo-terminal, a socket, a serial port of this system."""
+    """A file descriptor that select knows: the end of a pseudo-terminal, a socket, a serial port of this system; or two pipes."""
 
     CHUNK = 65536
 
-    def __init__(self, fd: int, *, owns: bool = True) -> None:
+    def __init__(self, fd: int, *, owns: bool = True, out: Optional[int] = None, port: Any = None) -> None:
+        """``out``: where bytes are written to, if not to ``fd``; ``port``: the open pyserial port that the descriptor belongs to."""
+        self._fd, self._out, self._owns, self._port = fd, fd if out is None else out, owns, port
         os.set_blocking(fd, False)
-        self._fd = fd
-        self._owns = owns
+        os.set_blocking(self._out, False)
 
     def read(self, timeout_s: float) -> bytes:
         """See :class:`ByteStream`."""
@@ -53,7 +54,7 @@ class FdStream:
     def write(self, data: bytes) -> int:
         """See :class:`ByteStream`."""
         try:
-            return os.write(self._fd, data)
+            return os.write(self._out, data)
         except BlockingIOError:
             return 0
         except OSError as error:
@@ -61,9 +62,11 @@ class FdStream:
 
     def close(self) -> None:
         """See :class:`ByteStream`."""
-        if self._owns and self._fd >= 0:
+        if self._port is not None:
+            self._port.close()
+        elif self._owns and self._fd >= 0:
             os.close(self._fd)
-        self._fd = -1
+        self._fd = self._out = -1
 
 
 class SerialStream:
@@ -94,18 +97,6 @@ class SerialStream:
         self._port.close()
 
 
-class _PortStream(FdStream):
-    """A file descriptor that belongs to an open pyserial port."""
-
-    def __init__(self, port: Any) -> None:
-        super().__init__(port.fileno(), owns=False)
-        self._port = port
-
-    def close(self) -> None:
-        super().close()
-        self._port.close()
-
-
 def open_stream(url: str, baudrate: int = 115_200) -> ByteStream:
     """Opens a serial device, a pseudo-terminal or a pyserial URL such as socket://HOST:PORT.
 
@@ -125,7 +116,7 @@ def open_stream(url: str, baudrate: int = 115_200) -> ByteStream:
     port.open()
     if "://" not in url:
         _prepare_device(port)
-    return _PortStream(port)
+    return FdStream(port.fileno(), port=port)
 
 
 def _prepare_device(port: Any) -> None:

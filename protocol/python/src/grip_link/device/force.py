@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Optional
 
 from ..messages import Config, ForceClamp, Grip, GripMode, Limits, LossAction
-from ..messages.config import TTL_MAX_MS, TTL_MIN_MS
+from ..messages.link import TTL_MAX_MS, TTL_MIN_MS
 
 LONGEST_STEP_MS = 10
 """Longest step of time in which the force moves: a task that was late does not catch up with a jump."""

@@ -42,7 +42,7 @@ from ..messages import (
     Status,
     StatusFlags,
 )
-from ..messages.config import TTL_MAX_MS, TTL_MIN_MS
+from ..messages.link import TTL_MAX_MS, TTL_MIN_MS
 from ..messages.ident import common_version
 from ..sender import Sender
 from .batches import Batches

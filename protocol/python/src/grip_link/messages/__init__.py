@@ -22,17 +22,14 @@ from .codes import (
     StatusFlags,
     Unit,
 )
-from .config import Config, ConfigAck
-from .control import Ack, ClearFault, Heartbeat, Nack, Ping, Pong
-from .grip import Grip, Status
 from .ident import Channel, Hello, Ident, Limits
-from .report import Event, Log, Stats
+from .link import Ack, ClearFault, Config, ConfigAck, Event, Grip, Heartbeat, Log, Nack, Ping, Pong, Stats, Status
 from .samples import Column, Layout, Samples, pack_rows
-from .wire import BadValue, PayloadError, ShortPayload
+from .wire import MESSAGES, BadValue, PayloadError, ShortPayload
 
 __all__ = [
     "Ack", "BadValue", "Channel", "ChannelKind", "Clamped", "ClearFault", "Column", "Config", "ConfigAck",
     "DeviceState", "Event", "EventKind", "FaultCode", "ForceClamp", "Grip", "GripMode", "Heartbeat", "Hello", "Ident",
-    "Kind", "Layout", "Limits", "Log", "LogLevel", "LossAction", "Nack", "NackReason", "PayloadError", "Ping", "Pong",
+    "Kind", "Layout", "Limits", "Log", "LogLevel", "LossAction", "MESSAGES", "Nack", "NackReason", "PayloadError", "Ping", "Pong",
     "ResetReason", "SampleFormat", "Samples", "ShortPayload", "Stats", "Status", "StatusFlags", "Unit", "pack_rows",
 ]  # fmt: skip

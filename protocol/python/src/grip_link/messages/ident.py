@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Optional
 
 from ..frame import PROTOCOL
-from .codes import ChannelKind, DeviceState, FaultCode, ResetReason, SampleFormat, Unit
-from .wire import BadValue, PayloadError, pack, unpack
+from .codes import ChannelKind, DeviceState, FaultCode, Kind, ResetReason, SampleFormat, Unit
+from .wire import MESSAGES, BadValue, PayloadError, pack, unpack
 
 MAX_CHANNELS = 16
 
@@ -100,24 +100,14 @@ class Channel:
         """Whether it can be sent in this format."""
         return bool(self.formats >> sample_format & 1)
 
-    @property
-    def count_is_possible(self) -> bool:
-        """Whether a host takes this number of elements."""
-        return 1 <= self.count <= 64
-
-    @property
-    def scale_is_possible(self) -> bool:
-        """Whether a host takes this scale."""
-        return math.isfinite(self.scale) and self.scale > 0.0
-
     @classmethod
     def parse(cls, payload: bytes, at: int) -> Channel:
         """Reads the entry at offset ``at``; raises PayloadError."""
         kind, unit, formats, count, scale = unpack(_CHANNEL, payload, at)
         channel = cls(ChannelKind(kind), Unit(unit), formats, count, scale)
-        if not channel.count_is_possible:
+        if not 1 <= count <= 64:
             raise BadValue(at + 3, count)
-        if not channel.scale_is_possible:
+        if not (math.isfinite(scale) and scale > 0.0):
             raise BadValue(at + 4, scale)
         return channel
 
@@ -190,3 +180,6 @@ class Ident:
         )  # fmt: skip
         table = pack(_TABLE, _CHANNEL.size, _TABLE_AT)
         return head + table + b"".join(channel.pack() for channel in self.channels)
+
+
+MESSAGES.update({Kind.HELLO: Hello, Kind.IDENT: Ident})

@@ -25,9 +25,8 @@ from .codes import (
     WelcomeFlags,
 )
 from .reports import Estimates, Gripper, Health, Slip, State
-from .requests import Command, Load, Subscribe
+from .requests import Command, Load, Notice, Object, Setup, Subscribe, Welcome
 from .rows import Row, Rows
-from .texts import Notice, Object, Setup, Welcome
 
 __all__ = [
     "Causes", "Command", "DroppedClass", "EscKind", "Estimates", "Goodbye", "GripStage", "Gripper", "Health", "LinkState", "Load",

@@ -3,44 +3,16 @@
 from __future__ import annotations
 
 import math
-import struct
-from dataclasses import astuple, dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Optional
 
-from ..codes import DeviceState, Unit
-from ..wire import BadValue, pack, unpack
+from ..codes import DeviceState, Kind, Unit
+from ..wire import Message
 from .codes import Causes, EscKind, GripStage, LinkState, Method, Phase, Recording, Scene, SensorHealth, SpeedSource, Unsure
-
-NOT_KNOWN = 0xFFFFFFFF
-_SLIP = struct.Struct("<IQQBBBBfffffIffBBBBfff")
-_CERTIFIED = struct.Struct("<f")
-_STATE = struct.Struct("<QQBBBBBBBBHBBfffffIQ")
-_FLOAT = struct.Struct("<f")
-_GROWN = 5
-"""Fields of STATE that were appended to its first version."""
-_HEALTH = struct.Struct("<QfQQIIIIIIQQIHBBfffQQQQQIIQ")
-_APPENDED = struct.Struct("<ffq" + 24 * "Q")
-_GRIPPER = struct.Struct("<16sIIfBBBB")
-_ESTIMATES = struct.Struct("<IQQfffHH")
-
-
-def _offsets(layout: struct.Struct) -> list[int]:
-    """Offset of each field."""
-    codes = layout.format.lstrip("<").replace("16s", "s")
-    sizes = [16 if code == "s" else struct.calcsize(code) for code in codes]
-    return [sum(sizes[:n]) for n in range(len(sizes))]
-
-
-def _finite(layout: struct.Struct, payload: bytes, start: int = 0) -> tuple[Any, ...]:
-    values = unpack(layout, payload[start:])
-    for at, value in zip(_offsets(layout), values):
-        if isinstance(value, float) and math.isinf(value):
-            raise BadValue(start + at, value)
-    return values
 
 
 @dataclass(frozen=True)
-class Slip:
+class Slip(Message, kind=Kind.SLIP, layout="IQQBBBBfffffIffBBBBfff", appended="f"):
     """SLIP (A1), 76 bytes, 72 where it is not certified: a slip was noticed, became gross, or ended."""
 
     number: int
@@ -77,26 +49,12 @@ class Slip:
     """N"""
     duration: float
     """s"""
-    certified: float | None = None
+    certified: Optional[float] = None
     """s, interval that the slip is certified with; None where it is not."""
-
-    @classmethod
-    def parse(cls, payload: bytes) -> Slip:
-        """Reads a payload; raises PayloadError."""
-        v = _finite(_SLIP, payload)
-        values: list[Any] = [*v[:3], Phase(v[3]), Method(v[4]), SpeedSource(v[5]), EscKind(v[6]), *v[7:17], Causes(v[17]), Causes(v[18]), *v[19:]]
-        if len(payload) >= _SLIP.size + _CERTIFIED.size:
-            values += _finite(_CERTIFIED, payload, _SLIP.size)
-        return cls(*values)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        *first, certified = astuple(self)
-        return pack(_SLIP, *first) + (b"" if certified is None else pack(_CERTIFIED, certified))
 
 
 @dataclass(frozen=True)
-class State:
+class State(Message, kind=Kind.STATE, layout="QQBBBBBBBBHBBfffffIQ", appended="fffff"):
     """STATE (A2), 60 to 80 bytes, up to the last number that is known: what the pipeline thinks."""
 
     device_us: int
@@ -123,39 +81,20 @@ class State:
     """N"""
     rate_hz: int
     lost: int
-    late: float | None = None
+    late: Optional[float] = None
     """ms, age of the newest usable row at the last command; None, as what follows, where the payload ends before it."""
-    need_low: float | None = None
+    need_low: Optional[float] = None
     """N, normal force of one finger that the object needs at full weight: its 10 % quantile"""
-    need: float | None = None
+    need: Optional[float] = None
     """N, its median"""
-    need_high: float | None = None
+    need_high: Optional[float] = None
     """N, its 90 % quantile"""
-    admissible: float | None = None
+    admissible: Optional[float] = None
     """m/s^2, acceleration of the arm beside gravity at which the object slips with a probability of 10 %"""
-
-    @classmethod
-    def parse(cls, payload: bytes) -> State:
-        """Reads a payload; raises PayloadError."""
-        v = _finite(_STATE, payload)
-        sensors = [SensorHealth(code) for code in v[4:8]]
-        values: list[Any] = [*v[:2], Scene(v[2]), GripStage(v[3]), *sensors, DeviceState(v[8]), *v[9:12], EscKind(v[12]), *v[13:]]
-        for at in range(_STATE.size, _STATE.size + _GROWN * _FLOAT.size, _FLOAT.size):
-            if len(payload) >= at + _FLOAT.size:
-                values += _finite(_FLOAT, payload, at)
-        return cls(*values)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        values = astuple(self)
-        first, grown = values[:-_GROWN], values[-_GROWN:]
-        known_to = max((n for n, value in enumerate(grown, 1) if value is not None), default=0)
-        known = (math.nan if value is None else value for value in grown[:known_to])
-        return pack(_STATE, *first) + b"".join(pack(_FLOAT, value) for value in known)
 
 
 @dataclass(frozen=True)
-class Health:
+class Health(Message, kind=Kind.HEALTH, layout="QfQQIIIIIIQQIHBBfffQQQQQIIQ", appended=("ffq24Q",)):
     """HEALTH (A3), 352 bytes, 144 from older daemons: figures of the daemon since its start."""
 
     host_us: int
@@ -190,35 +129,25 @@ class Health:
     slips: int
     reconnects: int
     commands: int
-    p999: float | None = None
+    p999: Optional[float] = None
     """us; None, as all from here on, where the daemon is older than that."""
-    clock_half: float | None = None
+    clock_half: Optional[float] = None
     """us, what clock_offset may be off; NaN: the clocks are not known."""
-    clock_offset: int | None = None
+    clock_offset: Optional[int] = None
     """us, host time minus device time."""
-    histogram: tuple[int, ...] | None = None
+    histogram: Optional[tuple[int, ...]] = None
     """Frames by latency: number k counts those below 256 * 2**k ns that no number before counts; the last one all longer ones."""
 
     @classmethod
     def parse(cls, payload: bytes) -> Health:
-        """Reads a payload; raises PayloadError."""
-        v = _finite(_HEALTH, payload)
-        values: list[Any] = [*v[:14], LinkState(v[14]), Recording(v[15]), *v[16:]]
-        if len(payload) >= _HEALTH.size + _APPENDED.size:
-            p999, clock_half, clock_offset, *histogram = _finite(_APPENDED, payload, _HEALTH.size)
-            # An offset that is not known is none, whatever stands there.
-            values += [p999, clock_half, 0 if math.isnan(clock_half) else clock_offset, tuple(histogram)]
-        return cls(*values)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        *first, p999, clock_half, clock_offset, histogram = astuple(self)
-        appended = b"" if histogram is None else pack(_APPENDED, p999, clock_half, clock_offset, *histogram)
-        return pack(_HEALTH, *first) + appended
+        """Reads a payload; raises PayloadError. An offset that is not known is none, whatever stands there."""
+        health = super().parse(payload)
+        known = health.clock_half is None or not math.isnan(health.clock_half)
+        return health if known else replace(health, clock_offset=0)
 
 
 @dataclass(frozen=True)
-class Gripper:
+class Gripper(Message, kind=Kind.GRIPPER, layout="16sIIfBBBx"):
     """GRIPPER (A4), 32 bytes: which gripper the daemon holds."""
 
     uid: bytes
@@ -231,20 +160,9 @@ class Gripper:
     stylus: Unit = Unit.NONE
     """Metres; a vibration in a unit of its own has none."""
 
-    @classmethod
-    def parse(cls, payload: bytes) -> Gripper:
-        """Reads a payload; raises PayloadError."""
-        v = _finite(_GRIPPER, payload)
-        values: list[Any] = [*v[:4], LinkState(v[4]), v[5], Unit(v[6])]
-        return cls(*values)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        return pack(_GRIPPER, *astuple(self), 0)
-
 
 @dataclass(frozen=True)
-class Estimates:
+class Estimates(Message, kind=Kind.ESTIMATES, layout="IQQfffHxx"):
     """ESTIMATES (AE), 36 bytes: what the model in force and the shadow model made of a slip that has ended."""
 
     slip: int
@@ -257,14 +175,3 @@ class Estimates:
     shadow: float
     """N"""
     unsure: Unsure
-
-    @classmethod
-    def parse(cls, payload: bytes) -> Estimates:
-        """Reads a payload; raises PayloadError."""
-        v = _finite(_ESTIMATES, payload)
-        values: list[Any] = [*v[:6], Unsure(v[6])]
-        return cls(*values)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        return pack(_ESTIMATES, *astuple(self), 0)

@@ -1,22 +1,21 @@
-"""SUBSCRIBE, COMMAND, LOAD and SHADOW: what a client sends; OBJECT stands with the texts."""
+"""What a client sends (SUBSCRIBE, COMMAND, LOAD, SHADOW, OBJECT), who the daemon is, and what a client should know (WELCOME, NOTICE, SETUP)."""
 
 from __future__ import annotations
 
-import struct
+import math
 from dataclasses import dataclass
+from typing import ClassVar
 
-from ..wire import BadValue, PayloadError, ShortPayload, closed, pack, unpack
-from .codes import Operation, Topics
+from ..codes import Kind
+from ..wire import MESSAGES, Message
+from .codes import NoticeKind, Operation, RealTime, Topics, WelcomeFlags
 
-_SUBSCRIBE = struct.Struct("<BBHHH")
-_COMMAND = struct.Struct("<BBHiI")
-_LOAD = struct.Struct("<32sIIB")
 # Load has a field of that name.
 _Bytes = bytes
 
 
 @dataclass(frozen=True)
-class Subscribe:
+class Subscribe(Message, kind=Kind.SUBSCRIBE, layout="BBHHH"):
     """SUBSCRIBE (A8), 8 bytes: u8 lowest and highest version, u16 topics, u16 every n-th sample (0 = none), u16 least
     time between two STATE [ms]."""
 
@@ -26,64 +25,93 @@ class Subscribe:
     every_nth: int = 0
     state_ms: int = 0
 
-    @classmethod
-    def parse(cls, payload: bytes) -> Subscribe:
-        """Reads a payload; raises PayloadError."""
-        low, high, topics, every_nth, state_ms = unpack(_SUBSCRIBE, payload)
-        return cls(low, high, Topics(topics), every_nth, state_ms)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        return pack(_SUBSCRIBE, self.version_min, self.version_max, self.topics, self.every_nth, self.state_ms)
-
 
 @dataclass(frozen=True)
-class Command:
+class Command(Message, kind=Kind.COMMAND, layout="BxHiI"):
     """COMMAND (A9), 12 bytes: u8 operation, u8 reserved, u16 fault of CLEAR_FAULT, i32 force of AT_LEAST and EXPECT [mN], u32 token
     of RELEASE."""
 
+    RANGES: ClassVar = {"force_mn": (0, math.inf)}
     operation: Operation
     fault: int = 0
     force_mn: int = 0
     token: int = 0
 
-    @classmethod
-    def parse(cls, payload: bytes) -> Command:
-        """Reads a payload; raises PayloadError, also for a negative force."""
-        operation, _, fault, force_mn, token = unpack(_COMMAND, payload)
-        wanted = closed(Operation, operation, 0)
-        if force_mn < 0:
-            raise BadValue(4, force_mn)
-        return cls(wanted, fault, force_mn, token)
-
-    def pack(self) -> bytes:
-        """The payload; raises PayloadError."""
-        return pack(_COMMAND, self.operation, 0, self.fault, self.force_mn, self.token)
-
 
 @dataclass(frozen=True)
-class Load:
+class Load(Message, kind=Kind.LOAD, layout="32sIIt"):
     """LOAD (AB) and SHADOW (AD), 41 bytes and a piece: a part of a model file; size 0 stands for the model of the configuration, or for
     no shadow."""
 
+    RANGES: ClassVar = {"size": (0, 1 << 20)}
     sha256: _Bytes
     size: int
     offset: int
     bytes: _Bytes
 
-    @classmethod
-    def parse(cls, payload: _Bytes) -> Load:
-        """Reads a payload; raises PayloadError, also for a file of more than 1 MiB."""
-        sha256, size, offset, length = unpack(_LOAD, payload)
-        if size > 1 << 20:
-            raise BadValue(32, size)
-        end = _LOAD.size + length
-        if len(payload) < end:
-            raise ShortPayload(end, len(payload))
-        return cls(sha256, size, offset, payload[_LOAD.size : end])
 
-    def pack(self) -> _Bytes:
-        """The payload; raises PayloadError."""
-        if len(self.bytes) > 255:
-            raise PayloadError(f"piece of {len(self.bytes)} bytes, at most 255 fit")
-        return pack(_LOAD, self.sha256, self.size, self.offset, len(self.bytes)) + self.bytes
+MESSAGES[Kind.SHADOW] = Load
+
+
+@dataclass(frozen=True)
+class Welcome(Message, kind=Kind.WELCOME, layout="BBHIIIQBt"):
+    """WELCOME (A0), 26 bytes and a text: the answer to SUBSCRIBE."""
+
+    version_min: int
+    version_max: int
+    max_rx: int
+    flags: WelcomeFlags
+    token: int
+    """What a RELEASE must bear; 0 where commands are not allowed."""
+    run_id: int
+    host_us: int
+    real_time: RealTime
+    text: bytes
+
+    @property
+    def daemon(self) -> str:
+        """Name and version."""
+        return self.text.decode("utf-8", "replace")
+
+
+@dataclass(frozen=True)
+class Notice(Message, kind=Kind.NOTICE, layout="BBHIQt"):
+    """NOTICE (A6), 17 bytes and a text: drops, sensors, link, commands, the end."""
+
+    kind: NoticeKind
+    code: int
+    value: int
+    count: int
+    host_us: int
+    text: bytes
+
+    @property
+    def message(self) -> str:
+        """The text."""
+        return self.text.decode("utf-8", "replace")
+
+
+@dataclass(frozen=True)
+class Setup(Message, kind=Kind.SETUP, layout="IBBH32s32st"):
+    """SETUP (A7), 73 bytes and a text: firmware of the gripper, SHA-256 of the models, name of the configured one."""
+
+    settings: int
+    """Reloads since the daemon's start."""
+    fw_major: int
+    fw_minor: int
+    fw_patch: int
+    in_force: bytes
+    configured: bytes
+    text: bytes
+
+
+@dataclass(frozen=True)
+class Object(Message, kind=Kind.OBJECT, layout="t"):
+    """OBJECT (AC), 1 byte and a text: the name of the next object; empty for one without."""
+
+    text: bytes
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        return self.text.decode("utf-8", "replace")

@@ -6,7 +6,8 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..wire import BadValue, PayloadError, ShortPayload, pack, unpack
+from ..codes import Kind
+from ..wire import MESSAGES, BadValue, PayloadError, ShortPayload, pack, unpack
 from .codes import RowSet
 
 _HEADER = struct.Struct("<IQHHBBH")
@@ -75,3 +76,6 @@ class Rows:
             raise PayloadError(f"{len(self.data)} bytes are no rows of {self.row_bytes} bytes")
         head = (self.first_index, self.t0_us, self.every_nth, self.channels, len(self), self.taxels, 0)
         return pack(_HEADER, *head) + self.data
+
+
+MESSAGES[Kind.ROWS] = Rows
