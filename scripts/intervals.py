@@ -43,8 +43,8 @@ def generated(programs, folder, seed):
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("programs", type=pathlib.Path)
-    arguments.add_argument("--seed", type=int, default=991_000)
-    arguments.add_argument("--sets", type=int, default=10)
+    arguments.add_argument("--seed", type=int, default=2_000_000)
+    arguments.add_argument("--sets", type=int, default=60)
     args = arguments.parse_args()
     found = {name: [] for name in LEARNERS}
     for at in range(args.sets):
@@ -58,10 +58,10 @@ def main():
                 trained = json.loads(trained.splitlines()[-1])
                 unseen = json.loads(gripctl(args.programs, "eval", model, folder / "unseen.csv", "--json"))
                 found[learner].append((100 * unseen["coverage"], trained["interval"]["widths"][0], trained["held_out_r2"], unseen["r2"]))
-    print("| learner | truths held, mean (least - most) | factor | R2 on held-out / unseen rows |\n|---|---|---|---|")
+    print("| learner | truths held, mean +- deviation (least - most) | factor | R2 on held-out / unseen rows |\n|---|---|---|---|")
     for learner, sets in found.items():
         held, widths, before, after = zip(*sets)
-        print(f"| {learner} | {statistics.mean(held):.1f} ({min(held):.0f} - {max(held):.0f}) | {statistics.median(widths):.2f}"
+        print(f"| {learner} | {statistics.mean(held):.1f} +- {statistics.stdev(held):.1f} ({min(held):.0f} - {max(held):.0f}) | {statistics.median(widths):.2f}"
               f" | {statistics.median(before):.3f} / {statistics.median(after):.3f} |")
 
 
