@@ -443,9 +443,9 @@ fn scaler<const IO: usize>(
     Scaler::within(&limits).map_err(|source| {
         let place = match source {
             ScaleError::Columns { .. } => None,
-            ScaleError::Limits { column, .. } | ScaleError::LogOfNonPositive { column, .. } => {
-                columns.get(column)
-            }
+            ScaleError::Limits { column, .. }
+            | ScaleError::Noise { column, .. }
+            | ScaleError::LogOfNonPositive { column, .. } => columns.get(column),
         };
         FileError::Scale { kind, name: place.map_or(String::new(), |c| c.name.clone()), source }
     })

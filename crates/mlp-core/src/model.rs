@@ -428,7 +428,7 @@ pub enum ScaleError {
         /// Most columns.
         limit: usize,
     },
-    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale; or the noise is none.
+    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale.
     #[error("column {column}: {min} to {max} is no range")]
     Limits {
         /// Its place.
@@ -437,6 +437,14 @@ pub enum ScaleError {
         min: f64,
         /// Upper limit.
         max: f64,
+    },
+    /// A noise that is no deviation.
+    #[error("column {column}: its noise is {noise}: it must be 0 or a positive number")]
+    Noise {
+        /// Its place.
+        column: usize,
+        /// The noise given.
+        noise: f32,
     },
     /// A logarithmic or reciprocal column that reaches down to zero or below.
     #[error("column {column}: logarithm and reciprocal need values above 0, the smallest is {min}")]
@@ -469,9 +477,11 @@ impl Axis {
         let Column { transform, min, max, noise } = column;
         let limits = ScaleError::Limits { column: place, min, max };
         let (low, high) = (rounded(min), rounded(max));
-        let known = noise >= 0.0 && noise.is_finite();
-        if !(low.is_finite() && high.is_finite() && min <= max && known) {
+        if !(low.is_finite() && high.is_finite() && min <= max) {
             return Err(limits);
+        }
+        if !(noise >= 0.0 && noise.is_finite()) {
+            return Err(ScaleError::Noise { column: place, noise });
         }
         if !transform.accepts(low) {
             return Err(ScaleError::LogOfNonPositive { column: place, min });

@@ -92,6 +92,9 @@ fn shapes_that_do_not_fit_are_named() {
 fn columns_that_can_not_be_scaled_are_named() {
     let error = refusal("\"min\": 1.0", "\"min\": 0.0");
     assert!(error.to_string().starts_with("target \"f_n\": "), "{error}");
+    let error = refusal("\"max\": 4.0", "\"max\": 4.0, \"noise\": -0.5");
+    let wanted = "target \"f_n\": column 0: its noise is -0.5: it must be 0 or a positive number";
+    assert_eq!(error.to_string(), wanted);
     let error = refusal("\"ln\"", "\"log\"");
     assert!(matches!(error, FileError::Json { line: 4, .. }), "{error:?}");
     assert!(error.to_string().contains("\"log\": unknown transform"), "{error}");

@@ -187,7 +187,8 @@ mod scaler {
         assert!(one(Transform::Identity, f32::MIN, f32::MAX).is_err());
         for noise in [-1.0, f32::NAN, f32::INFINITY] {
             let column = Column { noise, ..Column::new(Transform::Reciprocal, 1.0, 2.0) };
-            assert!(Scaler::new(&[column]).is_err(), "{noise}");
+            let error = Scaler::new(&[column]).unwrap_err();
+            assert!(matches!(error, ScaleError::Noise { column: 0, .. }), "{noise}: {error}");
         }
         assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0, limit: 16 }));
         let column = Column::new(Transform::Identity, 0.0, 1.0);
