@@ -1,145 +1,114 @@
 //! Sum of a neuron's weighted inputs in, its output out.
 
-use core::fmt;
-use core::str::FromStr;
+use core::ops::{Add, Div, Mul, Neg};
 
 use crate::tanh;
 
-/// Function applied to the weighted sum of a neuron.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Activation {
-    /// Hyperbolic tangent, range (-1, 1).
-    Tanh,
-    /// Identity, unlimited range.
-    Linear,
-    /// Logistic sigmoid `1 / (1 + exp(-x))`, range (0, 1).
-    Logistic,
-    /// `max(0, x)`, range [0, inf).
-    Relu,
+crate::named! {
+    "activation function",
+    /// Function applied to the weighted sum of a neuron.
+    #[cfg_attr(feature = "file", derive(serde::Serialize, serde::Deserialize))]
+    #[cfg_attr(feature = "file", serde(rename_all = "lowercase"))]
+    pub enum Activation {
+        /// Hyperbolic tangent, range (-1, 1).
+        Tanh = "tanh",
+        /// Identity, unlimited range.
+        Linear = "linear",
+        /// Logistic sigmoid `1 / (1 + exp(-x))`, range (0, 1).
+        Logistic = "logistic",
+        /// `max(0, x)`, range [0, inf).
+        Relu = "relu",
+    }
 }
 
 impl Activation {
-    /// All functions, for tables and tests.
-    pub const ALL: [Self; 4] = [Self::Tanh, Self::Linear, Self::Logistic, Self::Relu];
-
     /// The function's value at `x` with [`tanh::rational`]; NaN stays NaN.
     #[must_use]
     pub fn value(self, x: f32) -> f32 {
-        of(self, x, tanh::rational)
-    }
-
-    /// The function's value at `x` with [`tanh::exact`]; NaN stays NaN.
-    #[must_use]
-    pub fn exact(self, x: f32) -> f32 {
-        of(self, x, tanh::exact)
+        self.by(x, tanh::rational)
     }
 
     /// The function's value at `x` in double precision; NaN stays NaN.
     #[must_use]
     pub fn double(self, x: f64) -> f64 {
-        of(self, x, tanh::double)
+        self.by(x, tanh::double)
     }
 
-    /// Replaces every sum in `layer` by the function's value, as [`value`](Self::value) does.
-    #[inline]
-    pub fn apply(self, layer: &mut [f32]) {
-        apply(self, layer, tanh::rational);
-    }
-
-    /// The same as [`exact`](Self::exact) does.
-    pub fn apply_exact(self, layer: &mut [f32]) {
-        apply(self, layer, tanh::exact);
-    }
-
-    /// The same in double precision.
-    pub fn apply_double(self, layer: &mut [f64]) {
-        apply(self, layer, tanh::double);
-    }
-
-    /// The name used in model files: `tanh`, `linear`, `logistic` or `relu`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
+    #[inline(always)]
+    fn by<N: Number>(self, x: N, tanh: impl Fn(N) -> N) -> N {
         match self {
-            Self::Tanh => "tanh",
-            Self::Linear => "linear",
-            Self::Logistic => "logistic",
-            Self::Relu => "relu",
+            Self::Tanh => tanh(x),
+            Self::Linear => x,
+            Self::Logistic => logistic(x, tanh),
+            Self::Relu => relu(x),
+        }
+    }
+
+    /// Replaces every sum in `layer` by the function's value.
+    #[inline(always)]
+    pub(crate) fn apply<N: Number>(self, layer: &mut [N], tanh: impl Fn(N) -> N) {
+        match self {
+            Self::Tanh => by_four(layer, tanh),
+            Self::Linear => {}
+            Self::Logistic => by_four(layer, |x| logistic(x, &tanh)),
+            Self::Relu => layer.iter_mut().for_each(|x| *x = relu(*x)),
         }
     }
 }
 
-impl fmt::Display for Activation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// A text that names no activation function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("unknown activation function (known: tanh, linear, logistic, relu)")]
-pub struct UnknownActivation;
-
-impl FromStr for Activation {
-    type Err = UnknownActivation;
-
-    fn from_str(text: &str) -> Result<Self, UnknownActivation> {
-        Self::ALL.into_iter().find(|known| known.name() == text).ok_or(UnknownActivation)
-    }
-}
-
 /// A precision of the forward pass: `f32` or `f64`.
-pub(crate) trait Number:
-    Copy + PartialOrd + core::ops::Add<Output = Self> + core::ops::Mul<Output = Self>
+pub trait Number:
+    Copy
+    + PartialOrd
+    + Add<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
+    /// Zero.
     const ZERO: Self;
-    /// Adding it changes nothing, not even the sign of a zero, so that compilers leave the addition out.
-    const NOTHING: Self;
+    /// One.
+    const ONE: Self;
+    /// A half.
     const HALF: Self;
 
-    fn from_weight(weight: f32) -> Self;
+    /// The same value, exactly.
+    fn from_single(value: f32) -> Self;
+
+    /// Natural logarithm.
+    #[must_use]
+    fn ln(self) -> Self;
+
+    /// Exponential.
+    #[must_use]
+    fn exp(self) -> Self;
 }
 
-impl Number for f32 {
-    const ZERO: Self = 0.0;
-    const NOTHING: Self = -0.0;
-    const HALF: Self = 0.5;
+macro_rules! number {
+    ($type:ident, $ln:ident, $exp:ident) => {
+        impl Number for $type {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const HALF: Self = 0.5;
 
-    #[inline(always)]
-    fn from_weight(weight: f32) -> Self {
-        weight
-    }
+            #[inline(always)]
+            fn from_single(value: f32) -> Self {
+                value.into()
+            }
+
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+        }
+    };
 }
 
-impl Number for f64 {
-    const ZERO: Self = 0.0;
-    const NOTHING: Self = -0.0;
-    const HALF: Self = 0.5;
-
-    #[inline(always)]
-    fn from_weight(weight: f32) -> Self {
-        Self::from(weight)
-    }
-}
-
-#[inline(always)]
-fn of<N: Number>(activation: Activation, x: N, tanh: impl Fn(N) -> N) -> N {
-    match activation {
-        Activation::Tanh => tanh(x),
-        Activation::Linear => x,
-        Activation::Logistic => logistic(x, tanh),
-        Activation::Relu => relu(x),
-    }
-}
-
-#[inline(always)]
-fn apply<N: Number>(activation: Activation, layer: &mut [N], tanh: impl Fn(N) -> N) {
-    match activation {
-        Activation::Tanh => by_four(layer, tanh),
-        Activation::Linear => {}
-        Activation::Logistic => by_four(layer, |x| logistic(x, &tanh)),
-        Activation::Relu => layer.iter_mut().for_each(|x| *x = relu(*x)),
-    }
-}
+number!(f32, logf, expf);
+number!(f64, log, exp);
 
 /// Replaces each value, four at a time and the last ones beside zeros, so that all go through whole vectors.
 #[inline(always)]
@@ -196,7 +165,7 @@ mod tests {
                 let expected = reference(activation, f64::from(x));
                 for (value, bound) in [
                     (f64::from(activation.value(x)), 2.1e-7),
-                    (f64::from(activation.exact(x)), 6.1e-8),
+                    (f64::from(activation.by(x, tanh::exact)), 6.1e-8),
                     (activation.double(f64::from(x)), 5e-16),
                 ] {
                     let error = value - expected;
@@ -221,6 +190,7 @@ mod tests {
         for activation in Activation::ALL {
             assert_eq!(activation.name().parse(), Ok(activation));
         }
-        assert_eq!("Tanh".parse::<Activation>(), Err(UnknownActivation));
+        let error = "Tanh".parse::<Activation>().unwrap_err().to_string();
+        assert_eq!(error, "unknown activation function (known: tanh, linear, logistic, relu)");
     }
 }

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use crate::model::Transform;
+use crate::{model::Transform, named::Unknown};
 
 /// A column of a data set and what is done to it before scaling. Written `name`, `name:ln` or `name:reciprocal`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,12 +24,12 @@ pub enum ColumnSpecError {
         text: String,
     },
     /// Something other than a known transform behind the colon.
-    #[error("\"{text}\": unknown transform \"{transform}\" (known: identity, ln, reciprocal)")]
+    #[error("\"{text}\": {source}")]
     UnknownTransform {
         /// The text given.
         text: String,
-        /// The part behind the colon.
-        transform: String,
+        /// The transforms there are.
+        source: Unknown,
     },
 }
 
@@ -40,11 +40,9 @@ impl FromStr for ColumnSpec {
         let (name, transform) = match text.rsplit_once(':') {
             None => (text, Transform::Identity),
             Some((name, suffix)) => {
-                let transform =
-                    suffix.trim().parse().map_err(|_| ColumnSpecError::UnknownTransform {
-                        text: text.to_owned(),
-                        transform: suffix.trim().to_owned(),
-                    })?;
+                let unknown =
+                    |source| ColumnSpecError::UnknownTransform { text: text.to_owned(), source };
+                let transform = suffix.trim().parse().map_err(unknown)?;
                 (name, transform)
             }
         };
@@ -104,7 +102,7 @@ mod tests {
         let error = "force:log".parse::<ColumnSpec>().unwrap_err();
         assert_eq!(
             error.to_string(),
-            "\"force:log\": unknown transform \"log\" (known: identity, ln, reciprocal)"
+            "\"force:log\": unknown transform (known: identity, ln, reciprocal)"
         );
         assert!(matches!(":ln".parse::<ColumnSpec>(), Err(ColumnSpecError::Unnamed { .. })));
     }

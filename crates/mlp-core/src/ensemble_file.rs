@@ -11,7 +11,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    file::{FileColumn, FileError, FileLayer, Head, ModelFile, json_error, rounded},
+    file::{FileColumn, FileError, FileLayer, Head, ModelFile, check_head, rounded},
     interval::Interval,
 };
 
@@ -22,26 +22,14 @@ pub const FORMAT: &str = "ensemble-model";
 pub const VERSION: u64 = 1;
 
 /// Contents of an ensemble's file: at least one member, all with the same columns.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EnsembleFile {
-    members: Vec<ModelFile>,
-    /// How far the truth may be from the mean of the answers, where that was measured on rows that no member had seen.
-    pub interval: Option<Interval>,
-}
-
-#[derive(Serialize)]
-struct Written<'a> {
-    format: &'static str,
+    format: String,
     version: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    interval: Option<&'a Interval>,
-    members: &'a [ModelFile],
-}
-
-#[derive(Deserialize)]
-struct Read {
-    interval: Option<Interval>,
-    members: Vec<serde_json::Value>,
+    /// How far the truth may be from the mean of the answers, where that was measured on rows that no member had seen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<Interval>,
+    members: Vec<ModelFile>,
 }
 
 /// Whether a text states that it holds an ensemble. A text that is no JSON does not.
@@ -60,7 +48,9 @@ impl EnsembleFile {
         let differs = |file: &ModelFile| file.specs() != first.specs();
         match members.iter().position(differs) {
             Some(place) => Err(FileError::Member { member: place + 1 }),
-            None => Ok(Self { members, interval: None }),
+            None => {
+                Ok(Self { format: FORMAT.to_owned(), version: VERSION, interval: None, members })
+            }
         }
     }
 
@@ -69,14 +59,14 @@ impl EnsembleFile {
     /// # Errors
     /// Any [`FileError`]: of the file, of a member, or those of [`EnsembleFile::new`].
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        Head::check(text, FORMAT, VERSION)?;
-        let read: Read = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        let member = |member: &serde_json::Value| ModelFile::from_json(&member.to_string());
-        let ensemble = Self::new(read.members.iter().map(member).collect::<Result<_, _>>()?)?;
-        if let (Some(interval), Some(first)) = (&read.interval, ensemble.members.first()) {
+        check_head(text, FORMAT, VERSION)?;
+        let Self { interval, members, .. } = serde_json::from_str(text)?;
+        members.iter().try_for_each(ModelFile::check)?;
+        let ensemble = Self::new(members)?;
+        if let (Some(interval), Some(first)) = (&interval, ensemble.members.first()) {
             interval.check(&first.targets)?;
         }
-        Ok(Self { interval: read.interval, ..ensemble })
+        Ok(Self { interval, ..ensemble })
     }
 
     /// The text of the file.
@@ -84,9 +74,7 @@ impl EnsembleFile {
     /// # Errors
     /// [`FileError::Json`].
     pub fn to_json(&self) -> Result<String, FileError> {
-        let (interval, members) = (self.interval.as_ref(), &self.members[..]);
-        let written = Written { format: FORMAT, version: VERSION, interval, members };
-        serde_json::to_string_pretty(&written).map_err(|error| json_error(&error))
+        Ok(serde_json::to_string_pretty(self)?)
     }
 
     /// The members as they were trained, at least one.
@@ -151,7 +139,7 @@ fn map(wanted: &FileColumn, given: &FileColumn) -> [f64; 2] {
 
 /// Middle and half of the span of a column, transformed.
 fn middle_and_half(column: &FileColumn) -> [f64; 2] {
-    let [low, high] = [column.min, column.max].map(|raw| column.transform.forward_double(raw));
+    let [low, high] = [column.min, column.max].map(|raw| column.transform.forward(raw));
     [0.5 * (low + high), 0.5 * (high - low)]
 }
 

@@ -16,7 +16,7 @@
 //! rows" }` may stand beside them ([`Interval`]): 90 % of the forces lie between answer / 1.2 and 1.2 answer. Unknown fields are ignored. Limits are
 //! written with as many digits as bring back the same `f64`, weights the same `f32`.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::{
     activation::Activation,
@@ -69,37 +69,17 @@ pub enum FileError {
         /// The field `version`, if there is one.
         found: Option<u64>,
     },
-    /// A row of weights that does not fit the layer before.
-    #[error(
-        "layer {layer}, neuron {neuron}: {given} weights where the layer before has {needed} values"
-    )]
-    RowLength {
+    /// A row of weights, or the biases, of another length than the layers ask for.
+    #[error("layer {layer}: {given} {what} where {needed} are needed")]
+    Length {
         /// Layer of weights, counted from 1.
         layer: usize,
-        /// Neuron, counted from 1.
-        neuron: usize,
-        /// Width of the layer before.
+        /// Weights of which neuron, or biases.
+        what: String,
+        /// As many as the layer before has values, or this one neurons.
         needed: usize,
-        /// Weights in the row.
+        /// As many as there are.
         given: usize,
-    },
-    /// Not one bias per neuron.
-    #[error("layer {layer}: {given} biases for {needed} neurons")]
-    Biases {
-        /// Layer of weights, counted from 1.
-        layer: usize,
-        /// Rows of weights.
-        needed: usize,
-        /// Biases.
-        given: usize,
-    },
-    /// A weight or bias is NaN or infinite.
-    #[error("layer {layer}: weight {place} (rows, then biases) is not finite")]
-    NotFinite {
-        /// Layer of weights, counted from 1.
-        layer: usize,
-        /// Place in the layer, counted from 1.
-        place: usize,
     },
     /// Limits that can not be scaled.
     #[error("{kind}{}: {source}", if name.is_empty() { String::new() } else { format!(" \"{name}\"") })]
@@ -133,7 +113,6 @@ pub struct FileColumn {
     /// Its unit, empty when unknown.
     pub unit: String,
     /// Applied before scaling.
-    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
     pub transform: Transform,
     /// Smallest raw training value.
     pub min: f64,
@@ -154,7 +133,7 @@ impl FileColumn {
     /// Keeps the variance of the noise (scaled units squared) where answers need it.
     pub fn set_noise(&mut self, variance: f64) {
         if self.transform == Transform::Reciprocal {
-            let [low, high] = [self.min, self.max].map(|raw| self.transform.forward_double(raw));
+            let [low, high] = [self.min, self.max].map(|raw| self.transform.forward(raw));
             let noise = rounded(0.5 * (high - low) * variance.sqrt());
             self.noise = if noise.is_finite() { noise } else { 0.0 };
         }
@@ -170,7 +149,6 @@ fn is_none(noise: &f32) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FileLayer {
     /// Function of its neurons.
-    #[serde(serialize_with = "write_name", deserialize_with = "read_name")]
     pub activation: Activation,
     /// One row per neuron.
     pub weights: Vec<Vec<f32>>,
@@ -179,7 +157,7 @@ pub struct FileLayer {
 }
 
 /// How the network was trained; errors are those of the saved model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrainingNote {
     /// Training rule.
     pub algorithm: String,
@@ -263,17 +241,24 @@ pub(crate) struct Head {
 }
 
 impl Head {
-    /// That of a text which must be of this format and version.
-    pub(crate) fn check(text: &str, format: &str, version: u64) -> Result<(), FileError> {
-        let head: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-        if head.format.as_deref() != Some(format) {
-            return Err(FileError::Format { found: head.format });
+    fn is(self, format: &str, version: u64) -> Result<(), FileError> {
+        let Self { format: found, version: found_version } = self;
+        if found.as_deref() != Some(format) {
+            return Err(FileError::Format { found });
         }
-        if head.version != Some(version) {
-            return Err(FileError::Version { found: head.version });
+        if found_version != Some(version) {
+            return Err(FileError::Version { found: found_version });
         }
         Ok(())
     }
+}
+
+/// Whether a text states that it is of this format and version.
+///
+/// # Errors
+/// [`FileError::Json`], [`FileError::Format`] or [`FileError::Version`].
+pub fn check_head(text: &str, format: &str, version: u64) -> Result<(), FileError> {
+    serde_json::from_str::<Head>(text)?.is(format, version)
 }
 
 impl ModelFile {
@@ -311,10 +296,17 @@ impl ModelFile {
     /// # Errors
     /// Any [`FileError`]; the first fault found.
     pub fn from_json(text: &str) -> Result<Self, FileError> {
-        Head::check(text, FORMAT, VERSION)?;
-        let file: Self = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+        check_head(text, FORMAT, VERSION)?;
+        let file: Self = serde_json::from_str(text)?;
         file.large_model()?;
         Ok(file)
+    }
+
+    /// Whether it is a valid model of this format, where it was read as a part of another file.
+    pub(crate) fn check(&self) -> Result<(), FileError> {
+        let head = Head { format: Some(self.format.clone()), version: Some(self.version) };
+        head.is(FORMAT, VERSION)?;
+        self.large_model().map(drop)
     }
 
     /// The text of the file.
@@ -323,7 +315,7 @@ impl ModelFile {
     /// Any [`FileError`] but those of reading, when the contents are no valid model.
     pub fn to_json(&self) -> Result<String, FileError> {
         self.large_model()?;
-        serde_json::to_string_pretty(self).map_err(|error| json_error(&error))
+        Ok(serde_json::to_string_pretty(self)?)
     }
 
     /// The model, for estimates in memory of a fixed size.
@@ -369,14 +361,9 @@ impl ModelFile {
     {
         let mut sizes = vec![self.inputs.len()];
         let mut weights = Vec::new();
-        for (at, layer) in self.layers.iter().enumerate() {
-            let before = weights.len();
-            append_layer(at + 1, layer, sizes[at], &mut weights)?;
-            let fault = weights[before..].iter().position(|weight: &f32| !weight.is_finite());
-            if let Some(place) = fault {
-                return Err(FileError::NotFinite { layer: at + 1, place: place + 1 });
-            }
-            sizes.push(layer.weights.len());
+        for (layer, contents) in self.layers.iter().enumerate() {
+            append_layer(layer + 1, contents, sizes[layer], &mut weights)?;
+            sizes.push(contents.weights.len());
         }
         let activations: Vec<Activation> =
             self.layers.iter().map(|layer| layer.activation).collect();
@@ -392,8 +379,7 @@ impl ModelFile {
         let (note, target) = (self.training.as_ref()?, self.targets.first()?);
         let scaled = note.test_scaled_mse.unwrap_or(note.train_scaled_mse).max(0.0).sqrt();
         let (transform, min, max) = (target.transform, target.min, target.max);
-        let transformed =
-            0.5 * (transform.forward_double(max) - transform.forward_double(min)) * scaled;
+        let transformed = 0.5 * (transform.forward(max) - transform.forward(min)) * scaled;
         Some(match transform {
             Transform::Identity => Deviation::Absolute(rounded(transformed)),
             Transform::Ln => Deviation::Relative(rounded(transformed)),
@@ -421,16 +407,15 @@ fn append_layer(
     needed: usize,
     weights: &mut Vec<f32>,
 ) -> Result<(), FileError> {
+    let check = |what: &dyn Fn() -> String, needed, given| match needed == given {
+        true => Ok(()),
+        false => Err(FileError::Length { layer, what: what(), needed, given }),
+    };
     for (at, row) in contents.weights.iter().enumerate() {
-        if row.len() != needed {
-            return Err(FileError::RowLength { layer, neuron: at + 1, needed, given: row.len() });
-        }
+        check(&|| format!("weights of neuron {}", at + 1), needed, row.len())?;
         weights.extend(row);
     }
-    let (needed, given) = (contents.weights.len(), contents.biases.len());
-    if needed != given {
-        return Err(FileError::Biases { layer, needed, given });
-    }
+    check(&|| "biases".to_owned(), contents.weights.len(), contents.biases.len())?;
     weights.extend(&contents.biases);
     Ok(())
 }
@@ -443,35 +428,21 @@ fn scaler<const IO: usize>(
     Scaler::within(&limits).map_err(|source| {
         let place = match source {
             ScaleError::Columns { .. } => None,
-            ScaleError::Limits { column, .. } | ScaleError::LogOfNonPositive { column, .. } => {
-                columns.get(column)
-            }
+            ScaleError::Limits { column, .. }
+            | ScaleError::Noise { column, .. }
+            | ScaleError::LogOfNonPositive { column, .. } => columns.get(column),
         };
         FileError::Scale { kind, name: place.map_or(String::new(), |c| c.name.clone()), source }
     })
 }
 
-pub(crate) fn json_error(error: &serde_json::Error) -> FileError {
-    let (line, column, text) = (error.line(), error.column(), error.to_string());
-    let place = format!(" at line {line} column {column}");
-    let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();
-    FileError::Json { line, column, message }
-}
-
-fn write_name<T: core::fmt::Display, S: Serializer>(
-    value: &T,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(value)
-}
-
-fn read_name<'de, T, D>(deserializer: D) -> Result<T, D::Error>
-where
-    T: core::str::FromStr<Err: core::fmt::Display>,
-    D: Deserializer<'de>,
-{
-    let text = String::deserialize(deserializer)?;
-    text.parse().map_err(|error| serde::de::Error::custom(format!("\"{text}\": {error}")))
+impl From<serde_json::Error> for FileError {
+    fn from(error: serde_json::Error) -> Self {
+        let (line, column, text) = (error.line(), error.column(), error.to_string());
+        let place = format!(" at line {line} column {column}");
+        let message = text.strip_suffix(&place).unwrap_or(&text).to_owned();
+        Self::Json { line, column, message }
+    }
 }
 
 #[cfg(test)]

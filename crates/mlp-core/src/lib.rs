@@ -27,6 +27,7 @@ pub mod file;
 #[cfg(feature = "file")]
 pub mod interval;
 pub mod model;
+pub mod named;
 pub mod network;
 pub mod tanh;
 #[cfg(feature = "file")]

@@ -1,7 +1,7 @@
 //! Raw features in, raw targets out, with a word on whether the training data covered them.
 
+use crate::activation::Number;
 use crate::network::{MAX_WIDTH, Network, ShapeError};
-use core::{fmt, str::FromStr};
 
 /// Whether all features lay between the limits of the training rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,11 +71,13 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         inputs: Scaler<IO>,
         targets: Scaler<IO>,
     ) -> Result<Self, ShapeError> {
-        if inputs.len() != network.inputs() {
-            return Err(ShapeError::Inputs { needed: network.inputs(), given: inputs.len() });
+        let (needed, given) = (network.inputs(), inputs.axes().len());
+        if needed != given {
+            return Err(ShapeError::Inputs { needed, given });
         }
-        if targets.len() != network.outputs() {
-            return Err(ShapeError::Outputs { needed: network.outputs(), given: targets.len() });
+        let (needed, given) = (network.outputs(), targets.axes().len());
+        if needed != given {
+            return Err(ShapeError::Outputs { needed, given });
         }
         Ok(Self { network, inputs, targets })
     }
@@ -122,13 +124,16 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     ) -> Result<Coverage, PredictError> {
         self.check_lengths(raw.len(), out.len())?;
         let mut scaled = [0.0_f32; IO];
-        let coverage = self.scale(raw, &mut scaled)?;
+        let one = |axis: &Axis, value| (axis.scaled(value), axis.covers(value));
+        let coverage = self.scale(raw, &mut scaled, |value| value, one)?;
         let outputs = self.answers(network, &scaled)?;
-        for (target, (place, output)) in out.iter_mut().zip(outputs).enumerate() {
-            *place = match self.targets.raw(target, output) {
-                Some(value) if value.is_finite() => value,
-                _ => return Err(PredictError::Overflow { target }),
-            };
+        let places = out.iter_mut().zip(outputs).zip(self.targets.axes());
+        for (target, ((place, output), axis)) in places.enumerate() {
+            let value = axis.raw(output);
+            if !value.is_finite() {
+                return Err(PredictError::Overflow { target });
+            }
+            *place = value;
         }
         Ok(coverage)
     }
@@ -141,19 +146,8 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     pub fn predict_double(&self, raw: &[f64], out: &mut [f64]) -> Result<Coverage, PredictError> {
         self.check_lengths(raw.len(), out.len())?;
         let mut scaled = [0.0_f32; IO];
-        let mut coverage = Coverage::Inside;
-        for (column, ((place, &value), axis)) in
-            scaled.iter_mut().zip(raw).zip(self.inputs.axes()).enumerate()
-        {
-            if !rounded(value).is_finite() {
-                return Err(PredictError::NotFinite { column });
-            }
-            let out_of_domain = PredictError::OutOfDomain { column, value: rounded(value) };
-            *place = axis.column.scaled(value).ok_or(out_of_domain)?;
-            if coverage == Coverage::Inside && !axis.column.covers(value) {
-                coverage = Coverage::Outside { column };
-            }
-        }
+        let one = |axis: &Axis, value| (axis.column.scaled(value), axis.column.covers(value));
+        let coverage = self.scale(raw, &mut scaled, rounded, one)?;
         let outputs = self.answers(&self.network, &scaled)?;
         for (target, ((place, output), axis)) in
             out.iter_mut().zip(outputs).zip(self.targets.axes()).enumerate()
@@ -167,7 +161,7 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     }
 
     fn check_lengths(&self, raw: usize, out: usize) -> Result<(), ShapeError> {
-        let (inputs, targets) = (self.inputs.len(), self.targets.len());
+        let (inputs, targets) = (self.inputs.axes().len(), self.targets.axes().len());
         if raw != inputs {
             return Err(ShapeError::Inputs { needed: inputs, given: raw });
         }
@@ -183,8 +177,8 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         scaled: &[f32; IO],
     ) -> Result<[f32; WIDTH], ShapeError> {
         let mut outputs = [0.0_f32; WIDTH];
-        let scaled = scaled.get(..self.inputs.len()).unwrap_or(&[]);
-        network.forward(scaled, outputs.get_mut(..self.targets.len()).unwrap_or(&mut []))?;
+        let scaled = scaled.get(..self.inputs.axes().len()).unwrap_or(&[]);
+        network.forward(scaled, outputs.get_mut(..self.targets.axes().len()).unwrap_or(&mut []))?;
         Ok(outputs)
     }
 
@@ -210,17 +204,24 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         Ok(Estimate { value: out[0], extrapolated: coverage != Coverage::Inside })
     }
 
-    fn scale(&self, raw: &[f32], scaled: &mut [f32]) -> Result<Coverage, PredictError> {
+    /// `one` scales a value and states whether it lies in its range.
+    fn scale<N: Number>(
+        &self,
+        raw: &[N],
+        scaled: &mut [f32],
+        single: impl Fn(N) -> f32,
+        one: impl Fn(&Axis, N) -> (Option<f32>, bool),
+    ) -> Result<Coverage, PredictError> {
         let mut coverage = Coverage::Inside;
-        for (column, (place, &value)) in scaled.iter_mut().zip(raw).enumerate() {
+        let places = scaled.iter_mut().zip(raw).zip(self.inputs.axes());
+        for (column, ((place, &raw), axis)) in places.enumerate() {
+            let value = single(raw);
             if !value.is_finite() {
                 return Err(PredictError::NotFinite { column });
             }
-            *place = self
-                .inputs
-                .scaled(column, value)
-                .ok_or(PredictError::OutOfDomain { column, value })?;
-            if coverage == Coverage::Inside && !self.inputs.covers(column, value) {
+            let (at, covered) = one(axis, raw);
+            *place = at.ok_or(PredictError::OutOfDomain { column, value })?;
+            if coverage == Coverage::Inside && !covered {
                 coverage = Coverage::Outside { column };
             }
         }
@@ -243,50 +244,34 @@ pub fn rounded(value: f64) -> f32 {
     value as f32
 }
 
-/// What is done to a raw value before it is scaled: the powers 1, 0 and -1 of Box and Cox, but for constants. Others would need `pow`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Transform {
-    /// Nothing.
-    #[default]
-    Identity,
-    /// Natural logarithm, for positive values that span decades.
-    Ln,
-    /// `-1 / value`, for positive values whose noise grows with their square, such as a force `F / (1 - a/g)` by a noisy `a`.
-    ///
-    /// The way back knows the noise: if 1 / value is normal about `u` with the deviation `s`, the answer of least relative error,
-    /// `E[1/value] / E[1/value^2]`, is `u / (u^2 + s^2)`. It is greatest at `u = s` and stays there below.
-    Reciprocal,
+crate::named! {
+    "transform",
+    /// What is done to a raw value before it is scaled: the powers 1, 0 and -1 of Box and Cox, but for constants. Others would need `pow`.
+    #[derive(Default)]
+    #[cfg_attr(feature = "file", derive(serde::Serialize, serde::Deserialize))]
+    #[cfg_attr(feature = "file", serde(rename_all = "lowercase"))]
+    pub enum Transform {
+        /// Nothing.
+        #[default]
+        Identity = "identity",
+        /// Natural logarithm, for positive values that span decades.
+        Ln = "ln",
+        /// `-1 / value`, for positive values whose noise grows with their square, such as a force `F / (1 - a/g)` by a noisy `a`.
+        ///
+        /// The way back knows the noise: if 1 / value is normal about `u` with the deviation `s`, the answer of least relative error,
+        /// `E[1/value] / E[1/value^2]`, is `u / (u^2 + s^2)`. It is greatest at `u = s` and stays there below.
+        Reciprocal = "reciprocal",
+    }
 }
 
 impl Transform {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Identity, Self::Ln, Self::Reciprocal];
-
-    /// The name used in model files and column specs: `identity`, `ln` or `reciprocal`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Identity => "identity",
-            Self::Ln => "ln",
-            Self::Reciprocal => "reciprocal",
-        }
-    }
-
-    fn forward(self, raw: f32) -> f32 {
-        match self {
-            Self::Identity => raw,
-            Self::Ln => libm::logf(raw),
-            Self::Reciprocal => -1.0 / raw,
-        }
-    }
-
     /// What becomes of a raw value; not finite where it is not [accepted](Self::accepts).
     #[must_use]
-    pub fn forward_double(self, raw: f64) -> f64 {
+    pub fn forward<N: Number>(self, raw: N) -> N {
         match self {
             Self::Identity => raw,
-            Self::Ln => libm::log(raw),
-            Self::Reciprocal => -1.0 / raw,
+            Self::Ln => raw.ln(),
+            Self::Reciprocal => -N::ONE / raw,
         }
     }
 
@@ -300,27 +285,16 @@ impl Transform {
         }
     }
 
-    fn inverse(self, transformed: f32, noise: f32) -> f32 {
-        match self {
-            Self::Identity => transformed,
-            Self::Ln => libm::expf(transformed),
-            Self::Reciprocal => {
-                let most = if transformed > -noise { -noise } else { transformed };
-                -1.0 / (most + noise * (noise / most))
-            }
-        }
-    }
-
-    /// [`Transform::forward_double`] back, of a value with this deviation; not finite where a reciprocal without noise is not negative.
+    /// [`Transform::forward`] back, of a value with this deviation; not finite where a reciprocal without noise is not negative.
     #[must_use]
-    pub fn inverse_double(self, transformed: f64, noise: f32) -> f64 {
+    pub fn inverse<N: Number>(self, transformed: N, noise: f32) -> N {
         match self {
             Self::Identity => transformed,
-            Self::Ln => libm::exp(transformed),
+            Self::Ln => transformed.exp(),
             Self::Reciprocal => {
-                let noise = f64::from(noise);
+                let noise = N::from_single(noise);
                 let most = if transformed > -noise { -noise } else { transformed };
-                -1.0 / (most + noise * (noise / most))
+                -N::ONE / (most + noise * (noise / most))
             }
         }
     }
@@ -336,25 +310,6 @@ impl Transform {
     #[must_use]
     pub fn accepts(self, raw: f32) -> bool {
         raw.is_finite() && (self == Self::Identity || raw > 0.0)
-    }
-}
-
-impl fmt::Display for Transform {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// A text that names no transform.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("unknown transform (known: identity, ln, reciprocal)")]
-pub struct UnknownTransform;
-
-impl FromStr for Transform {
-    type Err = UnknownTransform;
-
-    fn from_str(text: &str) -> Result<Self, UnknownTransform> {
-        Self::ALL.into_iter().find(|known| known.name() == text).ok_or(UnknownTransform)
     }
 }
 
@@ -385,8 +340,8 @@ impl Column {
     }
 
     fn low_and_half_span(&self) -> (f64, f64) {
-        let low = self.transform.forward_double(self.min);
-        (low, 0.5 * self.transform.forward_double(self.max) - 0.5 * low)
+        let low = self.transform.forward(self.min);
+        (low, 0.5 * self.transform.forward(self.max) - 0.5 * low)
     }
 
     /// `raw` scaled in double precision, then rounded.
@@ -395,7 +350,7 @@ impl Column {
         match self.transform {
             Transform::Ln | Transform::Reciprocal if raw <= 0.0 => None,
             _ if half_span == 0.0 => Some(0.0),
-            _ => Some(rounded((self.transform.forward_double(raw) - low) / half_span - 1.0)),
+            _ => Some(rounded((self.transform.forward(raw) - low) / half_span - 1.0)),
         }
     }
 
@@ -405,7 +360,7 @@ impl Column {
         let (low, half_span) = self.low_and_half_span();
         match half_span == 0.0 {
             true => self.min,
-            false => self.transform.inverse_double(low + (scaled + 1.0) * half_span, self.noise),
+            false => self.transform.inverse(low + (scaled + 1.0) * half_span, self.noise),
         }
     }
 
@@ -428,7 +383,7 @@ pub enum ScaleError {
         /// Most columns.
         limit: usize,
     },
-    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale; or the noise is none.
+    /// The limits are not finite, are exchanged, or differ by more or less than a float can scale.
     #[error("column {column}: {min} to {max} is no range")]
     Limits {
         /// Its place.
@@ -437,6 +392,14 @@ pub enum ScaleError {
         min: f64,
         /// Upper limit.
         max: f64,
+    },
+    /// A noise that is no deviation.
+    #[error("column {column}: its noise is {noise}: it must be 0 or a positive number")]
+    Noise {
+        /// Its place.
+        column: usize,
+        /// The noise given.
+        noise: f32,
     },
     /// A logarithmic or reciprocal column that reaches down to zero or below.
     #[error("column {column}: logarithm and reciprocal need values above 0, the smallest is {min}")]
@@ -451,10 +414,14 @@ pub enum ScaleError {
 /// One column with what scaling needs worked out: `scaled = (T(raw) - low) * gain - 1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    column: Column,
-    low: f32,
-    half_span: f32,
-    gain: f32,
+    /// The column as it was given.
+    pub column: Column,
+    /// The transformed minimum.
+    pub low: f32,
+    /// Half of the transformed range; 0 where the column is constant.
+    pub half_span: f32,
+    /// One over it; 0 where the column is constant.
+    pub gain: f32,
 }
 
 impl Axis {
@@ -469,9 +436,11 @@ impl Axis {
         let Column { transform, min, max, noise } = column;
         let limits = ScaleError::Limits { column: place, min, max };
         let (low, high) = (rounded(min), rounded(max));
-        let known = noise >= 0.0 && noise.is_finite();
-        if !(low.is_finite() && high.is_finite() && min <= max && known) {
+        if !(low.is_finite() && high.is_finite() && min <= max) {
             return Err(limits);
+        }
+        if !(noise >= 0.0 && noise.is_finite()) {
+            return Err(ScaleError::Noise { column: place, noise });
         }
         if !transform.accepts(low) {
             return Err(ScaleError::LogOfNonPositive { column: place, min });
@@ -488,31 +457,10 @@ impl Axis {
         Ok(Self { column, low, half_span, gain })
     }
 
-    fn scaled(&self, raw: f32) -> Option<f32> {
-        if !self.column.transform.accepts(raw) {
-            return None;
-        }
-        if self.gain == 0.0 {
-            return Some(0.0);
-        }
-        Some((self.column.transform.forward(raw) - self.low) * self.gain - 1.0)
-    }
-
-    fn raw(&self, scaled: f32) -> f32 {
-        if self.gain == 0.0 {
-            return self.minimum();
-        }
-        let transformed = self.low + (scaled + 1.0) * self.half_span;
-        self.column.transform.inverse(transformed, self.noise())
-    }
-}
-
-/// What exports write out.
-impl Axis {
-    /// Applied before scaling.
+    /// Smallest raw value.
     #[must_use]
-    pub fn transform(&self) -> Transform {
-        self.column.transform
+    pub fn minimum(&self) -> f32 {
+        rounded(self.column.min)
     }
 
     /// Whether everything is scaled to 0 and comes back as the minimum.
@@ -521,34 +469,33 @@ impl Axis {
         self.gain == 0.0
     }
 
-    /// Smallest raw value.
+    /// Whether `raw` lies between the training limits. NaN does not.
     #[must_use]
-    pub fn minimum(&self) -> f32 {
-        rounded(self.column.min)
+    pub fn covers(&self, raw: f32) -> bool {
+        (self.minimum()..=rounded(self.column.max)).contains(&raw)
     }
 
-    /// Deviation of the noise, transformed.
+    /// Scales one raw value; the training range becomes `[-1, 1]`, values beyond it land outside. `None` when the transform does
+    /// not accept it.
     #[must_use]
-    pub fn noise(&self) -> f32 {
-        self.column.noise
+    pub fn scaled(&self, raw: f32) -> Option<f32> {
+        if !self.column.transform.accepts(raw) {
+            return None;
+        }
+        if self.is_constant() {
+            return Some(0.0);
+        }
+        Some((self.column.transform.forward(raw) - self.low) * self.gain - 1.0)
     }
 
-    /// The transformed minimum.
+    /// The raw value that [`scaled`](Self::scaled) maps to `scaled`. It may overflow to infinity far outside `[-1, 1]`.
     #[must_use]
-    pub fn low(&self) -> f32 {
-        self.low
-    }
-
-    /// Half of the transformed range; 0 where the column is constant.
-    #[must_use]
-    pub fn half_span(&self) -> f32 {
-        self.half_span
-    }
-
-    /// One over [`Axis::half_span`]; 0 where the column is constant.
-    #[must_use]
-    pub fn gain(&self) -> f32 {
-        self.gain
+    pub fn raw(&self, scaled: f32) -> f32 {
+        if self.is_constant() {
+            return self.minimum();
+        }
+        let transformed = self.low + (scaled + 1.0) * self.half_span;
+        self.column.transform.inverse(transformed, self.column.noise)
     }
 }
 
@@ -591,45 +538,10 @@ impl<const IO: usize> Scaler<IO> {
         self.axes.get(..self.columns).unwrap_or(&self.axes)
     }
 
-    /// Number of columns.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.columns
-    }
-
-    /// Never true: a scaler has at least one column.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.columns == 0
-    }
-
     /// The ranges it was made from.
     #[must_use]
     pub fn columns(&self) -> impl ExactSizeIterator<Item = Column> + '_ {
         self.axes().iter().map(|axis| axis.column)
-    }
-
-    /// Whether `raw` lies between the training limits of `column`. Outside for NaN and for a column
-    /// that does not exist.
-    #[must_use]
-    pub fn covers(&self, column: usize, raw: f32) -> bool {
-        self.axes()
-            .get(column)
-            .is_some_and(|axis| (axis.minimum()..=rounded(axis.column.max)).contains(&raw))
-    }
-
-    /// Scales one raw value; the training range becomes `[-1, 1]`, values beyond it land outside.
-    /// `None` when the transform does not accept it or the column does not exist.
-    #[must_use]
-    pub fn scaled(&self, column: usize, raw: f32) -> Option<f32> {
-        self.axes().get(column)?.scaled(raw)
-    }
-
-    /// The raw value that [`scaled`](Self::scaled) maps to `scaled`. It may overflow to infinity far
-    /// outside `[-1, 1]`. `None` when the column does not exist.
-    #[must_use]
-    pub fn raw(&self, column: usize, scaled: f32) -> Option<f32> {
-        Some(self.axes().get(column)?.raw(scaled))
     }
 }
 

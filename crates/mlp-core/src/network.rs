@@ -1,6 +1,7 @@
 //! Scaled inputs in, scaled outputs out, through any number of hidden layers.
 
 use crate::activation::{Activation, Number};
+use crate::tanh;
 
 /// Largest number of layers of weights: up to three hidden layers and the output layer.
 pub const MAX_LAYERS: usize = 4;
@@ -103,13 +104,6 @@ pub(crate) fn check_sizes(
     Ok(())
 }
 
-pub(crate) fn check_finite(weights: &[f32]) -> Result<(), ShapeError> {
-    match weights.iter().position(|weight| !weight.is_finite()) {
-        Some(index) => Err(ShapeError::NotFinite { index }),
-        None => Ok(()),
-    }
-}
-
 /// A feed-forward network whose weights lie in one flat slice.
 ///
 /// Layer `k` computes `x_k = f_k(W_k x_(k-1) + b_k)`. `W` holds for each layer the matrix row by row (one
@@ -157,7 +151,9 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
         if needed != given {
             return Err(ShapeError::WeightCount { needed, given });
         }
-        check_finite(weights.as_ref())?;
+        if let Some(index) = weights.as_ref().iter().position(|weight| !weight.is_finite()) {
+            return Err(ShapeError::NotFinite { index });
+        }
         let mut network = Self {
             sizes: [0; MAX_LAYERS + 1],
             activations: [Activation::Linear; MAX_LAYERS],
@@ -212,7 +208,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
     /// [`ShapeError::Inputs`] or [`ShapeError::Outputs`] for a slice of the wrong length;
     /// [`ShapeError::WeightCount`] when `W` no longer shows as many weights as it did.
     pub fn forward(&self, input: &[f32], output: &mut [f32]) -> Result<(), ShapeError> {
-        self.pass(input, output, Activation::apply)
+        self.pass(input, output, tanh::rational)
     }
 
     /// As [`forward`](Self::forward), with [`exact`](crate::tanh::exact) for tanh.
@@ -220,7 +216,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
     /// # Errors
     /// As [`forward`](Self::forward).
     pub fn forward_exact(&self, input: &[f32], output: &mut [f32]) -> Result<(), ShapeError> {
-        self.pass(input, output, Activation::apply_exact)
+        self.pass(input, output, tanh::exact)
     }
 
     /// As [`forward`](Self::forward), in double precision throughout.
@@ -228,7 +224,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
     /// # Errors
     /// As [`forward`](Self::forward).
     pub fn forward_double(&self, input: &[f64], output: &mut [f64]) -> Result<(), ShapeError> {
-        self.pass(input, output, Activation::apply_double)
+        self.pass(input, output, tanh::double)
     }
 
     #[inline(always)]
@@ -236,7 +232,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
         &self,
         input: &[N],
         output: &mut [N],
-        apply: impl Fn(Activation, &mut [N]),
+        tanh: impl Fn(N) -> N,
     ) -> Result<(), ShapeError> {
         if input.len() != self.inputs() {
             return Err(ShapeError::Inputs { needed: self.inputs(), given: input.len() });
@@ -259,7 +255,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
             weights = rest;
             let sums = next.get_mut(..to).unwrap_or(&mut []);
             weighted_sums(matrix, biases, current.get(..from).unwrap_or(&[]), sums);
-            apply(*activation, sums);
+            activation.apply(sums, &tanh);
             core::mem::swap(&mut current, &mut next);
         }
         for (place, x) in output.iter_mut().zip(current) {
@@ -270,13 +266,7 @@ impl<W: AsRef<[f32]>, const WIDTH: usize> Network<W, WIDTH> {
 }
 
 /// Partial sums of a neuron, so that one addition does not wait for the one before.
-pub(crate) const LANES: usize = 4;
-
-/// The sum of a neuron from its partial sums.
-#[inline(always)]
-pub(crate) fn joined<N: Number>([a, b, c, d]: [N; LANES]) -> N {
-    (a + c) + (b + d)
-}
+const LANES: usize = 4;
 
 /// The weighted sums of a layer. `from` is not empty.
 #[inline(always)]
@@ -284,18 +274,20 @@ fn weighted_sums<N: Number>(matrix: &[f32], biases: &[f32], from: &[N], to: &mut
     let rows = matrix.chunks_exact(from.len().max(1)).zip(biases);
     let (whole, rest) = from.as_chunks::<LANES>();
     for (sum, (row, bias)) in to.iter_mut().zip(rows) {
-        let mut lanes = [N::NOTHING; LANES];
-        lanes[0] = N::from_weight(*bias);
+        // Adding -0 changes nothing, not even the sign of a zero, so that compilers leave the addition out.
+        let mut lanes = [-N::ZERO; LANES];
+        lanes[0] = N::from_single(*bias);
         let (weights, last) = row.as_chunks::<LANES>();
         for (weights, xs) in weights.iter().zip(whole) {
             for ((lane, weight), x) in lanes.iter_mut().zip(weights).zip(xs) {
-                *lane = *lane + N::from_weight(*weight) * *x;
+                *lane = *lane + N::from_single(*weight) * *x;
             }
         }
         for ((lane, weight), x) in lanes.iter_mut().zip(last).zip(rest) {
-            *lane = *lane + N::from_weight(*weight) * *x;
+            *lane = *lane + N::from_single(*weight) * *x;
         }
-        *sum = joined(lanes);
+        let [a, b, c, d] = lanes;
+        *sum = (a + c) + (b + d);
     }
 }
 

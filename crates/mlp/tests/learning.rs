@@ -4,13 +4,13 @@
 mod tests {
     use core::fmt::Write;
 
+    use mlp::Transform;
     use mlp::train::trainer::{GradientDescentConfig, MomentumConfig, MomentumForm};
     use mlp::train::{
         Algorithm, DataSet, Fit, FitConfig, FitError, Fitting, Method, ModelFile, NetworkObjective,
         Precision, RunConfig, Stop, Topology, Training, evaluate, fit, fit::by_evidence, run,
     };
-    use mlp::{Activation, Coverage, Transform};
-    use ndarray::{Array2, ArrayView2, arr2};
+    use ndarray::{Array2, ArrayView2};
     use proptest::prelude::*;
 
     fn read(csv: &str) -> DataSet {
@@ -222,6 +222,9 @@ mod tests {
             ("rprop", 300, 0.95),
             ("scg", 300, 0.95),
             ("lm", 50, 0.95),
+            ("gdx", 2000, 0.9),
+            ("lbfgs", 300, 0.95),
+            ("br", 100, 0.95),
         ] {
             let fit = train(algorithm, epochs);
             let test = fit.test.as_ref().unwrap();
@@ -229,27 +232,6 @@ mod tests {
             assert!(share >= within, "{algorithm}: {share} within 10 %, mse {}", test.mse);
             let first = fit.runs[fit.chosen].history[0];
             assert!(fit.train.scaled_mse < 0.05 * first, "{algorithm}: {}", fit.train.scaled_mse);
-        }
-    }
-
-    #[test]
-    fn exclusive_or_needs_the_hidden_layer() {
-        let inputs = arr2(&[[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]);
-        let targets = arr2(&[[-1.0], [1.0], [1.0], [-1.0]]);
-        let config = RunConfig { epochs: 400, goal: 1e-6, ..RunConfig::default() };
-        // Four rows are taken for noise by a rule that asks how much of it there is.
-        let rules = Algorithm::all().into_iter().skip(2);
-        for algorithm in rules.filter(|rule| *rule != Algorithm::Br) {
-            let train = |topology: &Topology| {
-                let mut objective = NetworkObjective::new(topology, &inputs, &targets).unwrap();
-                let weights = mlp::train::init::nguyen_widrow(topology, 1);
-                let mut trainer = algorithm.trainer(weights.len());
-                run(Training::new(trainer.as_mut(), &mut objective), weights, &config)
-            };
-            let hidden = train(&Topology::regression(2, &[4], 1).unwrap());
-            assert_eq!(hidden.stop, Stop::Goal, "{}: {}", algorithm.name(), hidden.mse);
-            let flat = train(&Topology::new(&[2, 1], &[Activation::Linear]).unwrap());
-            assert!((flat.mse - 1.0).abs() < 1e-3, "{}: {}", algorithm.name(), flat.mse);
         }
     }
 
@@ -264,30 +246,6 @@ mod tests {
         let note = again.training.unwrap();
         assert_eq!((note.rows, note.repeats, note.algorithm.as_str()), (64, 3, "rprop"));
         assert_eq!(note.train_mse.to_bits(), first.train.mse.to_bits());
-    }
-
-    #[test]
-    fn the_reported_error_is_that_of_the_saved_single_precision_model() {
-        let fit = train("lm", 30);
-        let trained = fit.runs[fit.chosen].mse;
-        let difference = (fit.train.scaled_mse / trained - 1.0).abs();
-        // Rounding shifts each scaled output by about 1e-6 of an error of about sqrt(mse).
-        assert!(difference < 1e-5 / trained.sqrt(), "{} {trained}", fit.train.scaled_mse);
-        let mut out = [0.0];
-        let coverage = fit.model.predict(&[0.5, 0.3], &mut out).unwrap();
-        assert_eq!(coverage, Coverage::Outside { column: 0 });
-    }
-
-    #[test]
-    fn validation_rows_stop_the_training() {
-        let mut stopping = config("lm", 500);
-        stopping.hidden = vec![20];
-        let fit = fit(&grasps(0.0), Some(&grasps(0.4)), None, &stopping).unwrap();
-        for run in fit.runs {
-            assert_eq!(run.validation.len(), run.history.len());
-            let lowest = run.validation.iter().copied().fold(f64::INFINITY, f64::min);
-            assert_eq!(run.validation[run.best_epoch].to_bits(), lowest.to_bits());
-        }
     }
 
     #[test]
@@ -309,7 +267,8 @@ mod tests {
     fn settings_that_can_not_work_are_refused() {
         let rows = grasps(0.0);
         let refuse = |config: FitConfig| fit(&rows, None, None, &config).unwrap_err();
-        assert_eq!(refuse(FitConfig { repeats: 0, ..FitConfig::default() }), FitError::NoRepeats);
+        let none = refuse(FitConfig { repeats: 0, ..FitConfig::default() }).to_string();
+        assert_eq!(none, "repeats is 0: it must be 1 or more");
         let wide = FitConfig { hidden: vec![1025], ..FitConfig::default() };
         assert!(matches!(refuse(wide), FitError::Shape(_)));
         let large = FitConfig { hidden: vec![64, 64], ..config("lm", 1) };
@@ -351,16 +310,6 @@ mod tests {
             let outcome = run(Training::new(trainer.as_mut(), &mut objective), weights, &config);
             prop_assert!(outcome.weights.iter().all(|weight| weight.is_finite()));
             prop_assert!(outcome.mse.is_finite() || outcome.best_epoch == 0);
-        }
-
-        #[test]
-        fn any_bytes_are_a_data_set_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let spec = |text: &str| vec![text.parse().unwrap()];
-            let mut csv = b"x,y\n1,2\n".to_vec();
-            csv.extend(bytes);
-            if let Ok(data) = DataSet::from_csv("any.csv", &csv, &spec("x"), &spec("y")) {
-                prop_assert!(data.rows() >= 1);
-            }
         }
 
         #[test]

@@ -109,7 +109,7 @@ impl<W: AsRef<[f32]>> Estimator<W> {
     /// # Errors
     /// Where the numbers of inputs or outputs do not fit.
     pub fn new(model: Model<W>, features: &[Feature]) -> Result<Self, EstimatorError> {
-        let (inputs, outputs) = (model.inputs().len(), model.targets().len());
+        let (inputs, outputs) = (model.inputs().axes().len(), model.targets().axes().len());
         if inputs != features.len() || inputs > MAX_IO {
             return Err(EstimatorError::Inputs { inputs, named: features.len() });
         }

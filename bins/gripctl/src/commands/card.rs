@@ -42,15 +42,10 @@ pub(super) fn trained(
     train: &DataSet,
     test: Option<&DataSet>,
 ) -> Card {
-    let card = Card::new(&fit.file, name, text)
-        .with_program(concat!("gripctl ", env!("CARGO_PKG_VERSION")))
-        .with_settings(config)
-        .with_train(train, &fit.train);
-    let split = split(fit, test.is_some());
-    match (test, &fit.test) {
-        (Some(rows), Some(errors)) => card.with_test(rows, errors).with_split(&split),
-        _ => card.with_split(&split),
-    }
+    let test = test.zip(fit.test.as_ref());
+    Card::new(&fit.file, name, text)
+        .with_settings(concat!("gripctl ", env!("CARGO_PKG_VERSION")), config)
+        .with_rows((train, &fit.train), test, &split(fit, test.is_some()))
 }
 
 /// How rows were kept away from the training, in words.

@@ -178,7 +178,7 @@ fn check(
     let mut out = vec![0.0; targets];
     for (raw, record) in inputs.iter().zip(words.chunks_exact(record_size)) {
         let answer = status(model.predict(raw, &mut out));
-        let flags = (0..raw.len()).filter(|&at| !model.inputs().covers(at, raw[at]));
+        let flags = (0..raw.len()).filter(|&at| !model.inputs().axes()[at].covers(raw[at]));
         let flags = flags.fold(0_u32, |flags, at| flags | 1 << at.min(31));
         let reported = [answer, flags];
         let theirs = [record[0], record[1]].map(u32::from_ne_bytes);

@@ -15,14 +15,16 @@ pub(super) fn of(args: &HyperArgs) -> Result<Hyper, WrongArgument> {
             return Err(WrongArgument(message));
         }
     };
-    let variant = args.rprop.as_deref().map(str::parse).transpose();
+    let variant = |text: &String| {
+        text.parse().map_err(|error| WrongArgument(format!("--rprop {text}: {error}")))
+    };
     let [initial, increase, decrease, max] =
         args.rprop_steps.map_or([None; 4], |steps| steps.map(Some));
     Ok(Hyper {
         rate: args.rate,
         momentum: args.momentum_share,
         form,
-        variant: variant.map_err(|error| WrongArgument(format!("--rprop: {error}")))?,
+        variant: args.rprop.as_ref().map(variant).transpose()?,
         initial,
         increase,
         decrease,

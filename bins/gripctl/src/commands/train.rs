@@ -22,7 +22,9 @@ use indicatif::{ParallelProgressIterator as _, ProgressBar};
 use interval::Stated;
 use mlp::{
     Activation,
-    train::{Algorithm, Choice, DataSet, Fit, FitConfig, Precision, RunConfig, fit::Fitting},
+    train::{
+        Algorithm, Choice, DataSet, Fit, FitConfig, Method, Precision, RunConfig, fit::Fitting,
+    },
 };
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use rows::Parts;
@@ -234,7 +236,7 @@ fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
         choice: choice(&args.choice)?,
         precision: precision(&args.precision)?,
         decay: args.decay,
-        scaler: args.scaler.parse().map_err(|error| WrongArgument(format!("--scaler: {error}")))?,
+        scaler: scaler(&args.scaler)?,
     })
 }
 
@@ -288,6 +290,10 @@ fn choice(name: &str) -> anyhow::Result<Choice> {
             Err(WrongArgument(message).into())
         }
     }
+}
+
+fn scaler(name: &str) -> anyhow::Result<Method> {
+    Ok(name.parse().map_err(|error| WrongArgument(format!("--scaler {name}: {error}")))?)
 }
 
 fn precision(name: &str) -> anyhow::Result<Precision> {

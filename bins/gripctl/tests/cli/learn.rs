@@ -97,7 +97,7 @@ fn an_interval_holds_on_rows_that_no_training_saw() {
     run(&["export", "rprop.json", "--format", "c", "--verify"]).done();
     let plain = ["--epochs", "5", "--interval"];
     for (more, why) in [
-        (&[&plain[..], &["1.5"]].concat()[..], "must lie between 0 and 1"),
+        (&[&plain[..], &["1.5"]].concat()[..], "must be between 0 and 1"),
         (&[&plain[..], &["0.999"]].concat(), "needs at least 999"),
         (&["--auto", "--card", "c.json"], "cannot be used with"),
     ] {

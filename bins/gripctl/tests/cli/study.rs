@@ -80,7 +80,7 @@ fn claims_are_reported_with_the_draws_that_decide_them() {
         (&["--rate", "0"][..], "rate is 0: it must be a positive number"),
         (&["--goal", "-1"], "goal is -1"),
         (&["--repeats", "0"], "repeats is 0"),
-        (&["--rprop", "rprop"], "--rprop: unknown variant"),
+        (&["--rprop", "rprop"], "--rprop rprop: unknown variant"),
     ] {
         let base = ["study", "--claims", "--out", "c"];
         gripctl(folder.path(), &[&base[..], more].concat()).refused(2, &[message]);

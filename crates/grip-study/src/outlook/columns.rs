@@ -1,7 +1,7 @@
 //! What the files of learners beyond one net have in common: format, version, and the columns that scale rows and answers.
 
 use mlp::train::{ColumnSpec, DataSet, FileError, Scaling};
-use mlp::train::{file::FileColumn, interval::Interval, scaling::columns};
+use mlp::train::{file::FileColumn, file::check_head, interval::Interval, scaling::columns};
 use mlp::{PredictError, ShapeError};
 use ndarray::ArrayRef1;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -61,13 +61,13 @@ pub fn read(text: &str) -> Option<Result<Read, FileError>> {
 
 /// The text of a file.
 pub(super) fn to_json(file: &impl Serialize) -> Result<String, FileError> {
-    serde_json::to_string_pretty(file).map_err(|error| super::ensemble::json_error(&error))
+    Ok(serde_json::to_string_pretty(file)?)
 }
 
 /// Reads the text of a file of `format`.
 pub(super) fn from_json<T: DeserializeOwned>(text: &str, format: &str) -> Result<T, FileError> {
-    super::ensemble::check_head(text, format, VERSION)?;
-    serde_json::from_str(text).map_err(|error| super::ensemble::json_error(&error))
+    check_head(text, format, VERSION)?;
+    Ok(serde_json::from_str(text)?)
 }
 
 impl Columns {

@@ -9,7 +9,6 @@ use ndarray::ArrayRef1;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng as _, SeedableRng as _};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
-use serde::Deserialize;
 
 use super::score::{OutlookError, Predict, Spread};
 
@@ -63,12 +62,6 @@ pub struct Ensemble {
     models: Vec<LargeModel>,
     /// How far the truth may be from an answer, where that was measured.
     pub interval: Option<Interval>,
-}
-
-#[derive(Deserialize)]
-struct Head {
-    format: Option<String>,
-    version: Option<u64>,
 }
 
 impl Ensemble {
@@ -196,22 +189,6 @@ fn drawn(rows: usize, seed: u64) -> Vec<usize> {
     // The modulo favours low numbers by less than 2^-40.
     let mut draw = || usize::try_from(rng.next_u64() % rows as u64).unwrap_or(0);
     (0..rows).map(|_| draw()).collect()
-}
-
-pub(super) fn check_head(text: &str, format: &str, version: u64) -> Result<(), FileError> {
-    let head: Head = serde_json::from_str(text).map_err(|error| json_error(&error))?;
-    if head.format.as_deref() != Some(format) {
-        return Err(FileError::Format { found: head.format });
-    }
-    if head.version != Some(version) {
-        return Err(FileError::Version { found: head.version });
-    }
-    Ok(())
-}
-
-pub(super) fn json_error(error: &serde_json::Error) -> FileError {
-    let message = error.to_string();
-    FileError::Json { line: error.line(), column: error.column(), message }
 }
 
 #[cfg(test)]

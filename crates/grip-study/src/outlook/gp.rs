@@ -13,7 +13,7 @@
 
 use mlp::PredictError;
 use mlp::train::linear::{forward, inverse_columns, log_determinant, product, solve_shifted};
-use mlp::train::trainer::{Lbfgs, LbfgsConfig};
+use mlp::train::trainer::Lbfgs;
 use mlp::train::{DataSet, FileError, Objective, RunConfig, Training, run};
 use ndarray::ArrayRef1;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
@@ -280,7 +280,7 @@ impl Machine {
             .map(|[length, noise]| {
                 let mut start = vec![length.ln(); size];
                 start[size - 1] = noise.ln();
-                let mut trainer = Lbfgs::new(LbfgsConfig::default(), size);
+                let mut trainer = Lbfgs::new(size);
                 run(Training::new(&mut trainer, &mut evidence), start, &config)
             })
             .into_iter()

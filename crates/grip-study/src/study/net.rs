@@ -3,8 +3,8 @@
 use mlp::train::{
     Algorithm, Hyper,
     trainer::{
-        GradientDescentConfig, LbfgsConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm,
-        RpropConfig, RpropVariant, ScgConfig,
+        GradientDescentConfig, LevenbergMarquardtConfig, MomentumConfig, MomentumForm, RpropConfig,
+        RpropVariant, ScgConfig,
     },
 };
 
@@ -54,7 +54,7 @@ impl Net {
             "SCG" => Algorithm::Scg(ScgConfig::default()),
             "LM" => Algorithm::Lm(LevenbergMarquardtConfig::default()),
             "BR" => Algorithm::Br,
-            "L-BFGS" => Algorithm::Lbfgs(LbfgsConfig::default()),
+            "L-BFGS" => Algorithm::Lbfgs,
             _ => Algorithm::Rprop(minus),
         })
     }

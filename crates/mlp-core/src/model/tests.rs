@@ -110,8 +110,9 @@ mod scaler {
     use super::super::*;
     use proptest::prelude::*;
 
-    fn one(transform: Transform, min: f32, max: f32) -> Result<Scaler, ScaleError> {
-        Scaler::new(&[Column::new(transform, min.into(), max.into())])
+    fn one(transform: Transform, min: f32, max: f32) -> Result<Axis, ScaleError> {
+        let scaler: Scaler = Scaler::new(&[Column::new(transform, min.into(), max.into())])?;
+        Ok(scaler.axes()[0])
     }
 
     #[test]
@@ -121,14 +122,14 @@ mod scaler {
             (Transform::Ln, 0.01_f32, 100.0),
             (Transform::Reciprocal, 0.5, 8.0),
         ] {
-            let scaler = one(transform, min, max).unwrap();
-            assert_eq!(scaler.scaled(0, min), Some(-1.0));
-            assert!((scaler.scaled(0, max).unwrap() - 1.0).abs() < 1e-6);
-            assert!((scaler.raw(0, -1.0).unwrap() / min - 1.0).abs() < 1e-6);
-            assert!((scaler.raw(0, 1.0).unwrap() / max - 1.0).abs() < 1e-6);
+            let axis = one(transform, min, max).unwrap();
+            assert_eq!(axis.scaled(min), Some(-1.0));
+            assert!((axis.scaled(max).unwrap() - 1.0).abs() < 1e-6);
+            assert!((axis.raw(-1.0) / min - 1.0).abs() < 1e-6);
+            assert!((axis.raw(1.0) / max - 1.0).abs() < 1e-6);
         }
         let decades = one(Transform::Ln, 0.01, 100.0).unwrap();
-        assert!(decades.scaled(0, 1.0).unwrap().abs() < 1e-6, "the middle of four decades");
+        assert!(decades.scaled(1.0).unwrap().abs() < 1e-6, "the middle of four decades");
     }
 
     /// By summing over the bell curve, cut off far from 0.
@@ -143,34 +144,34 @@ mod scaler {
                 let sum = |of: &dyn Fn(i32) -> f64| (-390..=390).map(of).sum::<f64>();
                 sum(&|step| weight(step) * at(step).powi(power)) / sum(&weight)
             };
-            let (answer, wanted) = (reciprocal.inverse_double(-u, noise), mean(1) / mean(2));
+            let (answer, wanted) = (reciprocal.inverse(-u, noise), mean(1) / mean(2));
             assert!((answer / wanted - 1.0).abs() < 1e-3, "{u} {s}: {answer} {wanted}");
             let single = f64::from(reciprocal.inverse(rounded(-u), noise));
             assert!((single / answer - 1.0).abs() < 1e-6, "{u} {s}: {single} {answer}");
         }
         // Where nothing is left the answer is the greatest; without noise there is none.
-        let answers = [-0.25, -0.125, 0.0, 7.0].map(|z| reciprocal.inverse_double(z, 0.125));
+        let answers = [-0.25_f64, -0.125, 0.0, 7.0].map(|z| reciprocal.inverse(z, 0.125));
         assert!((answers[0] - 3.2).abs() < 1e-12);
         assert!(answers[1..].iter().all(|answer| (answer - 4.0).abs() < 1e-12), "{answers:?}");
-        assert_eq!(reciprocal.inverse(-1e-30, 0.0), 1e30);
-        assert!([0.0, 2.0].iter().all(|z| !reciprocal.inverse(*z, 0.0).is_finite()));
+        assert_eq!(reciprocal.inverse(-1e-30_f32, 0.0), 1e30);
+        assert!([0.0_f32, 2.0].iter().all(|z| !reciprocal.inverse(*z, 0.0).is_finite()));
     }
 
     #[test]
     fn a_constant_column_becomes_zero_and_comes_back() {
         for transform in Transform::ALL {
-            let scaler = one(transform, 0.3, 0.3).unwrap();
-            assert_eq!(scaler.scaled(0, 17.0), Some(0.0));
-            assert_eq!(scaler.raw(0, 0.7), Some(0.3));
-            assert!(scaler.covers(0, 0.3) && !scaler.covers(0, 0.31));
+            let axis = one(transform, 0.3, 0.3).unwrap();
+            assert_eq!(axis.scaled(17.0), Some(0.0));
+            assert_eq!(axis.raw(0.7), 0.3);
+            assert!(axis.covers(0.3) && !axis.covers(0.31));
         }
     }
 
     #[test]
     fn the_logarithm_of_what_is_not_positive_is_refused() {
-        let scaler = one(Transform::Ln, 0.1, 1.0).unwrap();
+        let axis = one(Transform::Ln, 0.1, 1.0).unwrap();
         for raw in [0.0, -0.0, -1.0, f32::NAN, f32::INFINITY] {
-            assert_eq!(scaler.scaled(0, raw), None, "{raw}");
+            assert_eq!(axis.scaled(raw), None, "{raw}");
         }
         assert!(matches!(
             one(Transform::Ln, 0.0, 1.0),
@@ -187,7 +188,8 @@ mod scaler {
         assert!(one(Transform::Identity, f32::MIN, f32::MAX).is_err());
         for noise in [-1.0, f32::NAN, f32::INFINITY] {
             let column = Column { noise, ..Column::new(Transform::Reciprocal, 1.0, 2.0) };
-            assert!(Scaler::new(&[column]).is_err(), "{noise}");
+            let error = Scaler::new(&[column]).unwrap_err();
+            assert!(matches!(error, ScaleError::Noise { column: 0, .. }), "{noise}: {error}");
         }
         assert_eq!(Scaler::new(&[]), Err(ScaleError::Columns { given: 0, limit: 16 }));
         let column = Column::new(Transform::Identity, 0.0, 1.0);
@@ -203,9 +205,9 @@ mod scaler {
         ) {
             let max = min + span;
             prop_assume!(max > min);
-            let scaler = one(Transform::Identity, min, max).unwrap();
+            let axis = one(Transform::Identity, min, max).unwrap();
             let raw = min + place * (max - min);
-            let back = scaler.raw(0, scaler.scaled(0, raw).unwrap()).unwrap();
+            let back = axis.raw(axis.scaled(raw).unwrap());
             // Two roundings at the size of the span, one at the size of the limits.
             let bound = 4.0 * f32::EPSILON * (min.abs().max(max.abs()) + (max - min));
             prop_assert!((back - raw).abs() <= bound, "{} -> {}", raw, back);
@@ -218,8 +220,8 @@ mod scaler {
             raw in prop::num::f32::ANY,
         ) {
             for transform in Transform::ALL {
-                if let Ok(scaler) = one(transform, min, max) {
-                    prop_assert!(scaler.scaled(0, raw).is_none_or(|scaled| !scaled.is_nan()));
+                if let Ok(axis) = one(transform, min, max) {
+                    prop_assert!(axis.scaled(raw).is_none_or(|scaled| !scaled.is_nan()));
                 }
             }
         }

@@ -26,11 +26,11 @@ pub fn difference<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
     if axis.is_constant() {
         return f64::from((left - right).abs());
     }
-    let span = f64::from(axis.half_span());
-    if axis.transform() == Transform::Ln && left.max(right) < 2.0 * f32::MIN_POSITIVE {
+    let span = f64::from(axis.half_span);
+    if axis.column.transform == Transform::Ln && left.max(right) < 2.0 * f32::MIN_POSITIVE {
         return 0.0;
     }
-    let [left, right] = [left, right].map(|raw| axis.transform().forward_double(raw.into()));
+    let [left, right] = [left, right].map(|raw| axis.column.transform.forward(f64::from(raw)));
     ((left - right) / span).abs()
 }
 
@@ -111,8 +111,8 @@ fn scaled(axis: &Axis, raw: f32) -> State {
         return State { size: 0.0, error: 0.0 };
     }
     let raw = f64::from(raw);
-    let value = axis.transform().forward_double(raw);
-    let (low, half_span) = (f64::from(axis.low()), f64::from(axis.half_span()));
+    let value = axis.column.transform.forward(raw);
+    let (low, half_span) = (f64::from(axis.low), f64::from(axis.half_span));
     let size = ((value - low) / half_span - 1.0).abs();
     State { size, error: UNIT * ((value.abs() + low.abs()) / half_span + size + 2.0) }
 }
@@ -120,12 +120,12 @@ fn scaled(axis: &Axis, raw: f32) -> State {
 /// Roundings of the way back to a raw value, in units of [`UNIT`] and scaled.
 fn unscaling(axis: &Axis, size: f64) -> f64 {
     // A reciprocal takes five operations on values of up to twice the size.
-    let [factor, exponential] = match axis.transform() {
+    let [factor, exponential] = match axis.column.transform {
         Transform::Identity => [2.0, 0.0],
         Transform::Ln => [2.0, 2.0],
         Transform::Reciprocal => [6.0, 0.0],
     };
-    let (low, half_span) = (f64::from(axis.low().abs()), f64::from(axis.half_span()));
+    let (low, half_span) = (f64::from(axis.low.abs()), f64::from(axis.half_span));
     (factor * low + exponential) / half_span + factor * size + 2.0 * factor
 }
 
@@ -153,10 +153,10 @@ mod tests {
                 let mut worst = 0.0_f64;
                 for step in 0..200_u16 {
                     let raw = [0.5 + 0.19 * f32::from(step), 40.0 - 0.15 * f32::from(step)];
-                    let [a, b] = raw.map(|x| model.inputs().scaled(0, x).unwrap());
+                    let [a, b] = raw.map(|x| model.inputs().axes()[0].scaled(x).unwrap());
                     let mut exact = [0.0];
                     model.network().forward_exact(&[a, b], &mut exact).unwrap();
-                    let exact = model.targets().raw(0, exact[0]).unwrap();
+                    let exact = model.targets().axes()[0].raw(exact[0]);
                     let ours = model.estimate(&raw).unwrap().value;
                     let allowed = bounds(&model, &raw)[0];
                     let found = difference(&model, 0, ours, exact);

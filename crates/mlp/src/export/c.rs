@@ -310,13 +310,13 @@ fn tanh() -> String {
 fn scale(at: usize, axis: &Axis, upper: &str) -> String {
     let mut text =
         format!("    if (!is_finite(in[{at}])) {{\n        return {upper}_NOT_FINITE;\n    }}\n");
-    if axis.transform() != Transform::Identity {
+    if axis.column.transform != Transform::Identity {
         let _infallible = write!(
             text,
             "    if (!(in[{at}] > 0.0f)) {{\n        return {upper}_OUT_OF_DOMAIN;\n    }}\n"
         );
     }
-    let value = match axis.transform() {
+    let value = match axis.column.transform {
         Transform::Identity => format!("in[{at}]"),
         Transform::Ln => format!("logf(in[{at}])"),
         Transform::Reciprocal => format!("-1.0f / in[{at}]"),
@@ -327,8 +327,8 @@ fn scale(at: usize, axis: &Axis, upper: &str) -> String {
         writeln!(
             text,
             "    x[{at}] = ({value} - {}) * {} - 1.0f;",
-            operand(axis.low()),
-            operand(axis.gain())
+            operand(axis.low),
+            operand(axis.gain)
         )
     };
     text
@@ -338,13 +338,13 @@ fn unscale(at: usize, axis: &Axis, from: &str) -> String {
     if axis.is_constant() {
         return format!("    raw[{at}] = {};\n", literal(axis.minimum()));
     }
-    let (low, half_span) = (literal(axis.low()), operand(axis.half_span()));
+    let (low, half_span) = (literal(axis.low), operand(axis.half_span));
     let linear = format!("{low} + ({from}[{at}] + 1.0f) * {half_span}");
-    match axis.transform() {
+    match axis.column.transform {
         Transform::Identity => format!("    raw[{at}] = {linear};\n"),
         Transform::Ln => format!("    raw[{at}] = expf({linear});\n"),
         Transform::Reciprocal => {
-            let (noise, most) = (literal(axis.noise()), operand(-axis.noise()));
+            let (noise, most) = (literal(axis.column.noise), operand(-axis.column.noise));
             format!(
                 "    raw[{at}] = {linear};\n    raw[{at}] = raw[{at}] > {most} ? {most} : raw[{at}];\n    \
                  raw[{at}] = -1.0f / (raw[{at}] + {noise} * ({noise} / raw[{at}]));\n"

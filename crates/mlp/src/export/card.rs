@@ -15,10 +15,9 @@
 //! | `exports` | files made from the model, with SHA-256, and how a comparison with this model went |
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
 use crate::train::file::FileColumn;
-use crate::train::{DataSet, Evaluation, FileError, FitConfig, ModelFile, Precision};
+use crate::train::{DataSet, Evaluation, FileError, FitConfig, ModelFile, Precision, sha256};
 
 /// Value of the field `format`.
 pub const FORMAT: &str = "mlp-model-card";
@@ -26,28 +25,20 @@ pub const FORMAT: &str = "mlp-model-card";
 /// Value of the field `version`.
 pub const VERSION: u64 = 1;
 
-/// A model card.
+/// A model card; its parts are those of the table above.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Card {
     format: String,
     version: u64,
-    /// Name and version of the program that trained it, if known.
     #[serde(default)]
-    pub program: Option<String>,
-    /// The model file.
-    pub model: CardModel,
-    /// Features in the order the network takes them.
-    pub inputs: Vec<FileColumn>,
-    /// Targets in the order of the outputs.
-    pub targets: Vec<FileColumn>,
-    /// Rows it was made and tested with.
-    pub data: CardData,
-    /// How it was trained, if known.
-    pub training: Option<CardTraining>,
-    /// Errors of the saved model.
-    pub metrics: CardMetrics,
-    /// Files made from it.
-    pub exports: Vec<CardExport>,
+    program: Option<String>,
+    model: Shape,
+    inputs: Vec<FileColumn>,
+    targets: Vec<FileColumn>,
+    data: Data,
+    training: Option<Training>,
+    metrics: Metrics,
+    exports: Vec<CardExport>,
 }
 
 /// A file by name and contents.
@@ -59,95 +50,62 @@ pub struct CardFile {
     pub sha256: String,
 }
 
-/// The model file and its shape.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CardModel {
-    /// Name and contents.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Shape {
     #[serde(flatten)]
-    pub file: CardFile,
-    /// Inputs, hidden layers, outputs.
-    pub sizes: Vec<usize>,
-    /// One per layer of weights.
-    pub activations: Vec<String>,
-    /// Weights and biases.
-    pub weights: usize,
+    file: CardFile,
+    sizes: Vec<usize>,
+    activations: Vec<String>,
+    weights: usize,
 }
 
-/// A set of rows; what is unknown is absent.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CardRows {
-    /// Name of the file without folders.
-    pub file: Option<String>,
-    /// SHA-256 of its bytes in hexadecimal.
-    pub sha256: Option<String>,
-    /// Number of rows.
-    pub rows: Option<usize>,
-}
-
-/// Rows of training and test.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct CardData {
-    /// Rows it was trained on.
-    pub train: Option<CardRows>,
-    /// Rows it was tested on.
-    pub test: Option<CardRows>,
-    /// How rows came to be test rows.
-    pub split: Option<String>,
-}
-
-/// How it was trained.
+/// What is unknown is absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CardTraining {
-    /// Training rule.
-    pub algorithm: String,
-    /// Seed of the chosen run.
-    pub seed: u64,
-    /// Runs from which it was chosen.
-    pub repeats: usize,
-    /// Epochs of the chosen run.
-    pub epochs: usize,
-    /// Why it stopped.
-    pub stop: String,
-    /// Precision of the training, `f32` or `f64`.
-    pub precision: Option<String>,
-    /// Penalty on large weights.
-    pub decay: Option<f64>,
-    /// Mean squared error in scaled units that was good enough.
-    pub goal: Option<f64>,
-    /// Most epochs allowed.
-    pub max_epochs: Option<usize>,
+struct Rows {
+    file: Option<String>,
+    sha256: Option<String>,
+    rows: Option<usize>,
 }
 
-/// Errors on the rows of training and test.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct CardMetrics {
-    /// On the training rows.
-    pub train: Option<CardErrors>,
-    /// On the test rows.
-    pub test: Option<CardErrors>,
+struct Data {
+    train: Option<Rows>,
+    test: Option<Rows>,
+    split: Option<String>,
 }
 
-/// Errors on some rows.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CardErrors {
-    /// Mean squared error in target units squared.
-    pub mse: f64,
-    /// The same in scaled units.
-    pub scaled_mse: Option<f64>,
-    /// Share of values within 5 % of the target.
-    pub within_5pct: Option<f64>,
-    /// Share of values within 10 % of the target.
-    pub within_10pct: Option<f64>,
-    /// Share of values within 20 % of the target.
-    pub within_20pct: Option<f64>,
-    /// Rows with a feature outside the training range.
-    pub extrapolated: Option<usize>,
-    /// Share of the classes that were right, where there are classes.
+/// The settings are absent where only the model file is known.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Training {
+    algorithm: String,
+    seed: u64,
+    repeats: usize,
+    epochs: usize,
+    stop: String,
+    precision: Option<String>,
+    decay: Option<f64>,
+    goal: Option<f64>,
+    max_epochs: Option<usize>,
+}
+
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Metrics {
+    train: Option<Errors>,
+    test: Option<Errors>,
+}
+
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Errors {
+    mse: f64,
+    scaled_mse: Option<f64>,
+    within_5pct: Option<f64>,
+    within_10pct: Option<f64>,
+    within_20pct: Option<f64>,
+    extrapolated: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<f64>,
-    /// Mean of `-ln p` of the right classes.
+    accuracy: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cross_entropy: Option<f64>,
+    cross_entropy: Option<f64>,
 }
 
 /// Files made from the model.
@@ -176,12 +134,11 @@ impl CardFile {
     /// `name` without folders, and the hash of `bytes`.
     #[must_use]
     pub fn new(name: &str, bytes: &[u8]) -> Self {
-        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Self { file: base(name), sha256 }
+        Self { file: base(name), sha256: sha256(bytes) }
     }
 }
 
-impl From<&Evaluation> for CardErrors {
+impl From<&Evaluation> for Errors {
     fn from(errors: &Evaluation) -> Self {
         Self {
             mse: errors.mse,
@@ -196,7 +153,7 @@ impl From<&Evaluation> for CardErrors {
     }
 }
 
-impl From<&DataSet> for CardRows {
+impl From<&DataSet> for Rows {
     fn from(data: &DataSet) -> Self {
         let (file, sha256) = (Some(base(&data.file)), Some(data.sha256.clone()));
         Self { file, sha256, rows: Some(data.rows()) }
@@ -213,7 +170,7 @@ impl Card {
             format: FORMAT.to_owned(),
             version: VERSION,
             program: None,
-            model: CardModel {
+            model: Shape {
                 file: CardFile::new(name, text.as_bytes()),
                 weights: crate::network::weight_count(&sizes),
                 sizes,
@@ -221,50 +178,33 @@ impl Card {
             },
             inputs: file.inputs.clone(),
             targets: file.targets.clone(),
-            data: CardData::default(),
+            data: Data::default(),
             training: None,
-            metrics: CardMetrics::default(),
+            metrics: Metrics::default(),
             exports: Vec::new(),
         };
         if let Some(note) = &file.training {
             let (sha256, rows) = (Some(note.data_sha256.clone()), Some(note.rows));
-            card.data.train = Some(CardRows { file: None, sha256, rows });
-            let errors = |mse, scaled_mse| CardErrors {
-                mse,
-                scaled_mse,
-                within_5pct: None,
-                within_10pct: None,
-                within_20pct: None,
-                extrapolated: None,
-                accuracy: None,
-                cross_entropy: None,
-            };
+            card.data.train = Some(Rows { file: None, sha256, rows });
+            let errors = |mse, scaled_mse| Errors { mse, scaled_mse, ..Errors::default() };
             card.metrics.train = Some(errors(note.train_mse, Some(note.train_scaled_mse)));
             card.metrics.test = note.test_mse.map(|mse| errors(mse, note.test_scaled_mse));
-            card.training = Some(CardTraining {
+            card.training = Some(Training {
                 algorithm: note.algorithm.clone(),
                 seed: note.seed,
                 repeats: note.repeats,
                 epochs: note.epochs,
                 stop: note.stop.clone(),
-                precision: None,
-                decay: None,
-                goal: None,
-                max_epochs: None,
+                ..Training::default()
             });
         }
         card
     }
 
-    /// Adds name and version of the program that trained it.
+    /// Adds name and version of the program that trained it, and the settings of the training.
     #[must_use]
-    pub fn with_program(self, program: &str) -> Self {
-        Self { program: Some(program.to_owned()), ..self }
-    }
-
-    /// Adds the settings of the training.
-    #[must_use]
-    pub fn with_settings(mut self, config: &FitConfig) -> Self {
+    pub fn with_settings(mut self, program: &str, config: &FitConfig) -> Self {
+        self.program = Some(program.to_owned());
         if let Some(training) = &mut self.training {
             let precision = match config.precision {
                 Precision::Single => "f32",
@@ -278,23 +218,18 @@ impl Card {
         self
     }
 
-    /// Adds the training rows and the errors on them.
+    /// Adds the rows of the training and of the test with the errors on them, and how rows came to be test rows.
     #[must_use]
-    pub fn with_train(mut self, data: &DataSet, errors: &Evaluation) -> Self {
-        (self.data.train, self.metrics.train) = (Some(data.into()), Some(errors.into()));
-        self
-    }
-
-    /// Adds the test rows and the errors on them.
-    #[must_use]
-    pub fn with_test(mut self, data: &DataSet, errors: &Evaluation) -> Self {
-        (self.data.test, self.metrics.test) = (Some(data.into()), Some(errors.into()));
-        self
-    }
-
-    /// Reports how rows came to be test rows.
-    #[must_use]
-    pub fn with_split(mut self, split: &str) -> Self {
+    pub fn with_rows(
+        mut self,
+        train: (&DataSet, &Evaluation),
+        test: Option<(&DataSet, &Evaluation)>,
+        split: &str,
+    ) -> Self {
+        (self.data.train, self.metrics.train) = (Some(train.0.into()), Some(train.1.into()));
+        if let Some((rows, errors)) = test {
+            (self.data.test, self.metrics.test) = (Some(rows.into()), Some(errors.into()));
+        }
         self.data.split = Some(split.to_owned());
         self
     }
@@ -325,12 +260,7 @@ impl Card {
     /// # Errors
     /// [`FileError::Json`], which no card is known to cause.
     pub fn to_json(&self) -> Result<String, FileError> {
-        let fault = |error: serde_json::Error| FileError::Json {
-            line: error.line(),
-            column: error.column(),
-            message: error.to_string(),
-        };
-        Ok(serde_json::to_string_pretty(self).map_err(fault)? + "\n")
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
@@ -350,7 +280,6 @@ mod tests {
         let text = file.to_json().unwrap();
         let export = CardExport { kind: "c99".into(), files: Vec::new(), verified: None };
         let card = Card::new(file, "some/where/m.json", &text)
-            .with_split("by hand")
             .with_export(export.clone())
             .with_export(export);
         assert_eq!((card.model.file.file.as_str(), card.exports.len()), ("m.json", 1));

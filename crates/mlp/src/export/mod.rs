@@ -8,7 +8,7 @@ pub mod c;
 mod c_text;
 pub mod card;
 pub mod onnx;
-pub mod proto;
+mod proto;
 #[cfg(test)]
 mod test_models;
 

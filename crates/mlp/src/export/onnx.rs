@@ -1,13 +1,14 @@
 //! A model file in, the bytes of an ONNX model out.
 //!
 //! ```text
-//! features [N, inputs] -> (Log or Div of some) -> Sub -> Div -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add
+//! features [N, inputs] -> (Log or Div of some) -> Sub -> Mul -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add
 //!     -> (Exp of some, Min, Div, Add and Div of others) -> targets [N, outputs]
 //!     -> GreaterOrEqual, LessOrEqual, And -> in_range [N, inputs]
 //! ```
-//! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` reports for each feature whether the training rows covered it. A model with logarithmic and other
-//! columns takes the logarithm of all and picks with Where; so with reciprocals. A feature that was constant in training has no influence: its weights
-//! in the first layer are written as zeros. Operator set 17; names, units and ranges stand in `metadata_props`.
+//! Of a classifier the targets are probabilities, from Softmax in place of Mul and Add. Both are raw values. `in_range` reports for
+//! each feature whether the training rows covered it. A model with logarithmic and other columns takes the logarithm of all and picks
+//! with Where; so with reciprocals. A feature that was constant in training has no influence: its gain is 0. Operator set 17; names,
+//! units and ranges stand in `metadata_props`.
 
 use prost::Message as _;
 use serde_json::json;
@@ -34,27 +35,13 @@ pub const OPSET: i64 = 17;
 /// # Errors
 /// [`ExportError::File`] when `file` holds no valid model.
 pub fn bytes(file: &ModelFile, origin: &str) -> Result<Vec<u8>, ExportError> {
-    Ok(message(file, origin)?.encode_to_vec())
-}
-
-/// The same before it is encoded.
-///
-/// # Errors
-/// As [`bytes`].
-pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError> {
     let model = file.large_model()?;
     let mut graph = Graph::default();
     let features = "features".to_owned();
     graph.range(&file.inputs);
     let mut current = graph.scale(features.clone(), model.inputs().axes());
-    let constant: Vec<bool> = model.inputs().axes().iter().map(Axis::is_constant).collect();
     for (at, layer) in file.layers.iter().enumerate() {
-        let row = |row: &Vec<f32>| row.clone();
-        let mut rows: Vec<Vec<f32>> = layer.weights.iter().map(row).collect();
-        if at == 0 {
-            silence(&mut rows, &constant);
-        }
-        current = graph.layer(at + 1, &current, &rows, &layer.biases);
+        current = graph.layer(at + 1, &current, &layer.weights, &layer.biases);
         current = graph.activate(at + 1, current, layer.activation);
     }
     if file.classes.is_some() {
@@ -64,7 +51,7 @@ pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError
         graph.unscale(&current, model.targets().axes());
     }
     let (inputs, outputs) = (file.inputs.len(), file.targets.len());
-    Ok(ModelProto {
+    let message = ModelProto {
         ir_version: IR_VERSION,
         opset_import: vec![OperatorSetIdProto { domain: String::new(), version: OPSET }],
         producer_name: "gripctl".to_owned(),
@@ -81,16 +68,8 @@ pub fn message(file: &ModelFile, origin: &str) -> Result<ModelProto, ExportError
             ],
         }),
         metadata_props: metadata(file, origin),
-    })
-}
-
-/// Zeros in the columns of features that were constant.
-fn silence(rows: &mut [Vec<f32>], constant: &[bool]) {
-    for row in rows {
-        for (weight, _) in row.iter_mut().zip(constant).filter(|(_, constant)| **constant) {
-            *weight = 0.0;
-        }
-    }
+    };
+    Ok(message.encode_to_vec())
 }
 
 #[derive(Debug, Default)]
@@ -147,7 +126,7 @@ impl Graph {
         all: impl Fn(&mut Self, &str) -> String,
     ) -> String {
         let mask: Vec<u8> =
-            axes.iter().map(|axis| u8::from(axis.transform() == transform)).collect();
+            axes.iter().map(|axis| u8::from(axis.column.transform == transform)).collect();
         if !mask.contains(&1) {
             return current;
         }
@@ -171,13 +150,12 @@ impl Graph {
             let none = graph.node("Sub", &[&log, &log], "features_nothing");
             graph.node("Add", &[&made, &none], "features_reciprocal")
         });
-        let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
-        let half = |axis: &Axis| if axis.is_constant() { 1.0 } else { axis.half_span() };
-        let half: Vec<f32> = axes.iter().map(half).collect();
+        let middle: Vec<f32> = axes.iter().map(|axis| axis.low + axis.half_span).collect();
+        let gain: Vec<f32> = axes.iter().map(|axis| axis.gain).collect();
         let middle = self.floats("features_middle", &[1, axes.len()], &middle);
-        let half = self.floats("features_half_range", &[1, axes.len()], &half);
+        let gain = self.floats("features_gain", &[1, axes.len()], &gain);
         let current = self.node("Sub", &[&current, &middle], "features_centred");
-        self.node("Div", &[&current, &half], "features_scaled")
+        self.node("Mul", &[&current, &gain], "features_scaled")
     }
 
     fn layer(&mut self, number: usize, current: &str, rows: &[Vec<f32>], biases: &[f32]) -> String {
@@ -204,8 +182,8 @@ impl Graph {
     }
 
     fn unscale(&mut self, current: &str, axes: &[Axis]) {
-        let middle: Vec<f32> = axes.iter().map(|axis| axis.low() + axis.half_span()).collect();
-        let half: Vec<f32> = axes.iter().map(Axis::half_span).collect();
+        let middle: Vec<f32> = axes.iter().map(|axis| axis.low + axis.half_span).collect();
+        let half: Vec<f32> = axes.iter().map(|axis| axis.half_span).collect();
         let half = self.floats("targets_half_range", &[1, axes.len()], &half);
         let middle = self.floats("targets_middle", &[1, axes.len()], &middle);
         let current = self.node("Mul", &[current, &half], "targets_centred");
@@ -215,7 +193,7 @@ impl Graph {
         });
         let current = self.transform(Transform::Reciprocal, current, axes, |graph, current| {
             let of = |value: fn(f32) -> f32| -> Vec<f32> {
-                axes.iter().map(|axis| value(axis.noise())).collect()
+                axes.iter().map(|axis| value(axis.column.noise)).collect()
             };
             let most = graph.floats("targets_most", &[1, axes.len()], &of(|noise| -noise));
             let square =

@@ -5,185 +5,151 @@ use prost::Message;
 
 /// A model file.
 #[derive(Clone, PartialEq, Message)]
-pub struct ModelProto {
-    /// Version of the file format.
+pub(super) struct ModelProto {
     #[prost(int64, tag = "1")]
-    pub ir_version: i64,
-    /// Operator sets in use.
+    pub(super) ir_version: i64,
     #[prost(message, repeated, tag = "8")]
-    pub opset_import: Vec<OperatorSetIdProto>,
-    /// Name of the program that wrote it.
+    pub(super) opset_import: Vec<OperatorSetIdProto>,
     #[prost(string, tag = "2")]
-    pub producer_name: String,
-    /// Its version.
+    pub(super) producer_name: String,
     #[prost(string, tag = "3")]
-    pub producer_version: String,
-    /// What the model is.
+    pub(super) producer_version: String,
     #[prost(string, tag = "6")]
-    pub doc_string: String,
-    /// The computation.
+    pub(super) doc_string: String,
     #[prost(message, optional, tag = "7")]
-    pub graph: Option<GraphProto>,
-    /// Keys and values for people and programs.
+    pub(super) graph: Option<GraphProto>,
     #[prost(message, repeated, tag = "14")]
-    pub metadata_props: Vec<StringStringEntryProto>,
+    pub(super) metadata_props: Vec<StringStringEntryProto>,
 }
 
 /// An operator set: the default domain is empty.
 #[derive(Clone, PartialEq, Message)]
-pub struct OperatorSetIdProto {
-    /// Domain.
+pub(super) struct OperatorSetIdProto {
     #[prost(string, tag = "1")]
-    pub domain: String,
-    /// Version.
+    pub(super) domain: String,
     #[prost(int64, tag = "2")]
-    pub version: i64,
+    pub(super) version: i64,
 }
 
 /// A key and its value.
 #[derive(Clone, PartialEq, Message)]
-pub struct StringStringEntryProto {
-    /// Key.
+pub(super) struct StringStringEntryProto {
     #[prost(string, tag = "1")]
-    pub key: String,
-    /// Value.
+    pub(super) key: String,
     #[prost(string, tag = "2")]
-    pub value: String,
+    pub(super) value: String,
 }
 
 /// Nodes in an order in which each can be computed.
 #[derive(Clone, PartialEq, Message)]
-pub struct GraphProto {
-    /// Operations.
+pub(super) struct GraphProto {
     #[prost(message, repeated, tag = "1")]
-    pub node: Vec<NodeProto>,
-    /// Name.
+    pub(super) node: Vec<NodeProto>,
     #[prost(string, tag = "2")]
-    pub name: String,
-    /// Constants.
+    pub(super) name: String,
     #[prost(message, repeated, tag = "5")]
-    pub initializer: Vec<TensorProto>,
-    /// Inputs.
+    pub(super) initializer: Vec<TensorProto>,
     #[prost(message, repeated, tag = "11")]
-    pub input: Vec<ValueInfoProto>,
-    /// Outputs.
+    pub(super) input: Vec<ValueInfoProto>,
     #[prost(message, repeated, tag = "12")]
-    pub output: Vec<ValueInfoProto>,
+    pub(super) output: Vec<ValueInfoProto>,
 }
 
 /// One operation.
 #[derive(Clone, PartialEq, Message)]
-pub struct NodeProto {
-    /// Names of its inputs.
+pub(super) struct NodeProto {
     #[prost(string, repeated, tag = "1")]
-    pub input: Vec<String>,
-    /// Names of its outputs.
+    pub(super) input: Vec<String>,
     #[prost(string, repeated, tag = "2")]
-    pub output: Vec<String>,
-    /// Its own name.
+    pub(super) output: Vec<String>,
     #[prost(string, tag = "3")]
-    pub name: String,
-    /// Operator.
+    pub(super) name: String,
     #[prost(string, tag = "4")]
-    pub op_type: String,
-    /// Settings.
+    pub(super) op_type: String,
     #[prost(message, repeated, tag = "5")]
-    pub attribute: Vec<AttributeProto>,
+    pub(super) attribute: Vec<AttributeProto>,
 }
 
 /// A setting that is an integer.
 #[derive(Clone, PartialEq, Message)]
-pub struct AttributeProto {
-    /// Name.
+pub(super) struct AttributeProto {
     #[prost(string, tag = "1")]
-    pub name: String,
-    /// Value.
+    pub(super) name: String,
     #[prost(int64, tag = "3")]
-    pub i: i64,
+    pub(super) i: i64,
     /// Kind: 2 for an integer.
     #[prost(int32, tag = "20")]
-    pub kind: i32,
+    pub(super) kind: i32,
 }
 
 /// A constant.
 #[derive(Clone, PartialEq, Message)]
-pub struct TensorProto {
-    /// Shape.
+pub(super) struct TensorProto {
     #[prost(int64, repeated, tag = "1")]
-    pub dims: Vec<i64>,
+    pub(super) dims: Vec<i64>,
     /// [`FLOAT`] or [`BOOL`].
     #[prost(int32, tag = "2")]
-    pub data_type: i32,
-    /// Name.
+    pub(super) data_type: i32,
     #[prost(string, tag = "8")]
-    pub name: String,
+    pub(super) name: String,
     /// Values, little-endian, row by row.
     #[prost(bytes = "vec", tag = "9")]
-    pub raw_data: Vec<u8>,
+    pub(super) raw_data: Vec<u8>,
 }
 
 /// 32-bit float.
-pub const FLOAT: i32 = 1;
+pub(super) const FLOAT: i32 = 1;
 
 /// Truth value of one byte.
-pub const BOOL: i32 = 9;
+pub(super) const BOOL: i32 = 9;
 
 /// Name, type and shape of an input or output.
 #[derive(Clone, PartialEq, Message)]
-pub struct ValueInfoProto {
-    /// Name.
+pub(super) struct ValueInfoProto {
     #[prost(string, tag = "1")]
-    pub name: String,
-    /// Type.
+    pub(super) name: String,
     #[prost(message, optional, tag = "2")]
-    pub r#type: Option<TypeProto>,
-    /// What it is.
+    pub(super) r#type: Option<TypeProto>,
     #[prost(string, tag = "3")]
-    pub doc_string: String,
+    pub(super) doc_string: String,
 }
 
 /// A type; only tensors are written.
 #[derive(Clone, PartialEq, Message)]
-pub struct TypeProto {
-    /// The tensor.
+pub(super) struct TypeProto {
     #[prost(message, optional, tag = "1")]
-    pub tensor_type: Option<TensorType>,
+    pub(super) tensor_type: Option<TensorType>,
 }
 
 /// Element type and shape of a tensor.
 #[derive(Clone, PartialEq, Message)]
-pub struct TensorType {
+pub(super) struct TensorType {
     /// As [`TensorProto::data_type`].
     #[prost(int32, tag = "1")]
-    pub elem_type: i32,
-    /// Shape.
+    pub(super) elem_type: i32,
     #[prost(message, optional, tag = "2")]
-    pub shape: Option<TensorShapeProto>,
+    pub(super) shape: Option<TensorShapeProto>,
 }
 
 /// A shape.
 #[derive(Clone, PartialEq, Message)]
-pub struct TensorShapeProto {
-    /// One per axis.
+pub(super) struct TensorShapeProto {
     #[prost(message, repeated, tag = "1")]
-    pub dim: Vec<Dimension>,
+    pub(super) dim: Vec<Dimension>,
 }
 
 /// Length of an axis: a number or a name.
 #[derive(Clone, PartialEq, Message)]
-pub struct Dimension {
-    /// Which of both.
+pub(super) struct Dimension {
     #[prost(oneof = "Length", tags = "1, 2")]
-    pub value: Option<Length>,
+    pub(super) value: Option<Length>,
 }
 
 /// A number or a name.
 #[derive(Clone, PartialEq, prost::Oneof)]
-pub enum Length {
-    /// Known.
+pub(super) enum Length {
     #[prost(int64, tag = "1")]
     Value(i64),
-    /// Chosen by the caller.
     #[prost(string, tag = "2")]
     Name(String),
 }

@@ -12,14 +12,10 @@ pub(super) struct Aligned<T> {
 }
 
 impl<T: Clone> Aligned<T> {
-    fn new(values: impl ExactSizeIterator<Item = T>, filler: &T) -> Self {
-        let len = values.len();
+    fn filled(len: usize, value: T) -> Self {
         let spare = LINE / size_of::<T>();
-        let mut storage: Vec<T> = Vec::with_capacity(len + spare);
+        let storage = vec![value; len + spare];
         let start = storage.as_ptr().align_offset(LINE).min(spare);
-        storage.extend(core::iter::repeat_n(filler.clone(), start));
-        storage.extend(values);
-        storage.resize(len + spare, filler.clone());
         Self { storage, start, len }
     }
 
@@ -28,8 +24,7 @@ impl<T: Clone> Aligned<T> {
     where
         T: Default,
     {
-        let zero = T::default();
-        Self::new(core::iter::repeat_n(zero.clone(), len), &zero)
+        Self::filled(len, T::default())
     }
 
     #[inline(always)]
@@ -46,7 +41,9 @@ impl<T: Clone> Aligned<T> {
 impl<T: Clone> Clone for Aligned<T> {
     /// The copy lies elsewhere and finds its own beginning.
     fn clone(&self) -> Self {
-        Self::new(self.get().iter().cloned(), &self.storage[0])
+        let mut copy = Self::filled(self.len, self.storage[0].clone());
+        copy.get_mut().clone_from_slice(self.get());
+        copy
     }
 }
 

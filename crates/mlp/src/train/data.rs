@@ -131,13 +131,19 @@ impl DataSet {
             return Err(DataSetError::NoRows { file: name.to_owned() });
         }
         for (specs, values) in [(inputs, &input_values), (targets, &target_values)] {
-            check_values(name, specs, values)?;
+            for (at, (&value, spec)) in values.iter().zip(specs.iter().cycle()).enumerate() {
+                check(value, spec, || {
+                    let (file, column) = (name.to_owned(), spec.name.clone());
+                    let line = (at / specs.len() + 1) as u64;
+                    (Place { file, line, column }, value.to_string())
+                })?;
+            }
         }
-        let mut hash = Sha256::new();
-        input_values.iter().chain(&target_values).for_each(|v| hash.update(v.to_le_bytes()));
+        let values = input_values.iter().chain(&target_values);
+        let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
         Ok(Self {
             file: name.to_owned(),
-            sha256: hexadecimal(&hash.finalize()),
+            sha256: sha256(&bytes),
             inputs: inputs.to_vec(),
             targets: targets.to_vec(),
             classes: None,
@@ -315,7 +321,7 @@ impl DataSet {
         let scalings = self.target_scalings();
         let rows = self.target_values.rows();
         let ln = |(y, scaling): (&f64, &Scaling)| {
-            (2.0 * scaling.transform.slope(*y) / scaling.span()).ln()
+            (2.0 * scaling.column.transform.slope(*y) / scaling.span()).ln()
         };
         rows.into_iter().map(|row| row.iter().zip(&scalings).map(ln).sum::<f64>()).sum()
     }
@@ -417,20 +423,30 @@ fn read_fields(
 ) -> Result<(), DataSetError> {
     for (&at, spec) in places.iter().zip(specs) {
         let value = match row.number(at) {
-            Ok(value) if value.abs() <= f64::from(f32::MAX) => value,
             // A number of another form, which the reader of tables explains.
             Err(error) if row.cell(at).contains([',', '.', '\'']) => return Err(error.into()),
-            _ => {
-                let text = row.cell(at).into_owned();
-                return Err(DataSetError::NotANumber { place: place(row, at), text });
-            }
+            number => number.unwrap_or(f64::NAN),
         };
-        // A positive value that is 0 in the model's precision has neither logarithm nor reciprocal there.
-        if !spec.transform.accepts(super::rounded(value)) {
-            let (place, transform) = (place(row, at), spec.transform);
-            return Err(DataSetError::NotPositive { place, transform, value: value.to_string() });
-        }
+        check(value, spec, || (place(row, at), row.cell(at).into_owned()))?;
         values.push(value);
+    }
+    Ok(())
+}
+
+/// Whether `value` is a number in single precision and its column's transform takes it; `at` gives its place and text.
+fn check(
+    value: f64,
+    spec: &ColumnSpec,
+    at: impl FnOnce() -> (Place, String),
+) -> Result<(), DataSetError> {
+    let (single, transform) = (super::rounded(value), spec.transform);
+    if !single.is_finite() {
+        let (place, text) = at();
+        return Err(DataSetError::NotANumber { place, text });
+    }
+    // A positive value that is 0 in the model's precision has neither logarithm nor reciprocal there.
+    if !transform.accepts(single) {
+        return Err(DataSetError::NotPositive { place: at().0, transform, value });
     }
     Ok(())
 }
@@ -440,30 +456,6 @@ fn read_label(row: &Row<'_>, at: usize) -> Result<String, DataSetError> {
         label if label.is_empty() => Err(DataSetError::NoLabel { place: place(row, at) }),
         label => Ok(label),
     }
-}
-
-/// What [`read_fields`] asks of the fields of a file.
-fn check_values(
-    name: &str,
-    specs: &[ColumnSpec],
-    values: &Array2<f64>,
-) -> Result<(), DataSetError> {
-    let place = |at: usize, spec: &ColumnSpec| Place {
-        file: name.to_owned(),
-        line: (at / specs.len() + 1) as u64,
-        column: spec.name.clone(),
-    };
-    for (at, (value, spec)) in values.iter().zip(specs.iter().cycle()).enumerate() {
-        let (single, text) = (super::rounded(*value), value.to_string());
-        if !single.is_finite() {
-            return Err(DataSetError::NotANumber { place: place(at, spec), text });
-        }
-        if !spec.transform.accepts(single) {
-            let (place, transform) = (place(at, spec), spec.transform);
-            return Err(DataSetError::NotPositive { place, transform, value: text });
-        }
-    }
-    Ok(())
 }
 
 fn scalings(method: Method, specs: &[ColumnSpec], values: &Array2<f64>) -> Vec<Scaling> {
@@ -484,11 +476,7 @@ fn scaled(scalings: &[Scaling], values: &Array2<f64>) -> Array2<f64> {
 /// SHA-256 of `bytes` in hexadecimal, as [`DataSet::sha256`] has it.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
-}
-
-fn hexadecimal(digest: &[u8]) -> String {
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

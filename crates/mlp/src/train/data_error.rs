@@ -31,7 +31,7 @@ fn without_header(available: &str) -> &'static str {
 }
 
 /// Why a file is no data set.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DataSetError {
     /// A header and nothing below it.
     #[error("{file}: no rows below the header")]
@@ -100,8 +100,8 @@ pub enum DataSetError {
         place: Place,
         /// What is done to its column.
         transform: Transform,
-        /// The value as text.
-        value: String,
+        /// The value.
+        value: f64,
     },
     /// A row without a label in the column that groups the rows.
     #[error("{place}: a label is needed to split by it")]

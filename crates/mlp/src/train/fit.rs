@@ -5,15 +5,16 @@ use core::time::Duration;
 use super::data::DataSet;
 use super::file::{FileError, LargeModel, ModelFile, TrainingNote};
 use super::init::nguyen_widrow;
+use super::lanes::Real;
 use super::metrics::{EvaluateError, Evaluation, evaluate};
 use super::objective::{NetworkObjective, Objective, count};
-use super::real::Real;
 use super::run::{Run, RunConfig, Stop, Training, run};
 use super::scaling::{Method, Scaling, as_min_max, columns};
-use super::setting::SettingError;
+use super::setting::{SettingError, at_least_one};
 use super::topology::Topology;
 use super::trainer::Algorithm;
 use crate::activation::Activation;
+use crate::model::Column;
 use crate::network::ShapeError;
 use ndarray::Array2;
 
@@ -82,9 +83,6 @@ impl Default for FitConfig {
 /// Why there is no trained model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// No repeats.
-    #[error("0 repeats: at least 1 is needed")]
-    NoRepeats,
     /// A setting out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -179,17 +177,17 @@ pub fn warnings(rows: &DataSet, weights: usize) -> Vec<String> {
     let columns = rows.inputs.iter().zip(&inputs).map(|column| (column, false));
     let targets = rows.targets.iter().zip(&targets).map(|column| (column, true));
     for ((spec, limits), target) in columns.chain(targets) {
-        let (name, min) = (&spec.name, limits.min);
-        if limits.min == limits.max {
+        let (name, Column { min, max, .. }) = (&spec.name, limits.column);
+        if min == max {
             found.push(if target {
                 format!("target \"{name}\" is {min} in every row: nothing to be learned")
             } else {
                 format!("input \"{name}\" is {min} in every row: nothing is learned of it, and every other value will be outside the training range; leave it out")
             });
-        } else if limits.column().is_constant_in_single() {
+        } else if limits.column.is_constant_in_single() {
             found.push(format!(
                 "\"{name}\" varies by {:.3e} about {min}, which seven digits do not show: gripd and exports compute in f32 and will see a constant; subtract a fixed value from it",
-                limits.max - min
+                max - min
             ));
         }
     }
@@ -266,26 +264,27 @@ impl<'a> Fitting<'a> {
     /// Scales the rows by the limits of the training rows.
     ///
     /// # Errors
-    /// [`FitError::NoRepeats`], [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`],
+    /// [`FitError::Setting`], [`FitError::Shape`], [`FitError::TooManyWeights`],
     /// [`FitError::Squares`], [`FitError::Decay`] or [`FitError::OtherColumns`].
     pub fn new(
         train: &'a DataSet,
         validation: Option<&DataSet>,
         config: &'a FitConfig,
     ) -> Result<Self, FitError> {
-        if config.repeats == 0 {
-            return Err(FitError::NoRepeats);
-        }
+        at_least_one("repeats", config.repeats)?;
         config.algorithm.check()?;
         config.run.check()?;
         let (n_in, n_out) = (train.inputs.len(), train.targets.len());
         let topology = Topology::with_hidden(n_in, &config.hidden, config.activation, n_out)?;
-        check_weights(&config.algorithm, topology.weights())?;
+        let (algorithm, weights) = (config.algorithm.name(), topology.weights());
+        if let Some(limit) = config.algorithm.max_weights().filter(|limit| weights > *limit) {
+            return Err(FitError::TooManyWeights { algorithm, weights, limit });
+        }
         if config.algorithm == Algorithm::Br && config.decay != 0.0 {
             return Err(FitError::Decay);
         }
         if let (Some(_), Algorithm::Lm(_) | Algorithm::Br) = (&train.classes, &config.algorithm) {
-            return Err(FitError::Squares { algorithm: config.algorithm.name() });
+            return Err(FitError::Squares { algorithm });
         }
         let (inputs, targets) = train.scalings(config.scaler);
         let scaled = |data: &DataSet| {
@@ -332,7 +331,7 @@ impl<'a> Fitting<'a> {
     /// Chooses among `runs`, which are those of repeats 0, 1, ..., and evaluates the saved model.
     ///
     /// # Errors
-    /// [`FitError::NoRepeats`] without runs; [`FitError::Diverged`]; [`FitError::OtherColumns`];
+    /// [`FitError::Diverged`]; [`FitError::OtherColumns`];
     /// [`FitError::Shape`] and [`FitError::File`] when weights overflow; [`FitError::Evaluate`].
     pub fn finish(&self, runs: Vec<Run>, test: Option<&DataSet>) -> Result<Fit, FitError> {
         let chosen =
@@ -413,37 +412,22 @@ pub fn by_evidence(forms: &[(DataSet, Fit)]) -> usize {
 /// Place of the run to keep, among those with a finite error.
 #[must_use]
 pub fn choose(runs: &[Run], choice: Choice) -> Option<usize> {
-    let score = |run: &Run| match choice {
-        Choice::Best => score(run),
-        Choice::NearestAverage => run.mse,
+    // What the best run has least of: its error, or where a rule estimates it the evidence against it.
+    let score = |run: &Run| match (choice, run.evidence) {
+        (Choice::Best, Some(evidence)) => -evidence.ln_evidence,
+        _ => run.mse,
     };
     let finite: Vec<(usize, f64)> =
         runs.iter().map(score).enumerate().filter(|(_, score)| score.is_finite()).collect();
-    let centre = match choice {
-        Choice::Best => f64::NEG_INFINITY,
-        Choice::NearestAverage => {
-            finite.iter().map(|(_, mse)| mse).sum::<f64>() / count(finite.len())
-        }
+    let mean = finite.iter().map(|(_, score)| score).sum::<f64>() / count(finite.len());
+    let distance = |score: f64| match choice {
+        Choice::Best => score,
+        Choice::NearestAverage => (score - mean).abs(),
     };
-    let distance = |mse: f64| if centre.is_finite() { (mse - centre).abs() } else { mse };
     finite
         .into_iter()
         .min_by(|(_, left), (_, right)| distance(*left).total_cmp(&distance(*right)))
         .map(|(place, _)| place)
-}
-
-/// What the best run has least of: its error, or where a rule estimates it the evidence against it.
-fn score(run: &Run) -> f64 {
-    run.evidence.map_or(run.mse, |evidence| -evidence.ln_evidence)
-}
-
-fn check_weights(algorithm: &Algorithm, weights: usize) -> Result<(), FitError> {
-    match algorithm.max_weights() {
-        Some(limit) if weights > limit => {
-            Err(FitError::TooManyWeights { algorithm: algorithm.name(), weights, limit })
-        }
-        _ => Ok(()),
-    }
 }
 
 fn check_columns(train: &DataSet, other: &DataSet) -> Result<(), FitError> {

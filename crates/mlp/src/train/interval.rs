@@ -7,8 +7,6 @@
 //! Rows with labels (an object, a world) stay together. The width then holds `level` of the rows of a new group, where each group counts the same
 //! (Lee, Barber, Willett 2023), or `level` of the rows in the worst group there is, whichever is less: that of a few worlds.
 
-use std::collections::BTreeMap;
-
 use ndarray::{Array2, Axis};
 
 pub use mlp_core::interval::Interval;
@@ -18,7 +16,8 @@ use super::data::DataSet;
 use super::file::rounded;
 use super::metrics::r_squared;
 use super::objective::count;
-use super::split::{Split, SplitError};
+use super::setting::{self, SettingError};
+use super::split::{Split, SplitError, groups};
 use crate::model::Transform;
 
 /// Parts that are held out, one after the other.
@@ -30,11 +29,8 @@ const FEWEST: usize = 3;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IntervalError {
     /// A level outside 0 to 1.
-    #[error("{level} is no level of an interval: it must lie between 0 and 1")]
-    Level {
-        /// The level.
-        level: f64,
-    },
+    #[error(transparent)]
+    Level(#[from] SettingError),
     /// Of so few rows even the farthest is no limit.
     #[error("{rows} rows: an interval of {} % needs at least {needed}", 100.0 * level)]
     TooFewRows {
@@ -100,21 +96,11 @@ impl<'a> HeldOut<'a> {
     /// # Errors
     /// Any [`IntervalError`] but [`IntervalError::NoLimit`].
     pub fn new(data: &'a DataSet, level: f64, seed: u64) -> Result<Self, IntervalError> {
-        if !(level > 0.0 && level < 1.0) {
-            return Err(IntervalError::Level { level });
-        }
+        setting::share("level", level)?;
         if data.classes.is_some() {
             return Err(IntervalError::Classes);
         }
-        let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (row, label) in data.labels().iter().enumerate() {
-            named.entry(label).or_default().push(row);
-        }
-        let groups: Vec<Vec<usize>> = if named.is_empty() {
-            (0..data.rows()).map(|row| vec![row]).collect()
-        } else {
-            named.into_values().collect()
-        };
+        let groups = groups(data.rows(), data.labels());
         let (rows, needed) = (data.rows(), rank(level / (1.0 - level)));
         if data.labels().is_empty() && rows < needed {
             return Err(IntervalError::TooFewRows { rows, needed, level });

@@ -1,6 +1,7 @@
-//! Vectors of a machine's width in, their sums, products and hyperbolic tangents out.
+//! The precisions of training and their arithmetic, one number and one vector of the machine's width at a time.
 
-use core::fmt;
+use core::fmt::{self, Debug};
+use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -25,15 +26,9 @@ impl Isa {
     #[must_use]
     pub fn detect() -> Self {
         match Arch::new() {
-            Arch::Scalar => Self::portable(),
+            Arch::Scalar => Self(Kind::Portable),
             native => Self(Kind::Native(native)),
         }
-    }
-
-    /// What every machine of the target has.
-    #[must_use]
-    pub const fn portable() -> Self {
-        Self(Kind::Portable)
     }
 
     /// All that this machine has, widest first, for tests and benches.
@@ -45,7 +40,7 @@ impl Isa {
             all.push(Self(Kind::Native(Arch::V3(avx2))));
         }
         if matches!(all[0].0, Kind::Native(_)) {
-            all.push(Self::portable());
+            all.push(Self(Kind::Portable));
         }
         all
     }
@@ -53,22 +48,20 @@ impl Isa {
     /// Replaces every value by its hyperbolic tangent, as the objective computes it on this instruction set:
     /// [`rational`](crate::tanh::rational) in `f32`, fused where the machine can, [`double`](crate::tanh::double) in
     /// `f64`.
-    pub fn tanh<T: Lanes>(self, values: &mut [T]) {
+    pub fn tanh<T: Real>(self, values: &mut [T]) {
         struct Op<'a, T>(&'a mut [T]);
-        impl<T: Lanes> WithSimd for Op<'_, T> {
+        impl<T: Real> WithSimd for Op<'_, T> {
             type Output = ();
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) {
-                let width = size_of::<T::Vector<S>>() / size_of::<T>();
-                let whole = self.0.len() - self.0.len() % width;
-                let (vectors, rest) = self.0.split_at_mut(whole);
-                T::tanh(simd, vectors);
-                // A last vector filled up with zeros.
-                let mut last = [T::ZERO; 64];
-                last[..rest.len()].copy_from_slice(rest);
-                T::tanh(simd, &mut last);
-                rest.copy_from_slice(&last[..rest.len()]);
+                // In whole vectors of any machine, the last ones filled up with zeros.
+                for some in self.0.chunks_mut(64) {
+                    let mut vectors = [T::default(); 64];
+                    vectors[..some.len()].copy_from_slice(some);
+                    T::tanh(simd, &mut vectors);
+                    some.copy_from_slice(&vectors[..some.len()]);
+                }
             }
         }
         self.dispatch(Op(values));
@@ -84,9 +77,9 @@ impl Isa {
     }
 
     /// Numbers in one vector.
-    pub(crate) fn width<T: Lanes>(self) -> usize {
+    pub(crate) fn width<T: Real>(self) -> usize {
         struct Width<T>(core::marker::PhantomData<T>);
-        impl<T: Lanes> WithSimd for Width<T> {
+        impl<T: Real> WithSimd for Width<T> {
             type Output = usize;
 
             #[inline(always)]
@@ -111,10 +104,34 @@ impl fmt::Display for Isa {
     }
 }
 
-/// Arithmetic on whole vectors. Everything is inlined into a function compiled for the machine's vectors.
-pub trait Lanes: Sized + Copy {
-    /// Zero.
-    const ZERO: Self;
+/// A precision of training, `f32` or `f64`, and arithmetic on whole vectors, all of it inlined into a function compiled for the
+/// machine's vectors.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + Into<f64>
+{
+    /// Its name: `f32` or `f64`.
+    const NAME: &'static str;
+
+    /// Nearest value; what is too large becomes infinite.
+    fn of(value: f64) -> Self;
+
+    /// The same value in double precision, exactly.
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self.into()
+    }
 
     /// Vector of this type.
     type Vector<S: Simd>: Copy;
@@ -151,12 +168,17 @@ pub trait Lanes: Sized + Copy {
 /// The same operations of either precision, by their names in `pulp`.
 macro_rules! lanes {
     (
-        $real:ty, $vector:ident, $tanh:ident, $slice:ident, $slice_mut:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
+        $real:ident, $of:expr, $vector:ident, $tanh:ident, $slice:ident, $slice_mut:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident,
         $mul_add:ident, $greater:ident, $less:ident, $select:ident, $total:ident
     ) => {
-        impl Lanes for $real {
-            const ZERO: Self = 0.0;
+        impl Real for $real {
+            const NAME: &'static str = stringify!($real);
             type Vector<S: Simd> = S::$vector;
+
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                $of(value)
+            }
 
             #[inline(always)]
             fn vectors<S: Simd>(slice: &[Self]) -> &[S::$vector] {
@@ -225,12 +247,12 @@ macro_rules! lanes {
 
 #[rustfmt::skip]
 lanes!(
-    f32, f32s, tanh_f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, greater_than_f32s,
+    f32, super::rounded, f32s, tanh_f32, as_simd_f32s, as_mut_simd_f32s, splat_f32s, add_f32s, sub_f32s, mul_f32s, mul_add_e_f32s, greater_than_f32s,
     less_than_f32s, select_f32s, reduce_sum_f32s
 );
 #[rustfmt::skip]
 lanes!(
-    f64, f64s, tanh_f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, add_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, greater_than_f64s,
+    f64, core::convert::identity, f64s, tanh_f64, as_simd_f64s, as_mut_simd_f64s, splat_f64s, add_f64s, sub_f64s, mul_f64s, mul_add_e_f64s, greater_than_f64s,
     less_than_f64s, select_f64s, reduce_sum_f64s
 );
 

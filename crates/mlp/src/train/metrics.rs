@@ -67,9 +67,9 @@ pub fn predict<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize>(
     model: &Model<W, IO, WIDTH>,
     rows: &ArrayRef2<f64>,
 ) -> Result<(Array2<f64>, Vec<Coverage>), EvaluateError> {
-    let mut predicted = Array2::zeros((rows.nrows(), model.targets().len()));
+    let mut predicted = Array2::zeros((rows.nrows(), model.targets().axes().len()));
     let mut coverage = Vec::with_capacity(rows.nrows());
-    let mut answer = vec![0.0; model.targets().len()];
+    let mut answer = vec![0.0; model.targets().axes().len()];
     for (at, (row, mut place)) in rows.rows().into_iter().zip(predicted.rows_mut()).enumerate() {
         let raw = row.to_vec();
         let covered = model
@@ -165,7 +165,8 @@ fn scaled_error(scaling: &Scaling, prediction: f64, target: f64) -> f64 {
     if span == 0.0 {
         return 0.0;
     }
-    2.0 * (scaling.transformed(prediction) - scaling.transformed(target)) / span
+    let transformed = |raw: f64| scaling.column.transform.forward(raw);
+    2.0 * (transformed(prediction) - transformed(target)) / span
 }
 
 #[cfg(test)]

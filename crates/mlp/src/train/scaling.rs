@@ -1,56 +1,32 @@
 //! Raw training values in, limits and scaled values in double precision out.
 
-use core::str::FromStr;
-
 use super::column::{ColumnSpec, unit_of};
 use super::file::FileColumn;
 use super::topology::Topology;
 use crate::model::{Column, Transform};
 
-/// What training values become.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Method {
-    /// Smallest to largest value becomes -1 to 1: `min-max`.
-    #[default]
-    MinMax,
-    /// Mean 0 and deviation 1: `z-score`. For columns with outliers, which min-max presses into a corner. The saved model
-    /// has min-max limits all the same: the difference is taken up by the weights of the first and last layer
-    /// ([`as_min_max`]).
-    ZScore,
-}
-
-/// A text that names no method.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown scaler \"{text}\" (known: min-max, z-score)")]
-pub struct UnknownMethod {
-    /// The text given.
-    pub text: String,
-}
-
-impl FromStr for Method {
-    type Err = UnknownMethod;
-
-    fn from_str(text: &str) -> Result<Self, UnknownMethod> {
-        match text {
-            "min-max" => Ok(Self::MinMax),
-            "z-score" => Ok(Self::ZScore),
-            _ => Err(UnknownMethod { text: text.to_owned() }),
-        }
+mlp_core::named! {
+    "scaler",
+    /// What training values become.
+    #[derive(Default)]
+    pub enum Method {
+        /// Smallest to largest value becomes -1 to 1.
+        #[default]
+        MinMax = "min-max",
+        /// Mean 0 and deviation 1. For columns with outliers, which min-max presses into a corner. The saved model has min-max
+        /// limits all the same: the difference is taken up by the weights of the first and last layer ([`as_min_max`]).
+        ZScore = "z-score",
     }
 }
 
-/// Double-precision twin of [`Column`], used while training.
+/// How a [`Column`] is scaled while training, in double precision.
 ///
 /// With T the transform, min-max is `scaled = 2 (T(raw) - T(min)) / (T(max) - T(min)) - 1`, z-score
 /// `scaled = (T(raw) - mean) / deviation` with mean and deviation of T(raw); a constant column becomes 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scaling {
-    /// Applied before scaling.
-    pub transform: Transform,
-    /// Smallest raw training value.
-    pub min: f64,
-    /// Largest raw training value.
-    pub max: f64,
+    /// Transform and limits of the training values, as the saved model has them.
+    pub column: Column,
     /// Mean and deviation (of the population) of the transformed values, for the z-score.
     pub moments: Option<[f64; 2]>,
 }
@@ -62,7 +38,7 @@ impl Scaling {
         let (min, max) = values
             .into_iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), v| (min.min(v), max.max(v)));
-        Self { transform, min, max, moments: None }
+        Column::new(transform, min, max).into()
     }
 
     /// The limits of `values`, scaled by `method`.
@@ -77,7 +53,7 @@ impl Scaling {
             return limits;
         }
         let count = super::objective::count(values.clone().count());
-        let transformed = || values.clone().map(|raw| limits.transformed(raw));
+        let transformed = || values.clone().map(|raw| transform.forward(raw));
         let mean = transformed().sum::<f64>() / count;
         let variance = transformed().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
         Self { moments: Some([mean, variance.sqrt()]), ..limits }
@@ -87,10 +63,11 @@ impl Scaling {
     #[must_use]
     pub fn scaled(&self, raw: f64) -> f64 {
         let (low, span) = self.low_and_span();
+        let value = self.column.transform.forward(raw);
         match self.moments {
             _ if span == 0.0 => 0.0,
-            None => 2.0 * (self.transformed(raw) - low) / span - 1.0,
-            Some([mean, deviation]) => (self.transformed(raw) - mean) / deviation,
+            None => 2.0 * (value - low) / span - 1.0,
+            Some([mean, deviation]) => (value - mean) / deviation,
         }
     }
 
@@ -113,28 +90,16 @@ impl Scaling {
         self.low_and_span().1
     }
 
-    /// The value after the transform.
-    #[must_use]
-    pub fn transformed(&self, raw: f64) -> f64 {
-        self.transform.forward_double(raw)
-    }
-
-    /// The column of the saved model.
-    #[must_use]
-    pub fn column(&self) -> Column {
-        Column::new(self.transform, self.min, self.max)
-    }
-
     fn low_and_span(&self) -> (f64, f64) {
-        let low = self.transformed(self.min);
-        (low, self.transformed(self.max) - low)
+        let Column { transform, min, max, .. } = self.column;
+        let low = transform.forward(min);
+        (low, transform.forward(max) - low)
     }
 }
 
 impl From<Column> for Scaling {
     fn from(column: Column) -> Self {
-        let Column { transform, min, max, .. } = column;
-        Self { transform, min, max, moments: None }
+        Self { column, moments: None }
     }
 }
 
@@ -181,7 +146,7 @@ pub fn columns(specs: &[ColumnSpec], scalings: &[Scaling]) -> Vec<FileColumn> {
         .iter()
         .zip(scalings)
         .map(|(spec, scaling)| {
-            let Column { transform, min, max, noise } = scaling.column();
+            let Column { transform, min, max, noise } = scaling.column;
             let unit = unit_of(&spec.name).to_owned();
             FileColumn { name: spec.name.clone(), unit, transform, min, max, noise }
         })
@@ -197,11 +162,11 @@ mod tests {
     fn agrees_with_the_scaler_of_the_model() {
         for transform in Transform::ALL {
             let scaling = Scaling::of(transform, [0.5, 0.25, 8.0, 1.0]);
-            assert_eq!(scaling.column(), Column::new(transform, 0.25, 8.0));
-            let scaler = Scaler::new(&[scaling.column()]).unwrap();
+            assert_eq!(scaling.column, Column::new(transform, 0.25, 8.0));
+            let scaler = Scaler::new(&[scaling.column]).unwrap();
             for raw in [0.1_f32, 0.25, 1.0, 7.5, 20.0] {
                 let double = scaling.scaled(f64::from(raw));
-                let single = f64::from(scaler.scaled(0, raw).unwrap());
+                let single = f64::from(scaler.axes()[0].scaled(raw).unwrap());
                 assert!((double - single).abs() < 1e-6, "{transform} {raw}: {double} {single}");
             }
         }
@@ -227,7 +192,7 @@ mod tests {
         assert_eq!(constant.scaled(5.0), 0.0);
         assert_eq!("z-score".parse(), Ok(Method::ZScore));
         let error = "robust".parse::<Method>().unwrap_err();
-        assert_eq!(error.to_string(), "unknown scaler \"robust\" (known: min-max, z-score)");
+        assert_eq!(error.to_string(), "unknown scaler (known: min-max, z-score)");
     }
 
     #[test]

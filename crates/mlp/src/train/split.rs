@@ -11,6 +11,7 @@ use rand_core::{Rng, SeedableRng};
 
 use super::data::{DataSet, DataSetError};
 use super::objective::count;
+use super::setting::{self, SettingError};
 
 /// Which rows train and which are held out, each in rising order.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,18 +25,9 @@ pub struct Split {
 /// Why rows can not be split.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SplitError {
-    /// A share outside 0 to 1.
-    #[error("a share of {share} can not be held out: it must lie between 0 and 1")]
-    Share {
-        /// The share.
-        share: f64,
-    },
-    /// Fewer than two folds.
-    #[error("{folds} folds: at least 2 are needed")]
-    Folds {
-        /// Folds asked for.
-        folds: usize,
-    },
+    /// A share outside 0 to 1, or fewer than two folds.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Too few groups to give each part one.
     #[error("{groups} groups of rows can not be split into {parts} parts")]
     TooFewGroups {
@@ -51,7 +43,7 @@ impl Split {
     /// least one group is held out and one left.
     ///
     /// # Errors
-    /// [`SplitError::Share`] unless `share` lies between 0 and 1; [`SplitError::TooFewGroups`] below two groups.
+    /// [`SplitError::Setting`] unless `share` lies between 0 and 1; [`SplitError::TooFewGroups`] below two groups.
     pub fn holdout(data: &DataSet, share: f64, seed: u64) -> Result<Self, SplitError> {
         Self::holdout_of(data.rows(), data.labels(), share, seed)
     }
@@ -70,9 +62,7 @@ impl Split {
         share: f64,
         seed: u64,
     ) -> Result<Self, SplitError> {
-        if !(share > 0.0 && share < 1.0) {
-            return Err(SplitError::Share { share });
-        }
+        setting::share("share", share)?;
         let groups = shuffled_groups(rows, labels, seed, 2)?;
         let wanted = share * count(rows);
         let (mut held_out, mut left) = (Vec::new(), groups.len());
@@ -94,10 +84,11 @@ impl Split {
     /// the fewest rows, so rows without labels make folds that differ by one row at most.
     ///
     /// # Errors
-    /// [`SplitError::Folds`] below 2; [`SplitError::TooFewGroups`] where there are fewer groups than folds.
+    /// [`SplitError::Setting`] below 2; [`SplitError::TooFewGroups`] where there are fewer groups than folds.
     pub fn folds(data: &DataSet, folds: usize, seed: u64) -> Result<Vec<Self>, SplitError> {
         if folds < 2 {
-            return Err(SplitError::Folds { folds });
+            let (value, range) = (count(folds), "at least 2");
+            return Err(SettingError { name: "folds", value, range }.into());
         }
         let mut groups = shuffled_groups(data.rows(), data.labels(), seed, folds)?;
         groups.sort_by_key(|group| core::cmp::Reverse(group.len()));
@@ -125,6 +116,18 @@ impl Split {
     }
 }
 
+/// Rows of each group of equal labels; without labels each row is one.
+pub(super) fn groups(rows: usize, labels: &[String]) -> Vec<Vec<usize>> {
+    if labels.is_empty() {
+        return (0..rows).map(|row| vec![row]).collect();
+    }
+    let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (row, label) in labels.iter().enumerate() {
+        named.entry(label).or_default().push(row);
+    }
+    named.into_values().collect()
+}
+
 /// Rows of each group, the groups in the order the seed gives.
 fn shuffled_groups(
     rows: usize,
@@ -132,15 +135,7 @@ fn shuffled_groups(
     seed: u64,
     parts: usize,
 ) -> Result<Vec<Vec<usize>>, SplitError> {
-    let mut groups: Vec<Vec<usize>> = if labels.is_empty() {
-        (0..rows).map(|row| vec![row]).collect()
-    } else {
-        let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (row, label) in labels.iter().enumerate() {
-            named.entry(label).or_default().push(row);
-        }
-        named.into_values().collect()
-    };
+    let mut groups = groups(rows, labels);
     if groups.len() < parts {
         return Err(SplitError::TooFewGroups { groups: groups.len(), parts });
     }
@@ -255,12 +250,13 @@ mod tests {
     fn what_can_not_be_split_is_stated() {
         let data = data(Some(&[1, 1, 1]), 3);
         for share in [0.0, 1.0, -0.1, f64::NAN] {
-            assert!(matches!(Split::holdout(&data, share, 0), Err(SplitError::Share { .. })));
+            assert!(matches!(Split::holdout(&data, share, 0), Err(SplitError::Setting(_))));
         }
         assert_eq!(
             Split::holdout(&data, 0.5, 0).unwrap_err().to_string(),
             "1 groups of rows can not be split into 2 parts"
         );
-        assert_eq!(Split::folds(&data, 1, 0), Err(SplitError::Folds { folds: 1 }));
+        let one = Split::folds(&data, 1, 0).unwrap_err();
+        assert_eq!(one.to_string(), "folds is 1: it must be at least 2");
     }
 }

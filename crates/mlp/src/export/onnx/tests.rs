@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use ndarray::{Array2, Axis as Along, Zip};
 use prost::Message as _;
 
 use super::super::{agreement, test_models};
 use super::*;
 
-/// A matrix by rows.
-type Rows = Vec<Vec<f64>>;
+type Rows = Array2<f64>;
 
 fn tensor(tensor: &TensorProto) -> Rows {
     let values: Vec<f64> = match tensor.data_type {
@@ -22,59 +22,42 @@ fn tensor(tensor: &TensorProto) -> Rows {
     let width = usize::try_from(*tensor.dims.last().unwrap()).unwrap();
     let count: i64 = tensor.dims.iter().product();
     assert_eq!(usize::try_from(count).unwrap(), values.len(), "{}", tensor.name);
-    values.chunks(width).map(<[f64]>::to_vec).collect()
+    Array2::from_shape_vec((values.len() / width, width), values).unwrap()
 }
 
-/// Element by element; a single row stands for any number of rows.
+/// Element by element; a single row on the right stands for any number of rows.
 fn each(left: &Rows, right: &Rows, f: impl Fn(f64, f64) -> f64) -> Rows {
-    let row = |at: usize, rows: &Rows| rows[if rows.len() == 1 { 0 } else { at }].clone();
-    let pairs = |left: Vec<f64>, right: Vec<f64>| -> Vec<f64> {
-        // A single value stands for a row.
-        let left = left.iter().cycle().take(left.len().max(right.len()));
-        left.zip(&right).map(|(a, b)| f(*a, *b)).collect()
-    };
-    (0..left.len().max(right.len())).map(|at| pairs(row(at, left), row(at, right))).collect()
-}
-
-fn gemm(rows: &Rows, weights: &Rows, biases: &Rows) -> Rows {
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    rows.iter()
-        .map(|row| weights.iter().zip(&biases[0]).map(|(w, b)| product(w, row) + b).collect())
-        .collect()
+    Zip::from(left).and_broadcast(right).map_collect(|&a, &b| f(a, b))
 }
 
 fn compute(operator: &str, inputs: &[&Rows]) -> Rows {
-    let map = |f: fn(f64) -> f64| each(inputs[0], inputs[0], |x, _| f(x));
     let truth = |flag: bool| f64::from(u8::from(flag));
-    match operator {
-        "Log" => map(f64::ln),
-        "Exp" => map(f64::exp),
-        "Identity" => inputs[0].clone(),
-        "Min" => each(inputs[0], inputs[1], f64::min),
-        "Tanh" => map(f64::tanh),
-        "Sigmoid" => map(|x| 1.0 / (1.0 + (-x).exp())),
-        "Relu" => map(|x| x.max(0.0)),
-        "Sub" => each(inputs[0], inputs[1], |a, b| a - b),
-        "Div" => each(inputs[0], inputs[1], |a, b| a / b),
-        "Mul" => each(inputs[0], inputs[1], |a, b| a * b),
-        "Add" => each(inputs[0], inputs[1], |a, b| a + b),
-        "And" => each(inputs[0], inputs[1], |a, b| truth(a + b > 1.5)),
-        "GreaterOrEqual" => each(inputs[0], inputs[1], |a, b| truth(a >= b)),
-        "LessOrEqual" => each(inputs[0], inputs[1], |a, b| truth(a <= b)),
-        "Where" => {
-            let picked =
-                each(inputs[0], inputs[1], |mask, x| if mask > 0.5 { x } else { f64::NAN });
-            each(&picked, inputs[2], |x, other| if x.is_nan() { other } else { x })
+    match (operator, inputs) {
+        ("Log", [x]) => x.mapv(f64::ln),
+        ("Exp", [x]) => x.mapv(f64::exp),
+        ("Identity", [x]) => (*x).clone(),
+        ("Tanh", [x]) => x.mapv(f64::tanh),
+        ("Sigmoid", [x]) => x.mapv(|x| 1.0 / (1.0 + (-x).exp())),
+        ("Relu", [x]) => x.mapv(|x| x.max(0.0)),
+        ("Softmax", [x]) => {
+            let exponentials = x.mapv(f64::exp);
+            let sums = exponentials.sum_axis(Along(1)).insert_axis(Along(1));
+            exponentials / sums
         }
-        "Softmax" => {
-            let softmax = |row: &Vec<f64>| {
-                let sum: f64 = row.iter().map(|x| x.exp()).sum();
-                row.iter().map(|x| x.exp() / sum).collect()
-            };
-            inputs[0].iter().map(softmax).collect()
+        ("Sub", [a, b]) => *a - *b,
+        ("Div", [a, b]) => *a / *b,
+        ("Mul", [a, b]) => *a * *b,
+        ("Add", [a, b]) => *a + *b,
+        ("Min", [a, b]) => each(a, b, f64::min),
+        ("And", [a, b]) => each(a, b, |a, b| truth(a + b > 1.5)),
+        ("GreaterOrEqual", [a, b]) => each(a, b, |a, b| truth(a >= b)),
+        ("LessOrEqual", [a, b]) => each(a, b, |a, b| truth(a <= b)),
+        ("Where", [mask, a, b]) => {
+            let pick = |&a: &f64, &b: &f64, &mask: &f64| if mask > 0.5 { a } else { b };
+            Zip::from(*a).and(*b).and_broadcast(*mask).map_collect(pick)
         }
-        "Gemm" => gemm(inputs[0], inputs[1], inputs[2]),
-        other => panic!("operator {other}"),
+        ("Gemm", [x, weights, biases]) => x.dot(&weights.t()) + *biases,
+        (other, _) => panic!("operator {other}"),
     }
 }
 
@@ -95,6 +78,10 @@ fn run(graph: &GraphProto, features: Rows) -> BTreeMap<String, Rows> {
     values
 }
 
+fn rows(features: &[Vec<f32>]) -> Rows {
+    Array2::from_shape_fn((features.len(), features[0].len()), |(row, at)| features[row][at].into())
+}
+
 fn decoded(file: &ModelFile) -> ModelProto {
     let bytes = bytes(file, "m.json").unwrap();
     ModelProto::decode(&bytes[..]).unwrap()
@@ -105,19 +92,18 @@ fn the_graph_computes_what_the_model_computes() {
     for file in test_models::all() {
         let (model, onnx) = (file.model().unwrap(), decoded(&file));
         let features = test_models::features(file.inputs.len());
-        let rows = features.iter().map(|row| row.iter().map(|&x| x.into()).collect()).collect();
-        let values = run(onnx.graph.as_ref().unwrap(), rows);
+        let values = run(onnx.graph.as_ref().unwrap(), rows(&features));
         for (at, raw) in features.iter().enumerate() {
             let mut out = vec![0.0; file.targets.len()];
             model.predict(raw, &mut out).unwrap();
             let bounds = agreement::bounds(&model, raw);
             for (target, ours) in out.iter().enumerate() {
-                let theirs = rounded(values["targets"][at][target]);
+                let theirs = rounded(values["targets"][[at, target]]);
                 let found = agreement::difference(&model, target, *ours, theirs);
                 assert!(found <= bounds[target], "{raw:?} {target}: {ours} {theirs}");
             }
-            for (column, flag) in values["in_range"][at].iter().enumerate() {
-                let covered = model.inputs().covers(column, raw[column]);
+            for (column, flag) in values["in_range"].row(at).iter().enumerate() {
+                let covered = model.inputs().axes()[column].covers(raw[column]);
                 assert_eq!(*flag > 0.5, covered, "{raw:?} column {column}");
             }
         }
@@ -136,8 +122,8 @@ fn what_has_no_reciprocal_or_logarithm_has_no_answer() {
             let row = (0..file.inputs.len()).map(|at| if at == 0 { x } else { 0.1 });
             let row: Vec<f32> = row.collect();
             let refused = model.predict(&row, &mut vec![0.0; file.targets.len()]).is_err();
-            let row = row.into_iter().map(f64::from).collect();
-            (refused, run(onnx.graph.as_ref().unwrap(), vec![row])["targets"][0][0].is_nan())
+            let values = run(onnx.graph.as_ref().unwrap(), rows(&[row]));
+            (refused, values["targets"][[0, 0]].is_nan())
         };
         assert_eq!(
             [answer(1.0), answer(-1.0), answer(0.0)].map(|(refused, _)| refused),
@@ -152,19 +138,18 @@ fn a_classifier_gives_probabilities() {
     let file = test_models::classifier();
     let (model, onnx) = (file.large_model().unwrap(), decoded(&file));
     let features = test_models::features(40);
-    let rows = features.iter().map(|row| row.iter().map(|&x| x.into()).collect()).collect();
-    let values = run(onnx.graph.as_ref().unwrap(), rows);
-    for (raw, theirs) in features.iter().zip(&values["targets"]) {
+    let values = run(onnx.graph.as_ref().unwrap(), rows(&features));
+    for (raw, theirs) in features.iter().zip(values["targets"].rows()) {
         let mut out = [0.0; 3];
         model.predict(raw, &mut out).unwrap();
         let mut ours = out.map(f64::from);
         crate::train::metrics::softmax(&mut ours);
         let bound = agreement::probability_bound(&agreement::bounds(&model, raw));
         assert!(
-            ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() <= bound),
+            ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() <= bound),
             "{ours:?} {theirs:?}"
         );
-        assert!((theirs.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!((theirs.sum() - 1.0).abs() < 1e-9);
     }
 }
 
@@ -185,8 +170,9 @@ fn versions_shapes_and_units_are_stated() {
     let inputs = &onnx.metadata_props.iter().find(|entry| entry.key == "inputs").unwrap().value;
     let inputs: Vec<FileColumn> = serde_json::from_str(inputs).unwrap();
     assert_eq!(inputs, file.inputs);
-    let first = graph.initializer.iter().find(|tensor| tensor.name == "weights_1").unwrap();
-    assert!(tensor(first).iter().all(|row| row[3] == 0.0 && row[1] != 0.0), "constant column 3");
+    let gain = graph.initializer.iter().find(|tensor| tensor.name == "features_gain").unwrap();
+    let gain = tensor(gain);
+    assert!(gain[[0, 3]] == 0.0 && gain[[0, 1]] != 0.0, "constant column 3");
 }
 
 #[test]

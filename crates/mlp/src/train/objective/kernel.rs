@@ -3,11 +3,12 @@
 use pulp::{Simd, WithSimd};
 
 use super::super::aligned::Aligned;
-use super::super::real::Real;
+use super::super::lanes::Real;
 use super::super::topology::{Layer, Topology};
+use super::normal::{Jacobian, Sums, add_products};
 use super::panel::{Panel, Panels, VECTORS};
 use super::pass::{
-    accumulate, activate, carry_back, columns, columns_mut, cross_entropy, residuals,
+    Column, accumulate, activate, carry_back, columns, columns_mut, cross_entropy, residuals,
     through_activation, weighted_sums,
 };
 
@@ -20,11 +21,11 @@ const PANELS_IN_A_ROW: usize = 64;
 /// Memory of a pass over one panel and of the sums.
 #[derive(Debug, Clone)]
 pub(super) struct Tape<T> {
-    pub(super) layers: Vec<Layer>,
+    layers: Vec<Layer>,
     /// Per layer of weights: the values of all neurons for all rows of a panel.
-    pub(super) values: Vec<Aligned<T>>,
+    values: Vec<Aligned<T>>,
     /// Per layer of weights: derivatives with respect to the neurons' sums.
-    pub(super) deltas: Vec<Aligned<T>>,
+    deltas: Vec<Aligned<T>>,
     /// One vector a weight.
     accumulators: Aligned<T>,
     /// Sums over all rows, one a weight.
@@ -52,12 +53,13 @@ impl<T: Real> Tape<T> {
 }
 
 /// What is wanted of the rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum Wanted<'a, T> {
     /// The sum of squared residuals.
     Error,
     /// That and, in [`Tape::totals`], its derivatives by the weights, halved.
     Gradient,
+    /// That and the products of the Jacobian, added to the sums.
+    Normal(&'a mut Jacobian<T>, Sums<'a>),
 }
 
 /// A pass over all rows; yields the sum of squared residuals.
@@ -65,7 +67,7 @@ pub(super) struct AllRows<'a, T> {
     pub(super) panels: &'a Panels<T>,
     pub(super) tape: &'a mut Tape<T>,
     pub(super) weights: &'a [T],
-    pub(super) wanted: Wanted,
+    pub(super) wanted: Wanted<'a, T>,
 }
 
 impl<T: Real> WithSimd for AllRows<'_, T> {
@@ -73,54 +75,67 @@ impl<T: Real> WithSimd for AllRows<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { panels, tape, weights, wanted } = self;
+        let Self { panels, tape, weights, mut wanted } = self;
         let mut sum = 0.0;
         tape.totals.fill(0.0);
         tape.entropy = 0.0;
-        for some in panels.panels.chunks(PANELS_IN_A_ROW) {
-            tape.accumulators.get_mut().fill(T::of(0.0));
+        let at_once = if matches!(wanted, Wanted::Normal(..)) { 1 } else { PANELS_IN_A_ROW };
+        for some in panels.panels.chunks(at_once) {
             let mut squares = T::splat(simd, T::of(0.0));
+            if let Wanted::Gradient = wanted {
+                tape.accumulators.get_mut().fill(T::of(0.0));
+            }
             for panel in some {
                 let work = One { simd, panels, panel, weights };
                 match panel.vectors {
-                    1 => work.run::<1>(tape, &mut squares, wanted),
-                    2 => work.run::<2>(tape, &mut squares, wanted),
-                    3 => work.run::<3>(tape, &mut squares, wanted),
-                    _ => work.run::<VECTORS>(tape, &mut squares, wanted),
+                    1 => work.run::<1>(tape, &mut squares, &mut wanted),
+                    2 => work.run::<2>(tape, &mut squares, &mut wanted),
+                    3 => work.run::<3>(tape, &mut squares, &mut wanted),
+                    _ => work.run::<VECTORS>(tape, &mut squares, &mut wanted),
                 }
             }
             sum += T::total(simd, squares).double();
-            if wanted == Wanted::Gradient {
+            if let Wanted::Gradient = wanted {
                 let vectors = T::vectors::<S>(tape.accumulators.get());
                 for (total, &vector) in tape.totals.iter_mut().zip(vectors) {
                     *total += T::total(simd, vector).double();
                 }
             }
         }
+        if let Wanted::Normal(jacobian, sums) = &mut wanted {
+            add_products::<T, S>(simd, jacobian, sums);
+        }
         sum + tape.entropy
     }
 }
 
 /// A pass over one panel.
-pub(super) struct One<'a, T, S> {
-    pub(super) simd: S,
-    pub(super) panels: &'a Panels<T>,
-    pub(super) panel: &'a Panel,
-    pub(super) weights: &'a [T],
+struct One<'a, T, S> {
+    simd: S,
+    panels: &'a Panels<T>,
+    panel: &'a Panel,
+    weights: &'a [T],
 }
 
 impl<T: Real, S: Simd> One<'_, T, S> {
     #[inline(always)]
-    fn run<const K: usize>(self, tape: &mut Tape<T>, squares: &mut T::Vector<S>, wanted: Wanted) {
+    fn run<const K: usize>(
+        self,
+        tape: &mut Tape<T>,
+        squares: &mut T::Vector<S>,
+        wanted: &mut Wanted<'_, T>,
+    ) {
         let inputs = self.forward::<K>(tape, squares);
-        if wanted == Wanted::Gradient {
-            self.backward::<K>(tape, inputs);
+        match wanted {
+            Wanted::Error => {}
+            Wanted::Gradient => self.backward::<K>(tape, inputs, None),
+            Wanted::Normal(jacobian, sums) => self.derivatives::<K>(tape, inputs, jacobian, sums),
         }
     }
 
     /// Weights of the lanes of the last vector where some are empty.
     #[inline(always)]
-    pub(super) fn mask(&self) -> Option<T::Vector<S>> {
+    fn mask(&self) -> Option<T::Vector<S>> {
         if !self.panel.ragged {
             return None;
         }
@@ -129,11 +144,11 @@ impl<T: Real, S: Simd> One<'_, T, S> {
 
     /// Computes all neurons and leaves the residuals as deltas of the last layer; returns the panel's inputs.
     #[inline(always)]
-    pub(super) fn forward<const K: usize>(
+    fn forward<const K: usize>(
         &self,
         tape: &mut Tape<T>,
         squares: &mut T::Vector<S>,
-    ) -> &[[T::Vector<S>; K]] {
+    ) -> &[Column<T, S, K>] {
         let simd = self.simd;
         let width = self.panels.mask.get().len();
         let data = columns::<T, S, K>(&self.panels.values.get()[self.panel.start..]);
@@ -143,15 +158,11 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             let used = layer.to * K * width;
             let to = &mut after[0].get_mut()[..used];
             let layer_weights = &self.weights[layer.start..layer.end()];
-            match before.last() {
-                None => {
-                    weighted_sums(simd, layer_weights, inputs, columns_mut::<T, S, K>(to));
-                }
-                Some(values) => {
-                    let from = &columns::<T, S, K>(values.get())[..layer.from];
-                    weighted_sums(simd, layer_weights, from, columns_mut::<T, S, K>(to));
-                }
-            }
+            let from = match before.last() {
+                None => inputs,
+                Some(values) => &columns::<T, S, K>(values.get())[..layer.from],
+            };
+            weighted_sums(simd, layer_weights, from, columns_mut::<T, S, K>(to));
             activate::<T, S>(simd, layer.activation, to);
         }
         let last = tape.layers.len() - 1;
@@ -177,8 +188,15 @@ impl<T: Real, S: Simd> One<'_, T, S> {
         inputs
     }
 
+    /// Carries the deltas of the last layer back to the weights: their products with the values before are summed up, or kept as
+    /// rows of the Jacobian where there is one.
     #[inline(always)]
-    fn backward<const K: usize>(&self, tape: &mut Tape<T>, inputs: &[[T::Vector<S>; K]]) {
+    fn backward<const K: usize>(
+        &self,
+        tape: &mut Tape<T>,
+        inputs: &[Column<T, S, K>],
+        mut jacobian: Option<&mut Jacobian<T>>,
+    ) {
         let simd = self.simd;
         let width = self.panels.mask.get().len();
         for (at, &layer) in tape.layers.iter().enumerate().rev() {
@@ -188,17 +206,52 @@ impl<T: Real, S: Simd> One<'_, T, S> {
             let values = &tape.values[at].get()[..used];
             through_activation::<T, S>(simd, layer.activation, values, deltas);
             let deltas = columns::<T, S, K>(deltas);
-            let sums = T::vectors_mut::<S>(tape.accumulators.get_mut());
-            let sums = &mut sums[layer.start..layer.end()];
-            match before.last_mut() {
-                None => accumulate::<T, S, K>(simd, deltas, inputs, sums),
-                Some(place) => {
-                    let from = &columns::<T, S, K>(tape.values[at - 1].get())[..layer.from];
+            let from = match at.checked_sub(1) {
+                None => inputs,
+                Some(previous) => &columns::<T, S, K>(tape.values[previous].get())[..layer.from],
+            };
+            match &mut jacobian {
+                Some(jacobian) => jacobian.write::<S, K>(simd, layer, deltas, from),
+                None => {
+                    let sums = T::vectors_mut::<S>(tape.accumulators.get_mut());
+                    let sums = &mut sums[layer.start..layer.end()];
                     accumulate::<T, S, K>(simd, deltas, from, sums);
-                    let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
-                    carry_back::<T, S, K>(simd, layer, self.weights, deltas, place);
                 }
             }
+            if let Some(place) = before.last_mut() {
+                let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
+                carry_back::<T, S, K>(simd, layer, self.weights, deltas, place);
+            }
+        }
+    }
+
+    /// Adds the derivatives of the panel's residuals to the Jacobian, output by output.
+    #[inline(always)]
+    fn derivatives<const K: usize>(
+        &self,
+        tape: &mut Tape<T>,
+        inputs: &[Column<T, S, K>],
+        jacobian: &mut Jacobian<T>,
+        sums: &mut Sums<'_>,
+    ) {
+        let zero = T::splat(self.simd, T::of(0.0));
+        let mut single = [T::splat(self.simd, T::of(1.0)); K];
+        if let Some(mask) = self.mask() {
+            single[K - 1] = mask;
+        }
+        let last = tape.layers.len() - 1;
+        let outputs = tape.layers[last].to;
+        let errors = tape.deltas[last].clone();
+        for output in 0..outputs {
+            if !jacobian.has_room(K) {
+                add_products::<T, S>(self.simd, jacobian, sums);
+            }
+            let deltas = columns_mut::<T, S, K>(tape.deltas[last].get_mut());
+            for (place, delta) in deltas[..outputs].iter_mut().enumerate() {
+                *delta = if place == output { single } else { [zero; K] };
+            }
+            self.backward::<K>(tape, inputs, Some(jacobian));
+            jacobian.advance::<S, K>(&columns::<T, S, K>(errors.get())[output]);
         }
     }
 }

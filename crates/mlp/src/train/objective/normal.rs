@@ -1,12 +1,12 @@
-//! Weights in, the Jacobian's products with itself and with the residuals out.
+//! Rows of the Jacobian in, its products with itself and with the residuals out.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use super::super::aligned::Aligned;
-use super::super::real::Real;
-use super::kernel::{One, Tape};
-use super::panel::{Panels, VECTORS};
-use super::pass::{Column, carry_back, columns, columns_mut, through_activation};
+use super::super::lanes::Real;
+use super::super::topology::Layer;
+use super::panel::VECTORS;
+use super::pass::Column;
 
 /// Bytes of the Jacobian that are kept until their products are taken: they stay in the second-level cache.
 const BYTES: usize = 192 * 1024;
@@ -20,7 +20,6 @@ pub(super) struct Jacobian<T> {
     room: usize,
     /// Vectors in use.
     used: usize,
-    width: usize,
 }
 
 impl<T: Real> Jacobian<T> {
@@ -32,8 +31,46 @@ impl<T: Real> Jacobian<T> {
             residuals: Aligned::zeros(room * width),
             room,
             used: 0,
-            width,
         }
+    }
+
+    /// Whether so many vectors are free.
+    #[inline(always)]
+    pub(super) fn has_room(&self, vectors: usize) -> bool {
+        self.used + vectors <= self.room
+    }
+
+    /// Keeps the derivatives by the weights of a layer.
+    #[inline(always)]
+    pub(super) fn write<S: Simd, const K: usize>(
+        &mut self,
+        simd: S,
+        layer: Layer,
+        deltas: &[Column<T, S, K>],
+        from: &[Column<T, S, K>],
+    ) {
+        let (used, room) = (self.used, self.room);
+        let derivatives = T::vectors_mut::<S>(self.derivatives.get_mut());
+        let rows = &mut derivatives[layer.start * room..layer.end() * room];
+        let mut rows = rows.chunks_exact_mut(room);
+        for delta in deltas {
+            for (value, row) in from.iter().zip(&mut rows) {
+                for k in 0..K {
+                    row[used + k] = T::product(simd, delta[k], value[k]);
+                }
+            }
+        }
+        for (delta, row) in deltas.iter().zip(&mut rows) {
+            row[used..used + K].copy_from_slice(delta);
+        }
+    }
+
+    /// Keeps the residuals whose derivatives were written.
+    #[inline(always)]
+    pub(super) fn advance<S: Simd, const K: usize>(&mut self, residuals: &Column<T, S, K>) {
+        let kept = T::vectors_mut::<S>(self.residuals.get_mut());
+        kept[self.used..self.used + K].copy_from_slice(residuals);
+        self.used += K;
     }
 }
 
@@ -44,119 +81,13 @@ pub(super) struct Sums<'a> {
     pub(super) projected: &'a mut [f64],
 }
 
-/// A pass over all rows and outputs; yields the sum of squared residuals.
-pub(super) struct NormalEquations<'a, T> {
-    pub(super) panels: &'a Panels<T>,
-    pub(super) tape: &'a mut Tape<T>,
-    pub(super) jacobian: &'a mut Jacobian<T>,
-    pub(super) weights: &'a [T],
-    pub(super) sums: Sums<'a>,
-}
-
-impl<T: Real> WithSimd for NormalEquations<'_, T> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { panels, tape, jacobian, weights, mut sums } = self;
-        let mut sum = 0.0;
-        jacobian.used = 0;
-        for panel in &panels.panels {
-            let work = One { simd, panels, panel, weights };
-            sum += match panel.vectors {
-                1 => work.derivatives::<1>(tape, jacobian, &mut sums),
-                2 => work.derivatives::<2>(tape, jacobian, &mut sums),
-                3 => work.derivatives::<3>(tape, jacobian, &mut sums),
-                _ => work.derivatives::<VECTORS>(tape, jacobian, &mut sums),
-            };
-        }
-        add_products::<T, S>(simd, jacobian, &mut sums);
-        sum
-    }
-}
-
-impl<T: Real, S: Simd> One<'_, T, S> {
-    /// Adds the derivatives of the panel's residuals to the Jacobian.
-    #[inline(always)]
-    fn derivatives<const K: usize>(
-        &self,
-        tape: &mut Tape<T>,
-        jacobian: &mut Jacobian<T>,
-        sums: &mut Sums<'_>,
-    ) -> f64 {
-        let simd = self.simd;
-        let zero = T::splat(simd, T::of(0.0));
-        let one = T::splat(simd, T::of(1.0));
-        let mut squares = zero;
-        let inputs = self.forward::<K>(tape, &mut squares);
-        let last = tape.layers.len() - 1;
-        let outputs = tape.layers[last].to;
-        let errors = tape.deltas[last].clone();
-        for output in 0..outputs {
-            if jacobian.used + K > jacobian.room {
-                add_products::<T, S>(simd, jacobian, sums);
-            }
-            let at = jacobian.used;
-            let kept = &mut T::vectors_mut::<S>(jacobian.residuals.get_mut())[at..at + K];
-            kept.copy_from_slice(&columns::<T, S, K>(errors.get())[output]);
-            let mut single = [one; K];
-            if let Some(mask) = self.mask() {
-                single[K - 1] = mask;
-            }
-            let deltas = columns_mut::<T, S, K>(tape.deltas[last].get_mut());
-            for (place, delta) in deltas[..outputs].iter_mut().enumerate() {
-                *delta = if place == output { single } else { [zero; K] };
-            }
-            self.write_rows::<K>(tape, inputs, jacobian);
-            jacobian.used += K;
-        }
-        T::total(simd, squares).double()
-    }
-
-    /// One backward pass kept row by row.
-    #[inline(always)]
-    fn write_rows<const K: usize>(
-        &self,
-        tape: &mut Tape<T>,
-        inputs: &[Column<T, S, K>],
-        jacobian: &mut Jacobian<T>,
-    ) {
-        let (simd, at_vector, room) = (self.simd, jacobian.used, jacobian.room);
-        let derivatives = T::vectors_mut::<S>(jacobian.derivatives.get_mut());
-        for (at, &layer) in tape.layers.iter().enumerate().rev() {
-            let (before, after) = tape.deltas.split_at_mut(at);
-            let used = layer.to * K * jacobian.width;
-            let deltas = &mut after[0].get_mut()[..used];
-            let values = &tape.values[at].get()[..used];
-            through_activation::<T, S>(simd, layer.activation, values, deltas);
-            let deltas = columns::<T, S, K>(deltas);
-            let from = match at.checked_sub(1) {
-                None => inputs,
-                Some(previous) => &columns::<T, S, K>(tape.values[previous].get())[..layer.from],
-            };
-            let rows = &mut derivatives[layer.start * room..layer.end() * room];
-            let mut rows = rows.chunks_exact_mut(room);
-            for delta in deltas {
-                for (value, row) in from.iter().zip(&mut rows) {
-                    for k in 0..K {
-                        row[at_vector + k] = T::product(simd, delta[k], value[k]);
-                    }
-                }
-            }
-            for (delta, row) in deltas.iter().zip(&mut rows) {
-                row[at_vector..at_vector + K].copy_from_slice(delta);
-            }
-            if let Some(place) = before.last_mut() {
-                let place = &mut columns_mut::<T, S, K>(place.get_mut())[..layer.from];
-                carry_back::<T, S, K>(simd, layer, self.weights, deltas, place);
-            }
-        }
-    }
-}
-
 /// Adds the products of what the Jacobian holds and empties it.
 #[inline(always)]
-fn add_products<T: Real, S: Simd>(simd: S, jacobian: &mut Jacobian<T>, sums: &mut Sums<'_>) {
+pub(super) fn add_products<T: Real, S: Simd>(
+    simd: S,
+    jacobian: &mut Jacobian<T>,
+    sums: &mut Sums<'_>,
+) {
     let (room, used) = (jacobian.room, jacobian.used);
     let weights = sums.projected.len();
     let all = T::vectors::<S>(jacobian.derivatives.get());

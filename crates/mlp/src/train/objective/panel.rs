@@ -1,7 +1,7 @@
 //! Scaled rows in, panels of a few vectors of rows out, transposed: for each column the values of all rows.
 
 use super::super::aligned::Aligned;
-use super::super::real::Real;
+use super::super::lanes::Real;
 use ndarray::ArrayRef2;
 
 /// Most vectors of rows in a panel: so many sums stay in registers while a neuron's inputs pass by.

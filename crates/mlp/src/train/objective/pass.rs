@@ -5,13 +5,13 @@
 
 use pulp::Simd;
 
+use super::super::lanes::Real;
 use super::super::metrics::softmax;
-use super::super::real::Real;
 use super::super::topology::Layer;
 use crate::activation::Activation;
 
 /// Values of one neuron for a panel's rows.
-pub(super) type Column<T, S, const K: usize> = [<T as super::super::lanes::Lanes>::Vector<S>; K];
+pub(super) type Column<T, S, const K: usize> = [<T as Real>::Vector<S>; K];
 
 /// Whole columns of a slice.
 #[inline(always)]

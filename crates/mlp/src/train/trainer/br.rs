@@ -12,18 +12,14 @@
 
 use super::super::linear::{inverse_columns, log_determinant, product, solve_shifted};
 use super::super::objective::count;
-use super::lm::{MIN_MU, System};
+use super::lm::{LESS, MIN_MU, MORE, MOST, System};
 use super::{Evidence, Finish, Objective, Real, StepReport, Trainer};
 
 /// The trace of an inverse in each step: its time grows with the cube of the weights.
 pub const MAX_WEIGHTS: usize = 1024;
 
-/// First damping as a share of the largest diagonal element of `J'J`, factors after an accepted and a rejected step, and the share at which it
-/// gives up: MATLAB's trainbr, but for the scale.
+/// First damping as a share of the largest diagonal element of `J'J`: that of MATLAB's trainbr, but for the scale.
 const MU: f64 = 5e-3;
-const LESS: f64 = 0.1;
-const MORE: f64 = 10.0;
-const MOST: f64 = 1e10;
 /// A step that lowers the regularised sum of squares by no more than this share has arrived, so many times in a row.
 const ARRIVED: f64 = 1e-7;
 const IN_A_ROW: u32 = 10;

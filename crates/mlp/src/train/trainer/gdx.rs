@@ -2,7 +2,14 @@
 //!
 //! After Vogl et al. (1988) with the constants of MATLAB's traingdx.
 
-use super::{Finish, Isa, Objective, Real, StepReport, Trainer, finite, norm};
+use super::{Finish, Objective, Real, StepReport, Trainer, add, finite, norm};
+
+/// Factor of the rate after a step that lowered the error.
+const INCREASE: f64 = 1.05;
+/// Factor of the rate after a rejected step.
+const DECREASE: f64 = 0.7;
+/// A step that raises the error by more than this factor is rejected.
+const MAX_RISE: f64 = 1.04;
 
 /// Settings of [`AdaptiveRate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,28 +18,21 @@ pub struct AdaptiveRateConfig {
     pub rate: f64,
     /// Share of the last step that is kept, 0 to below 1. Default 0.9.
     pub momentum: f64,
-    /// Factor of the rate after a step that lowered the error, above 1. Default 1.05.
-    pub increase: f64,
-    /// Factor of the rate after a rejected step, between 0 and 1. Default 0.7.
-    pub decrease: f64,
-    /// A step that raises the error by more than this factor is rejected, above 1. Default 1.04.
-    pub max_rise: f64,
 }
 
 impl Default for AdaptiveRateConfig {
     fn default() -> Self {
-        Self { rate: 0.01, momentum: 0.9, increase: 1.05, decrease: 0.7, max_rise: 1.04 }
+        Self { rate: 0.01, momentum: 0.9 }
     }
 }
 
 /// Steepest descent with momentum and adaptive rate: `dw = momentum dw' - rate (1 - momentum) g`.
 ///
-/// One step is one trial. It is undone if the error rises by more than `max_rise`; the rate then falls and the
+/// One step is one trial. It is undone if the error rises by more than 4 %; the rate then falls and the
 /// momentum is forgotten. It is kept otherwise, and the rate rises if the error fell.
 #[derive(Debug, Clone)]
 pub struct AdaptiveRate<T = f64> {
-    isa: Isa,
-    config: AdaptiveRateConfig,
+    momentum: f64,
     rate: f64,
     /// Error at the current weights once they are known.
     mse: Option<f64>,
@@ -48,8 +48,7 @@ impl<T: Real> AdaptiveRate<T> {
     pub fn new(config: AdaptiveRateConfig, weights: usize) -> Self {
         let zeros = vec![T::default(); weights];
         Self {
-            isa: Isa::detect(),
-            config,
+            momentum: config.momentum,
             rate: config.rate,
             mse: None,
             gradient: zeros.clone(),
@@ -60,21 +59,12 @@ impl<T: Real> AdaptiveRate<T> {
     }
 
     fn propose(&mut self, weights: &[T]) {
-        let momentum = T::of(self.config.momentum);
-        let rate = T::of(self.rate * (1.0 - self.config.momentum));
+        let momentum = T::of(self.momentum);
+        let rate = T::of(self.rate * (1.0 - self.momentum));
         let moves = self.steps.iter_mut().zip(&self.gradient);
         for ((trial, &weight), (step, &g)) in self.trial.iter_mut().zip(weights).zip(moves) {
             *step = momentum * *step - rate * g;
             *trial = weight + *step;
-        }
-    }
-
-    /// The next step starts from the plain descent at the lower rate.
-    fn reject(&mut self) {
-        self.rate *= self.config.decrease;
-        let rate = T::of(-self.rate);
-        for (step, &g) in self.steps.iter_mut().zip(&self.gradient) {
-            *step = rate * g;
         }
     }
 }
@@ -85,7 +75,7 @@ impl<T: Real> Trainer<T> for AdaptiveRate<T> {
             Some(mse) => (mse, 0),
             None => (objective.gradient(weights, &mut self.gradient), 1),
         };
-        let gradient_norm = norm(self.isa, &self.gradient);
+        let gradient_norm = norm(&self.gradient);
         if !(mse.is_finite() && gradient_norm.is_finite()) {
             let finished = Some(Finish::NotFinite);
             return StepReport { mse, gradient_norm, gradient_evaluations: first, finished };
@@ -93,16 +83,19 @@ impl<T: Real> Trainer<T> for AdaptiveRate<T> {
         self.propose(weights);
         let trial = objective.gradient(&self.trial, &mut self.trial_gradient);
         let usable = trial.is_finite() && finite(&self.trial_gradient);
-        if usable && trial <= self.config.max_rise * mse {
+        if usable && trial <= MAX_RISE * mse {
             weights.copy_from_slice(&self.trial);
             core::mem::swap(&mut self.gradient, &mut self.trial_gradient);
             self.mse = Some(trial);
             if trial < mse {
-                self.rate *= self.config.increase;
+                self.rate *= INCREASE;
             }
         } else {
             self.mse = Some(mse);
-            self.reject();
+            self.rate *= DECREASE;
+            // The next step starts from the plain descent at the lower rate.
+            self.steps.fill(T::default());
+            add(&mut self.steps, -self.rate, &self.gradient);
         }
         let finished = (self.rate == 0.0).then_some(Finish::DampingLimit);
         StepReport { mse, gradient_norm, gradient_evaluations: first + 1, finished }

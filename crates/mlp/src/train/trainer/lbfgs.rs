@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Finish, Isa, Objective, Real, StepReport, Trainer, add, combine, dot, finite, norm};
+use super::{Finish, Objective, Real, StepReport, Trainer, add, combine, dot, finite, norm};
 
 /// Share of the slope by which the error must fall.
 const ENOUGH_FALL: f64 = 1e-4;
@@ -15,18 +15,8 @@ const ENOUGH_FLATTER: f64 = 0.9;
 /// Gradients a line search may cost.
 const TRIALS: usize = 30;
 
-/// Settings of [`Lbfgs`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LbfgsConfig {
-    /// Number of steps remembered, at least 1. Default 10.
-    pub memory: usize,
-}
-
-impl Default for LbfgsConfig {
-    fn default() -> Self {
-        Self { memory: 10 }
-    }
-}
+/// Steps remembered.
+const MEMORY: usize = 10;
 
 /// One remembered step.
 #[derive(Debug, Clone)]
@@ -42,8 +32,6 @@ struct Pair<T> {
 /// Limited-memory BFGS. One step is one line search, usually of one gradient.
 #[derive(Debug, Clone)]
 pub struct Lbfgs<T = f64> {
-    isa: Isa,
-    memory: usize,
     pairs: VecDeque<Pair<T>>,
     /// Error at the current weights once they are known.
     mse: Option<f64>,
@@ -51,7 +39,7 @@ pub struct Lbfgs<T = f64> {
     direction: Vec<T>,
     trial: Vec<T>,
     trial_gradient: Vec<T>,
-    shares: Vec<f64>,
+    shares: [f64; MEMORY],
 }
 
 /// How a line search ended.
@@ -65,18 +53,16 @@ struct Found {
 impl<T: Real> Lbfgs<T> {
     /// Ready for the first step on `weights` weights.
     #[must_use]
-    pub fn new(config: LbfgsConfig, weights: usize) -> Self {
+    pub fn new(weights: usize) -> Self {
         let zeros = vec![T::default(); weights];
         Self {
-            isa: Isa::detect(),
-            memory: config.memory,
-            pairs: VecDeque::with_capacity(config.memory),
+            pairs: VecDeque::with_capacity(MEMORY),
             mse: None,
             gradient: zeros.clone(),
             direction: zeros.clone(),
             trial: zeros.clone(),
             trial_gradient: zeros,
-            shares: vec![0.0; config.memory],
+            shares: [0.0; MEMORY],
         }
     }
 
@@ -86,16 +72,16 @@ impl<T: Real> Lbfgs<T> {
             *d = -g;
         }
         for (pair, share) in self.pairs.iter().zip(&mut self.shares).rev() {
-            *share = dot(self.isa, &pair.step, &self.direction) / pair.curvature;
+            *share = dot(&pair.step, &self.direction) / pair.curvature;
             add(&mut self.direction, -*share, &pair.change);
         }
         let Some(last) = self.pairs.back() else { return };
-        let scale = T::of(last.curvature / dot(self.isa, &last.change, &last.change));
+        let scale = T::of(last.curvature / dot(&last.change, &last.change));
         for d in &mut self.direction {
             *d = scale * *d;
         }
         for (pair, share) in self.pairs.iter().zip(&self.shares) {
-            let back = dot(self.isa, &pair.change, &self.direction) / pair.curvature;
+            let back = dot(&pair.change, &self.direction) / pair.curvature;
             add(&mut self.direction, share - back, &pair.step);
         }
     }
@@ -103,13 +89,13 @@ impl<T: Real> Lbfgs<T> {
     /// The slope along the direction; starts afresh with the steepest descent unless it descends.
     fn slope(&mut self) -> f64 {
         self.aim();
-        let slope = dot(self.isa, &self.direction, &self.gradient);
+        let slope = dot(&self.direction, &self.gradient);
         if slope < 0.0 && slope.is_finite() && finite(&self.direction) {
             return slope;
         }
         self.pairs.clear();
         self.aim();
-        dot(self.isa, &self.direction, &self.gradient)
+        dot(&self.direction, &self.gradient)
     }
 
     /// Looks for a point that is lower and flatter, by doubling and bisection.
@@ -125,15 +111,14 @@ impl<T: Real> Lbfgs<T> {
         let (mut low, mut high, mut length) = (0.0, f64::INFINITY, first);
         let mut found = Found { mse, gradients: 0, lower: false };
         while found.gradients < TRIALS {
-            combine(self.isa, &mut self.trial, weights, length, &self.direction);
+            combine(&mut self.trial, weights, length, &self.direction);
             found.mse = objective.gradient(&self.trial, &mut self.trial_gradient);
             found.gradients += 1;
             let usable = found.mse.is_finite() && finite(&self.trial_gradient);
             found.lower = usable && found.mse < mse;
             if !usable || found.mse > mse + ENOUGH_FALL * length * slope {
                 high = length;
-            } else if dot(self.isa, &self.trial_gradient, &self.direction) < ENOUGH_FLATTER * slope
-            {
+            } else if dot(&self.trial_gradient, &self.direction) < ENOUGH_FLATTER * slope {
                 low = length;
             } else {
                 break;
@@ -146,20 +131,17 @@ impl<T: Real> Lbfgs<T> {
         found
     }
 
-    /// Remembers the step to `trial`, reusing the memory of the oldest one.
+    /// Remembers the step to `trial` in place of the oldest one.
     fn remember(&mut self, weights: &[T]) {
-        let mut pair = if self.pairs.len() == self.memory { self.pairs.pop_front() } else { None }
-            .unwrap_or_else(|| Pair {
-                step: self.trial.clone(),
-                change: self.trial.clone(),
-                curvature: 0.0,
-            });
-        combine(self.isa, &mut pair.step, &self.trial, -1.0, weights);
-        combine(self.isa, &mut pair.change, &self.trial_gradient, -1.0, &self.gradient);
-        pair.curvature = dot(self.isa, &pair.step, &pair.change);
-        let noise = f64::EPSILON * norm(self.isa, &pair.step) * norm(self.isa, &pair.change);
-        if pair.curvature > noise {
-            self.pairs.push_back(pair);
+        let (mut step, mut change) = (self.trial.clone(), self.trial.clone());
+        combine(&mut step, &self.trial, -1.0, weights);
+        combine(&mut change, &self.trial_gradient, -1.0, &self.gradient);
+        if self.pairs.len() == MEMORY {
+            self.pairs.pop_front();
+        }
+        let curvature = dot(&step, &change);
+        if curvature > f64::EPSILON * norm(&step) * norm(&change) {
+            self.pairs.push_back(Pair { step, change, curvature });
         }
     }
 
@@ -201,7 +183,7 @@ impl<T: Real> Trainer<T> for Lbfgs<T> {
             None => (objective.gradient(weights, &mut self.gradient), 1),
         };
         self.mse = Some(mse);
-        let gradient_norm = norm(self.isa, &self.gradient);
+        let gradient_norm = norm(&self.gradient);
         let (cost, finished) = if !(mse.is_finite() && gradient_norm.is_finite()) {
             (0, Some(Finish::NotFinite))
         } else if gradient_norm == 0.0 {

@@ -4,7 +4,7 @@
 
 use super::super::linear::solve_shifted;
 use super::super::objective::count;
-use super::{Finish, Isa, Objective, Real, StepReport, Trainer, norm};
+use super::{Finish, Objective, Real, StepReport, Trainer, norm};
 
 /// Its two square matrices then fill 256 MiB.
 pub const MAX_WEIGHTS: usize = 4096;
@@ -12,10 +12,15 @@ pub const MAX_WEIGHTS: usize = 4096;
 /// Damping never falls below this, so that it can always rise again.
 pub(super) const MIN_MU: f64 = 1e-20;
 
+/// Factors of the damping after an accepted and a rejected step, and the damping at which a rule gives up: those of MATLAB.
+pub(super) const LESS: f64 = 0.1;
+pub(super) const MORE: f64 = 10.0;
+pub(super) const MOST: f64 = 1e10;
+
 /// How the damping follows the success of the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Damping {
-    /// By `decrease` after every accepted step, however good it was: MATLAB's trainlm.
+    /// By a tenth after every accepted step, however good it was, and tenfold after a rejected one: MATLAB's trainlm.
     Factors,
     /// By the gain, the error's true fall over that of the linear model: times `max(1/3, 1 - (2 gain - 1)^3)` after an
     /// accepted step, times 2, 4, 8, ... after rejected ones (Nielsen 1999).
@@ -33,24 +38,17 @@ pub struct LevenbergMarquardtConfig {
     ///
     /// With a first damping near zero the first step saturates neurons, which costs some starts over 80 epochs.
     pub mu: f64,
-    /// Factor after an accepted step under [`Damping::Factors`]. Default 0.1.
-    pub decrease: f64,
-    /// Factor after a rejected one under [`Damping::Factors`]. Default 10.
-    pub increase: f64,
-    /// Damping at which it gives up. Default 1e10.
-    pub max: f64,
 }
 
 impl Default for LevenbergMarquardtConfig {
     fn default() -> Self {
-        Self { damping: Damping::Gain, mu: 0.03, decrease: 0.1, increase: 10.0, max: 1e10 }
+        Self { damping: Damping::Gain, mu: 0.03 }
     }
 }
 
 /// The normal equations at some weights and a trial step from there, as [`br`](super::br) takes them too.
 #[derive(Debug, Clone)]
 pub(super) struct System<T> {
-    isa: Isa,
     pub(super) normal: Vec<f64>,
     /// Half the gradient times the number of residuals.
     pub(super) projected: Vec<f64>,
@@ -64,13 +62,13 @@ impl<T: Real> System<T> {
         let (square, zeros) = (vec![0.0; weights * weights], vec![0.0; weights]);
         let trial = vec![T::default(); weights];
         let (normal, projected) = (square.clone(), zeros.clone());
-        Self { isa: Isa::detect(), normal, projected, factor: square, step: zeros, trial }
+        Self { normal, projected, factor: square, step: zeros, trial }
     }
 
     /// Reads them off; returns the error and the norm of its gradient.
     pub(super) fn read(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> (f64, f64) {
         let mse = objective.normal_equations(weights, &mut self.normal, &mut self.projected);
-        (mse, 2.0 / count(objective.residuals()) * norm(self.isa, &self.projected))
+        (mse, 2.0 / count(objective.residuals()) * norm(&self.projected))
     }
 
     /// The largest element on the diagonal, `least` at least.
@@ -119,7 +117,7 @@ impl<T: Real> LevenbergMarquardt<T> {
     fn descend(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T], mse: f64) -> bool {
         let mut mu = self.mu.unwrap_or_else(|| self.first_damping());
         let right = self.system.projected.clone();
-        while mu <= self.config.max {
+        while mu <= MOST {
             let trial = self.system.try_step(objective, weights, &right, mu);
             if let Some(trial) = trial.filter(|trial| *trial < mse) {
                 weights.copy_from_slice(&self.system.trial);
@@ -129,7 +127,7 @@ impl<T: Real> LevenbergMarquardt<T> {
                 return true;
             }
             mu *= match self.config.damping {
-                Damping::Factors => self.config.increase,
+                Damping::Factors => MORE,
                 Damping::Gain => self.growth,
             };
             self.growth *= 2.0;
@@ -147,7 +145,7 @@ impl<T: Real> LevenbergMarquardt<T> {
     /// Factor of the damping after a step that lowered the sum of squares by `fall`.
     fn less(&self, fall: f64, mu: f64) -> f64 {
         if self.config.damping == Damping::Factors {
-            return self.config.decrease;
+            return LESS;
         }
         let products = self.system.step.iter().zip(&self.system.projected);
         let predicted: f64 = products.map(|(step, p)| step * (mu * step + p)).sum();

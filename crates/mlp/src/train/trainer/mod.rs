@@ -2,8 +2,7 @@
 //!
 //! | rule | module | cost of a step |
 //! |---|---|---|
-//! | steepest descent | [`gd`] | 1 gradient |
-//! | with momentum, two forms | [`gdm`] | 1 gradient |
+//! | steepest descent, and with momentum in two forms | [`gd`] | 1 gradient |
 //! | RPROP, four variants | [`rprop`] | 1 gradient |
 //! | scaled conjugate gradient | [`scg`] | 2 gradients, 1 after a rejected trial |
 //! | with momentum and adaptive rate | [`gdx`] | 1 gradient |
@@ -13,18 +12,17 @@
 //!
 //! All run in `f32` and `f64`. Every rule is deterministic: equal starts give equal bits on one instruction set.
 
-use core::fmt;
 use core::str::FromStr;
 
-use super::lanes::Isa;
+use mlp_core::named::Unknown;
+
+use super::lanes::{Isa, Real};
 use super::objective::Objective;
-use super::real::Real;
-use super::setting::{SettingError, above_one, at_least_one, not_negative, positive, share};
+use super::setting::{SettingError, above_one, not_negative, positive, share};
 use super::vector::{add, combine, dot, finite, norm};
 
 pub mod br;
 pub mod gd;
-pub mod gdm;
 pub mod gdx;
 pub mod lbfgs;
 pub mod lm;
@@ -32,12 +30,11 @@ pub mod rprop;
 pub mod scg;
 
 pub use br::Bayesian;
-pub use gd::{GradientDescent, GradientDescentConfig};
-pub use gdm::{Momentum, MomentumConfig, MomentumForm};
+pub use gd::{GradientDescentConfig, Momentum, MomentumConfig, MomentumForm};
 pub use gdx::{AdaptiveRate, AdaptiveRateConfig};
-pub use lbfgs::{Lbfgs, LbfgsConfig};
+pub use lbfgs::Lbfgs;
 pub use lm::{Damping, LevenbergMarquardt, LevenbergMarquardtConfig};
-pub use rprop::{Rprop, RpropConfig, RpropVariant, UnknownVariant};
+pub use rprop::{Rprop, RpropConfig, RpropVariant};
 pub use scg::{Scg, ScgConfig};
 
 /// What one step saw and did.
@@ -60,27 +57,18 @@ impl StepReport {
     }
 }
 
-/// Why a rule can not improve the weights any more.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Finish {
-    /// The gradient is exactly zero.
-    Flat,
-    /// No step was short enough to lower the error: the damping reached its limit.
-    DampingLimit,
-    /// Steps no longer change error and penalty.
-    Arrived,
-    /// The error or gradient is not finite.
-    NotFinite,
-}
-
-impl fmt::Display for Finish {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Flat => "gradient is zero",
-            Self::DampingLimit => "no shorter step lowers the error",
-            Self::Arrived => "error and penalty no longer change",
-            Self::NotFinite => "error or gradient is not finite",
-        })
+mlp_core::named! {
+    "reason",
+    /// Why a rule can not improve the weights any more.
+    pub enum Finish {
+        /// The gradient is exactly zero.
+        Flat = "gradient is zero",
+        /// No step was short enough to lower the error: the damping reached its limit.
+        DampingLimit = "no shorter step lowers the error",
+        /// Steps no longer change error and penalty.
+        Arrived = "error and penalty no longer change",
+        /// The error or gradient is not finite.
+        NotFinite = "error or gradient is not finite",
     }
 }
 
@@ -126,7 +114,7 @@ pub enum Algorithm {
     /// Steepest descent with momentum and adaptive rate.
     Gdx(AdaptiveRateConfig),
     /// Limited-memory BFGS.
-    Lbfgs(LbfgsConfig),
+    Lbfgs,
     /// Levenberg-Marquardt.
     Lm(LevenbergMarquardtConfig),
     /// Bayesian regularisation.
@@ -164,35 +152,30 @@ impl Hyper {
     /// `algorithm` with these settings; those that it has not are left aside.
     #[must_use]
     pub fn of(&self, mut algorithm: Algorithm) -> Algorithm {
-        fn put<T>(place: &mut T, value: Option<T>) {
-            if let Some(value) = value {
-                *place = value;
-            }
-        }
         match &mut algorithm {
-            Algorithm::Gd(config) => put(&mut config.rate, self.rate),
+            Algorithm::Gd(config) => config.rate = self.rate.unwrap_or(config.rate),
             Algorithm::Gdm(config) => {
-                put(&mut config.rate, self.rate);
-                put(&mut config.momentum, self.momentum);
-                put(&mut config.form, self.form);
+                config.rate = self.rate.unwrap_or(config.rate);
+                config.momentum = self.momentum.unwrap_or(config.momentum);
+                config.form = self.form.unwrap_or(config.form);
             }
             Algorithm::Gdx(config) => {
-                put(&mut config.rate, self.rate);
-                put(&mut config.momentum, self.momentum);
+                config.rate = self.rate.unwrap_or(config.rate);
+                config.momentum = self.momentum.unwrap_or(config.momentum);
             }
             Algorithm::Rprop(config) => {
-                put(&mut config.variant, self.variant);
-                put(&mut config.initial, self.initial);
-                put(&mut config.increase, self.increase);
-                put(&mut config.decrease, self.decrease);
-                put(&mut config.max, self.max);
+                config.variant = self.variant.unwrap_or(config.variant);
+                config.initial = self.initial.unwrap_or(config.initial);
+                config.increase = self.increase.unwrap_or(config.increase);
+                config.decrease = self.decrease.unwrap_or(config.decrease);
+                config.max = self.max.unwrap_or(config.max);
             }
             Algorithm::Scg(config) => {
                 config.sigma = self.sigma.or(config.sigma);
-                put(&mut config.lambda, self.lambda);
+                config.lambda = self.lambda.unwrap_or(config.lambda);
             }
-            Algorithm::Lm(config) => put(&mut config.mu, self.mu),
-            Algorithm::Lbfgs(_) | Algorithm::Br => {}
+            Algorithm::Lm(config) => config.mu = self.mu.unwrap_or(config.mu),
+            Algorithm::Lbfgs | Algorithm::Br => {}
         }
         algorithm
     }
@@ -209,7 +192,7 @@ impl Algorithm {
             Self::Scg(ScgConfig::default()),
             Self::Lm(LevenbergMarquardtConfig::default()),
             Self::Gdx(AdaptiveRateConfig::default()),
-            Self::Lbfgs(LbfgsConfig::default()),
+            Self::Lbfgs,
             Self::Br,
         ]
     }
@@ -224,7 +207,7 @@ impl Algorithm {
             Self::Scg(_) => "scg",
             Self::Lm(_) => "lm",
             Self::Gdx(_) => "gdx",
-            Self::Lbfgs(_) => "lbfgs",
+            Self::Lbfgs => "lbfgs",
             Self::Br => "br",
         }
     }
@@ -234,7 +217,7 @@ impl Algorithm {
     pub const fn min_gradient(&self) -> f64 {
         match self {
             Self::Gd(_) | Self::Gdm(_) | Self::Gdx(_) | Self::Rprop(_) => 1e-5,
-            Self::Scg(_) | Self::Lbfgs(_) => 1e-6,
+            Self::Scg(_) | Self::Lbfgs => 1e-6,
             Self::Lm(_) | Self::Br => 1e-7,
         }
     }
@@ -250,16 +233,11 @@ impl Algorithm {
                 positive("rate", config.rate)?;
                 check_momentum(config.momentum)
             }
-            Self::Gdx(config) => {
-                positive("rate", config.rate)?;
-                above_one("increase", config.increase)?;
-                share("decrease", config.decrease)?;
-                above_one("max_rise", config.max_rise)?;
-                check_momentum(config.momentum)
+            Self::Gdx(AdaptiveRateConfig { rate, momentum }) => {
+                positive("rate", rate)?;
+                check_momentum(momentum)
             }
-            Self::Lbfgs(config) => at_least_one("memory", config.memory),
             Self::Rprop(config) => {
-                positive("min", config.min)?;
                 positive("initial", config.initial)?;
                 positive("max", config.max)?;
                 above_one("increase", config.increase)?;
@@ -271,13 +249,8 @@ impl Algorithm {
                 }
                 positive("lambda", config.lambda)
             }
-            Self::Lm(config) => {
-                positive("mu", config.mu)?;
-                positive("max", config.max)?;
-                above_one("increase", config.increase)?;
-                share("decrease", config.decrease)
-            }
-            Self::Br => Ok(()),
+            Self::Lm(config) => positive("mu", config.mu),
+            Self::Lbfgs | Self::Br => Ok(()),
         }
     }
 
@@ -295,35 +268,26 @@ impl Algorithm {
     #[must_use]
     pub fn trainer<T: Real>(&self, weights: usize) -> Box<dyn Trainer<T> + Send> {
         match *self {
-            Self::Gd(config) => Box::new(GradientDescent::new(config, weights)),
+            Self::Gd(config) => Box::new(Momentum::plain(config, weights)),
             Self::Gdm(config) => Box::new(Momentum::new(config, weights)),
             Self::Rprop(config) => Box::new(Rprop::new(config, weights)),
             Self::Scg(config) => Box::new(Scg::new(config, weights)),
             Self::Gdx(config) => Box::new(AdaptiveRate::new(config, weights)),
-            Self::Lbfgs(config) => Box::new(Lbfgs::new(config, weights)),
+            Self::Lbfgs => Box::new(Lbfgs::new(weights)),
             Self::Lm(config) => Box::new(LevenbergMarquardt::new(config, weights)),
             Self::Br => Box::new(Bayesian::new(weights)),
         }
     }
 }
 
-/// A text that names no training rule.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown algorithm \"{text}\" (known: gd, gdm, rprop, scg, lm, gdx, lbfgs, br)")]
-pub struct UnknownAlgorithm {
-    /// The text given.
-    pub text: String,
-}
-
 impl FromStr for Algorithm {
-    type Err = UnknownAlgorithm;
+    type Err = Unknown;
 
     /// The rule of that name with its usual settings.
-    fn from_str(text: &str) -> Result<Self, UnknownAlgorithm> {
-        Self::all()
-            .into_iter()
-            .find(|known| known.name() == text)
-            .ok_or_else(|| UnknownAlgorithm { text: text.to_owned() })
+    fn from_str(text: &str) -> Result<Self, Unknown> {
+        let known = "gd, gdm, rprop, scg, lm, gdx, lbfgs, br";
+        let unknown = Unknown { what: "algorithm", known };
+        Self::all().into_iter().find(|known| known.name() == text).ok_or(unknown)
     }
 }
 

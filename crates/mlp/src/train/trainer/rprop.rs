@@ -2,67 +2,29 @@
 //!
 //! Riedmiller and Braun (1993), variants after Igel and Huesken (2003).
 
-use core::fmt;
-use core::str::FromStr;
-
 use pulp::{Simd, WithSimd};
 
 use super::{Isa, Objective, Real, StepReport, Trainer, norm};
 
-/// What happens to a weight whose gradient changed its sign, besides a shorter next step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum RpropVariant {
-    /// Rprop-: it moves on with the shorter step.
-    Minus,
-    /// Rprop+: its last move is undone.
-    Plus,
-    /// iRprop-: it rests for one epoch.
-    #[default]
-    ImprovedMinus,
-    /// iRprop+: its last move is undone if the error rose, otherwise it rests.
-    ImprovedPlus,
-}
-
-impl RpropVariant {
-    /// All variants.
-    pub const ALL: [Self; 4] = [Self::Minus, Self::Plus, Self::ImprovedMinus, Self::ImprovedPlus];
-
-    /// The usual name: `rprop-`, `rprop+`, `irprop-` or `irprop+`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Minus => "rprop-",
-            Self::Plus => "rprop+",
-            Self::ImprovedMinus => "irprop-",
-            Self::ImprovedPlus => "irprop+",
-        }
+mlp_core::named! {
+    "variant",
+    /// What happens to a weight whose gradient changed its sign, besides a shorter next step.
+    #[derive(Default)]
+    pub enum RpropVariant {
+        /// Rprop-: it moves on with the shorter step.
+        Minus = "rprop-",
+        /// Rprop+: its last move is undone.
+        Plus = "rprop+",
+        /// iRprop-: it rests for one epoch.
+        #[default]
+        ImprovedMinus = "irprop-",
+        /// iRprop+: its last move is undone if the error rose, otherwise it rests.
+        ImprovedPlus = "irprop+",
     }
 }
 
-impl fmt::Display for RpropVariant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// A text that names no variant of RPROP.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown variant \"{text}\" (known: rprop-, rprop+, irprop-, irprop+)")]
-pub struct UnknownVariant {
-    /// The text given.
-    pub text: String,
-}
-
-impl FromStr for RpropVariant {
-    type Err = UnknownVariant;
-
-    fn from_str(text: &str) -> Result<Self, UnknownVariant> {
-        Self::ALL
-            .into_iter()
-            .find(|known| known.name() == text)
-            .ok_or_else(|| UnknownVariant { text: text.to_owned() })
-    }
-}
+/// Shortest step.
+const MIN: f64 = 1e-6;
 
 /// Settings of [`Rprop`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +39,6 @@ pub struct RpropConfig {
     pub decrease: f64,
     /// Longest step. Default 50.
     pub max: f64,
-    /// Shortest step. Default 1e-6.
-    pub min: f64,
 }
 
 impl Default for RpropConfig {
@@ -89,7 +49,6 @@ impl Default for RpropConfig {
             increase: 1.2,
             decrease: 0.5,
             max: 50.0,
-            min: 1e-6,
         }
     }
 }
@@ -101,19 +60,13 @@ pub struct Rprop<T = f64> {
     isa: Isa,
     config: RpropConfig,
     gradient: Vec<T>,
-    memory: Memory<T>,
-    last_mse: f64,
-}
-
-/// Memory of all weights.
-#[derive(Debug, Clone)]
-struct Memory<T> {
-    /// Lengths of their steps.
+    /// Lengths of the weights' steps.
     lengths: Vec<T>,
     /// Signs of the gradients of the last epoch, or 0 where the rule forgets them.
     signs: Vec<T>,
     /// Last moves.
     steps: Vec<T>,
+    last_mse: f64,
 }
 
 impl<T: Real> Rprop<T> {
@@ -121,12 +74,13 @@ impl<T: Real> Rprop<T> {
     #[must_use]
     pub fn new(config: RpropConfig, weights: usize) -> Self {
         let zeros = vec![T::default(); weights];
-        let lengths = vec![T::of(config.initial); weights];
         Self {
             isa: Isa::detect(),
             config,
             gradient: zeros.clone(),
-            memory: Memory { lengths, signs: zeros.clone(), steps: zeros },
+            lengths: vec![T::of(config.initial); weights],
+            signs: zeros.clone(),
+            steps: zeros,
             last_mse: f64::INFINITY,
         }
     }
@@ -134,11 +88,9 @@ impl<T: Real> Rprop<T> {
 
 /// The moves of all weights. No branch depends on a weight, so that compilers turn the loop into vectors.
 struct Advance<'a, T> {
-    config: RpropConfig,
+    rule: &'a mut Rprop<T>,
     /// The error rose since the last epoch.
     rose: bool,
-    gradient: &'a [T],
-    memory: &'a mut Memory<T>,
     weights: &'a mut [T],
 }
 
@@ -147,10 +99,11 @@ impl<T: Real> WithSimd for Advance<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { config, rose, gradient, memory, weights } = self;
+        let Self { rule: Rprop { config, gradient, lengths, signs, steps, .. }, rose, weights } =
+            self;
         let (zero, one) = (T::of(0.0), T::of(1.0));
         let (increase, decrease) = (T::of(config.increase), T::of(config.decrease));
-        let (min, max) = (T::of(config.min), T::of(config.max));
+        let (min, max) = (T::of(MIN), T::of(config.max));
         let forgets = config.variant != RpropVariant::Minus;
         // What a weight does whose gradient turned, as a share of its last move.
         let back = match config.variant {
@@ -158,12 +111,10 @@ impl<T: Real> WithSimd for Advance<'_, T> {
             RpropVariant::ImprovedPlus if rose => -one,
             _ => zero,
         };
-        let lengths = memory.lengths.iter_mut();
-        let memories = lengths.zip(memory.signs.iter_mut()).zip(memory.steps.iter_mut());
-        for ((weight, ((length, last), step)), &g) in weights.iter_mut().zip(memories).zip(gradient)
-        {
-            let sign = if g > zero { one } else { zero };
-            let sign = if g < zero { -one } else { sign };
+        let memories = lengths.iter_mut().zip(signs).zip(steps).zip(gradient);
+        for (weight, (((length, last), step), g)) in weights.iter_mut().zip(memories) {
+            let sign = if *g > zero { one } else { zero };
+            let sign = if *g < zero { -one } else { sign };
             let agreement = sign * *last;
             let turned = agreement < zero;
             let factor = if agreement > zero { increase } else { one };
@@ -184,11 +135,10 @@ impl<T: Real> WithSimd for Advance<'_, T> {
 
 impl<T: Real> Trainer<T> for Rprop<T> {
     fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
-        let Self { isa, config, gradient, memory, last_mse } = self;
-        let mse = objective.gradient(weights, gradient);
-        let rose = mse > *last_mse;
-        *last_mse = mse;
-        isa.dispatch(Advance { config: *config, rose, gradient, memory, weights });
-        StepReport::moved(mse, norm(*isa, gradient))
+        let mse = objective.gradient(weights, &mut self.gradient);
+        let rose = mse > self.last_mse;
+        self.last_mse = mse;
+        self.isa.dispatch(Advance { rule: &mut *self, rose, weights });
+        StepReport::moved(mse, norm(&self.gradient))
     }
 }

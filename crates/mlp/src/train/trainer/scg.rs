@@ -2,7 +2,7 @@
 //!
 //! M. F. Moller, "A scaled conjugate gradient algorithm for fast supervised learning" (1993).
 
-use super::{Finish, Isa, Objective, Real, StepReport, Trainer, combine, dot, finite, norm};
+use super::{Finish, Objective, Real, StepReport, Trainer, combine, dot, finite, norm};
 
 /// The damping stays within these limits.
 const LAMBDA: core::ops::RangeInclusive<f64> = 1e-15..=1e20;
@@ -23,18 +23,6 @@ impl Default for ScgConfig {
     }
 }
 
-/// State that belongs to the current weights.
-#[derive(Debug, Clone, Copy)]
-struct Here {
-    mse: f64,
-    /// Curvature `p'Hp + (lambda - lambda_bar) |p|^2` along the direction.
-    delta: f64,
-    /// Whether the last trial was accepted, so that the curvature must be measured anew.
-    moved: bool,
-    /// Accepted trials since the direction was the steepest descent.
-    successes: usize,
-}
-
 /// Scaled conjugate gradient. One step is one trial move, accepted or not.
 ///
 /// An accepted trial costs two gradients (one of them a probe for the curvature), the trial after a rejected one
@@ -43,11 +31,17 @@ struct Here {
 /// is not finite counts as rejected with no gain.
 #[derive(Debug, Clone)]
 pub struct Scg<T = f64> {
-    isa: Isa,
     sigma: f64,
     lambda: f64,
     lambda_bar: f64,
-    here: Option<Here>,
+    /// Error at the current weights once they are known.
+    mse: Option<f64>,
+    /// Curvature `p'Hp + (lambda - lambda_bar) |p|^2` along the direction.
+    delta: f64,
+    /// Whether the last trial was accepted, so that the curvature must be measured anew.
+    moved: bool,
+    /// Accepted trials since the direction was the steepest descent.
+    successes: usize,
     /// Steepest descent `r = -g` at the current weights.
     descent: Vec<T>,
     /// Search direction `p`.
@@ -63,11 +57,13 @@ impl<T: Real> Scg<T> {
         let zeros = vec![T::default(); weights];
         let usual = if T::NAME == f32::NAME { 5e-4 } else { 5e-5 };
         Self {
-            isa: Isa::detect(),
             sigma: config.sigma.unwrap_or(usual),
             lambda: config.lambda,
             lambda_bar: 0.0,
-            here: None,
+            mse: None,
+            delta: 0.0,
+            moved: true,
+            successes: 0,
             descent: zeros.clone(),
             direction: zeros.clone(),
             trial: zeros.clone(),
@@ -77,15 +73,8 @@ impl<T: Real> Scg<T> {
 
     /// Gradient and error at `weights + length * direction`, left in `trial` and `gradient`.
     fn look(&mut self, objective: &mut dyn Objective<T>, weights: &[T], length: f64) -> f64 {
-        combine(self.isa, &mut self.trial, weights, length, &self.direction);
+        combine(&mut self.trial, weights, length, &self.direction);
         objective.gradient(&self.trial, &mut self.gradient)
-    }
-
-    fn begin(&mut self, objective: &mut dyn Objective<T>, weights: &[T]) -> Here {
-        let mse = self.look(objective, weights, 0.0);
-        self.take_descent();
-        self.direction.copy_from_slice(&self.descent);
-        Here { mse, delta: 0.0, moved: true, successes: 0 }
     }
 
     fn take_descent(&mut self) {
@@ -101,7 +90,7 @@ impl<T: Real> Scg<T> {
         for (probe, &r) in self.gradient.iter_mut().zip(&self.descent) {
             *probe += r;
         }
-        dot(self.isa, &self.direction, &self.gradient) / sigma
+        dot(&self.direction, &self.gradient) / sigma
     }
 
     /// Damps the curvature until it is positive.
@@ -116,18 +105,18 @@ impl<T: Real> Scg<T> {
     }
 
     /// Moves to the trial and chooses the next direction. `ratio` compares true and predicted gain.
-    fn accept(&mut self, here: &mut Here, weights: &mut [T], mu: f64, ratio: f64) {
+    fn accept(&mut self, weights: &mut [T], mu: f64, ratio: f64) {
         weights.copy_from_slice(&self.trial);
-        let overlap = -dot(self.isa, &self.gradient, &self.descent);
+        let overlap = -dot(&self.gradient, &self.descent);
         self.take_descent();
         self.lambda_bar = 0.0;
-        here.moved = true;
-        here.successes += 1;
-        if here.successes >= weights.len() {
-            here.successes = 0;
+        self.moved = true;
+        self.successes += 1;
+        if self.successes >= weights.len() {
+            self.successes = 0;
             self.direction.copy_from_slice(&self.descent);
         } else {
-            let square = dot(self.isa, &self.descent, &self.descent);
+            let square = dot(&self.descent, &self.descent);
             let beta = (square - overlap) / mu;
             let beta = T::of(beta);
             for (p, &r) in self.direction.iter_mut().zip(&self.descent) {
@@ -140,16 +129,16 @@ impl<T: Real> Scg<T> {
     }
 
     /// The descent's share along the direction, `p'r`; restarts with the steepest descent unless positive.
-    fn slope(&mut self, here: &mut Here) -> f64 {
-        let mu = dot(self.isa, &self.direction, &self.descent);
+    fn slope(&mut self) -> f64 {
+        let mu = dot(&self.direction, &self.descent);
         if mu > 0.0 {
             return mu;
         }
         self.direction.copy_from_slice(&self.descent);
-        here.successes = 0;
-        here.moved = true;
+        self.successes = 0;
+        self.moved = true;
         self.lambda_bar = 0.0;
-        dot(self.isa, &self.descent, &self.descent)
+        dot(&self.descent, &self.descent)
     }
 
     /// One trial along the direction; returns the gradients it cost and why it is the last, if it is.
@@ -157,10 +146,10 @@ impl<T: Real> Scg<T> {
         &mut self,
         objective: &mut dyn Objective<T>,
         weights: &mut [T],
-        here: &mut Here,
+        before: f64,
     ) -> (usize, Option<Finish>) {
-        let mu = self.slope(here);
-        let square = dot(self.isa, &self.direction, &self.direction);
+        let mu = self.slope();
+        let square = dot(&self.direction, &self.direction);
         if square == 0.0 || mu == 0.0 {
             return (0, Some(Finish::Flat));
         }
@@ -168,29 +157,29 @@ impl<T: Real> Scg<T> {
             return (0, Some(Finish::NotFinite));
         }
         let mut cost = 1;
-        if here.moved {
-            here.delta = self.curvature(objective, weights, square.sqrt());
+        if self.moved {
+            self.delta = self.curvature(objective, weights, square.sqrt());
             cost += 1;
-            if !here.delta.is_finite() {
+            if !self.delta.is_finite() {
                 return (1, Some(Finish::NotFinite));
             }
         }
-        here.delta = self.damp(here.delta, square);
-        let alpha = mu / here.delta;
+        self.delta = self.damp(self.delta, square);
+        let alpha = mu / self.delta;
         let mse = self.look(objective, weights, alpha);
         let usable = mse.is_finite() && finite(&self.gradient);
-        let ratio = if usable { 2.0 * here.delta * (here.mse - mse) / (mu * mu) } else { 0.0 };
+        let ratio = if usable { 2.0 * self.delta * (before - mse) / (mu * mu) } else { 0.0 };
         if usable && ratio >= 0.0 {
-            self.accept(here, weights, mu, ratio);
-            here.mse = mse;
+            self.accept(weights, mu, ratio);
+            self.mse = Some(mse);
         } else {
             self.lambda_bar = self.lambda;
-            here.moved = false;
+            self.moved = false;
         }
         if ratio < 0.25 {
-            self.lambda += here.delta * (1.0 - ratio) / square;
+            self.lambda += self.delta * (1.0 - ratio) / square;
         }
-        let stuck = !here.moved && self.lambda > *LAMBDA.end();
+        let stuck = !self.moved && self.lambda > *LAMBDA.end();
         self.lambda = self.lambda.clamp(*LAMBDA.start(), *LAMBDA.end());
         (cost, stuck.then_some(Finish::DampingLimit))
     }
@@ -198,17 +187,22 @@ impl<T: Real> Scg<T> {
 
 impl<T: Real> Trainer<T> for Scg<T> {
     fn step(&mut self, objective: &mut dyn Objective<T>, weights: &mut [T]) -> StepReport {
-        let (mut here, first) = match self.here {
-            Some(here) => (here, 0),
-            None => (self.begin(objective, weights), 1),
+        let (mse, first) = match self.mse {
+            Some(mse) => (mse, 0),
+            None => {
+                let mse = self.look(objective, weights, 0.0);
+                self.take_descent();
+                self.direction.copy_from_slice(&self.descent);
+                (mse, 1)
+            }
         };
-        let (mse, gradient_norm) = (here.mse, norm(self.isa, &self.descent));
+        self.mse = Some(mse);
+        let gradient_norm = norm(&self.descent);
         let (cost, finished) = if mse.is_finite() && gradient_norm.is_finite() {
-            self.attempt(objective, weights, &mut here)
+            self.attempt(objective, weights, mse)
         } else {
             (0, Some(Finish::NotFinite))
         };
-        self.here = Some(here);
         StepReport { mse, gradient_norm, gradient_evaluations: first + cost, finished }
     }
 }
