@@ -349,12 +349,13 @@ impl Draw {
 }
 
 impl StudyConfig {
-    /// What the report of a study of this size judges claims by: 5 draws, at most 10 starts; `--claims` takes 20 of both.
+    /// What the report of a study of this size judges claims by: 6 draws, the fewest that can decide, and at most 10 starts;
+    /// `--claims` takes 20 of both.
     #[must_use]
     pub fn claims_beside(&self) -> Self {
         let claims = Self::claims(self.seed);
         let repeats = self.repeats.min(10);
-        Self { draws: 5, repeats, conditions: claims.conditions, ..self.clone() }
+        Self { draws: 6, repeats, conditions: claims.conditions, ..self.clone() }
     }
 }
 
@@ -366,8 +367,8 @@ impl Claims {
         let heads =
             [&["where", "claim", "verdict"][..], &names, &["true for a draw where"]].concat();
         let caption = format!(
-            "Claims of the source study: draws (of {}) for which they are true; a dash where no draw decides",
-            self.config.draws
+            "Claims of the source study: draws (of {}, {} starts, at most {} epochs) for which they are true; a dash where no draw decides",
+            self.config.draws, self.config.repeats, self.config.epochs
         );
         let mut table = Table::new("claims", caption, &heads);
         for judged in &self.judged {
@@ -430,6 +431,9 @@ mod tests {
             [Refuted, Refuted, Undecided, Undecided, Undecided, Reproduced, Reproduced]
         );
         assert_eq!((Verdict::of(1, 1), Verdict::of(0, 0)), (Undecided, Undecided));
+        let beside = StudyConfig::claims(1).claims_beside().draws;
+        let verdicts = [beside, 0].map(|holds| Verdict::of(holds, beside));
+        assert_eq!(verdicts, [Reproduced, Refuted], "those of a report can decide");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! conclusion, then all conditions.
 
 use super::claims::Claims;
-use super::{ConditionResult, NETS, NetResult, Study, distances};
+use super::{ConditionResult, NETS, NetResult, Study, StudyConfig, distances};
 use crate::chapter::Beyond;
 use crate::report::Block;
 use crate::{
@@ -32,7 +32,7 @@ impl Study {
         let paper = self.result("paper");
         let mut first = Section::new("source", "The paper and its repetition");
         if let Some(paper) = paper {
-            first = first.with(beside(paper)).with(fig_7(paper));
+            first = first.with(beside(&self.config, paper)).with(fig_7(paper));
         }
         report.push(match claims {
             Some(claims) => first.with(claims.table()),
@@ -107,10 +107,13 @@ fn summary(study: &Study) -> Vec<String> {
 }
 
 /// Table 2 beside the published one.
-fn beside(result: &ConditionResult) -> Table {
+fn beside(config: &StudyConfig, result: &ConditionResult) -> Table {
     let caption = format!(
-        "Table 2. Correct answers in percent, within 10 % of the adequate force (the paper does not define correct), mean of the draws; \
-         condition: {}. Best possible on unseen rows: {:.1}",
+        "Table 2. Correct answers in percent, within 10 % of the adequate force (the paper does not define correct). Draws of rows: {}, \
+         their mean is shown; starts: {}, the one nearest the average counts; at most {} epochs; condition: {}. Best possible on unseen rows: {:.1}",
+        config.draws,
+        config.repeats,
+        config.epochs,
         result.condition.title(),
         100.0 * result.ceiling.within_10pct
     );
@@ -177,7 +180,7 @@ fn questions(study: &Study, beyond: &[Beyond]) -> Section {
     row("support vectors", "support vector regression", &|at| {
         learned(at, "support vector regression")
     });
-    row("several networks", "ten nets", &|at| learned(at, "ensemble, other starts"));
+    row("several networks", "an ensemble", &|at| learned(at, "ensemble, other starts"));
     row("other activations", "logistic, SCG", &|at| learned(at, "net, logistic, scg"));
     row("baselines", "line", &|at| learned(at, "line"));
     row("baselines", "cubic", &|at| learned(at, "cubic"));
@@ -206,8 +209,12 @@ fn overview(study: &Study) -> Section {
         let first = core::iter::once(Cell::text(result.condition.title()));
         let mut cells: Vec<Cell> = first.chain(shares).collect();
         cells.push(Cell::Percent(result.ceiling.within_10pct));
-        let spread = result.nets.get(2).map(|net| net.deviation(|s| s.unseen.within_10pct()));
-        cells.extend(spread.map(Cell::Percent));
+        let spread = result.nets.get(2).filter(|_| study.config.draws > 1);
+        cells.push(
+            spread.map_or(Cell::Empty, |net| {
+                Cell::Percent(net.deviation(|s| s.unseen.within_10pct()))
+            }),
+        );
         unseen.push(cells);
     }
     let section = Section::new("conditions", "All conditions")
