@@ -1,18 +1,25 @@
 #!/bin/sh
-# slipgrip.lerobot and the robot of bindings/lerobot with the package lerobot: datasets, live frames, an SO-101 on simulated servos, faults of
-# its lines. Not in .ci/run: lerobot brings PyTorch (8 GB on disk), and needs Python 3.12 or newer and ten minutes to install. PYTHON names
-# another interpreter than python3, GRIPCTL a built gripctl beside gripd, LEROBOT_PYTHON an environment with lerobot, slipgrip and pytest.
+# From a clone to the first slip of a simulated SO-101, by the commands of bindings/lerobot/README.md; with `first` that is all.
+# Then slipgrip.lerobot and the robot of bindings/lerobot with the package lerobot: datasets, live frames, an SO-101 on simulated servos, faults
+# of its lines. lerobot brings PyTorch (8 GB on disk), and needs Python 3.12 or newer and ten minutes to install. PYTHON names another
+# interpreter than python3, GRIPCTL a built gripctl beside gripd, LEROBOT_PYTHON an environment with lerobot, slipgrip and pytest.
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 target=${CARGO_TARGET_DIR:-$root/target}
+mkdir -p "$target/lerobot"
+target=$(cd "$target" && pwd)
 work=$target/lerobot
-mkdir -p "$work"
-work=$(cd "$work" && pwd)
 export PYTHONPYCACHEPREFIX="$work/byte-code" HF_HOME="$work/hub" HF_HUB_OFFLINE=1
 
+begin=$(date +%s)
+rm -rf "$work/so101"
+sed -n '/^```sh$/,/^```$/p; /^## With/q' "$root/bindings/lerobot/README.md" | sed "/^\`\`\`/d; s|/tmp/so101|$work/so101|g; s|[./]*/target|$target|" >"$work/first.sh"
+(cd "$root" && CARGO_TARGET_DIR="$target" sh -eux "$work/first.sh")
+echo "from a clone to the first slip: $(($(date +%s) - begin)) s"
+[ "${1:-}" != first ] || exit 0
+
 . "$root/scripts/missing.sh"
-target=$(cd "$target" && pwd)
 release_gripctl
 export GRIPCTL GRIPD="${GRIPCTL%ctl}d"
 
@@ -33,5 +40,4 @@ first=
 ! chrt -r 1 true 2>/dev/null || first="chrt -r 1"
 "$python" -m pytest -q -p no:cacheprovider -W ignore tests/test_slip_servo.py
 $first "$python" -m pytest -q -p no:cacheprovider -W ignore tests/lerobot_robot.py
-"$python" -m slip_servo.virtual "$GRIPD"
 "$python" -m slip_servo.virtual "$GRIPD" --faults

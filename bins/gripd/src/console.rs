@@ -12,7 +12,7 @@ use grip_link::{
     message::{Clamped, EventKind, FaultCode},
 };
 use grip_session::{
-    report::{ClockHealth, Condition, Event},
+    report::{ClockHealth, Condition, Event, statistic_text},
     session::explain,
 };
 use slip_core::{ClientCommand, PipelineState};
@@ -258,11 +258,11 @@ impl Console {
         let mut err = io::stderr().lock();
         let shown = write!(
             err,
-            "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:7.2}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
+            "\r\x1b[K{:8} {:6.2} s  {} Hz  slip {:>7}  E_sc {esc} W  estimate {estimate} N  command {command} N  stylus {}  lost {}",
             state.scene.name(),
             state.t.as_seconds(),
             state.rate_hz,
-            state.statistic.unwrap_or(0.0),
+            statistic_text(state.statistic.unwrap_or(0.0)),
             state.sensors[0].name(),
             state.lost,
         );

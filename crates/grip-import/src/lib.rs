@@ -57,11 +57,11 @@ pub struct ImportOptions {
     pub finger: Option<u32>,
 }
 
-/// Whether a file of this name, or the folder of a bag, is no table, so that nobody has to name it.
+/// Whether a file of this name is no table; a folder is none either: it is a bag, or what is in it has to be named.
 #[must_use]
 pub fn is_foreign(file: &Path) -> bool {
     ["wav", "w64", "npy", "npz", "db3"].into_iter().any(|ending| has_ending(file, ending))
-        || file.join("metadata.yaml").is_file()
+        || file.is_dir()
 }
 
 fn has_ending(file: &Path, wanted: &str) -> bool {
@@ -159,25 +159,29 @@ impl Imported {
     }
 }
 
+/// Endings of what may be a recording of its own in a folder that is no bag, and how many of them a refusal names.
+const OTHERS: [&str; 8] = ["csv", "txt", "tsv", "xlsx", "npz", "npy", "wav", "w64"];
+const MOST_NAMED: usize = 5;
+
 /// The file itself, or the files of messages in the folder of a bag, in the order of their numbers.
 fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
     if !path.is_dir() {
         return Ok(vec![path.to_owned()]);
     }
-    let (mut found, mut packed, mut tables) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut found, mut packed, mut others) = (Vec::new(), Vec::new(), Vec::new());
     for entry in std::fs::read_dir(path).map_err(ImportError::unreadable(path))? {
         let file = entry.map_err(ImportError::unreadable(path))?.path();
         if has_ending(&file, "mcap") || has_ending(&file, "db3") {
             found.push(file);
         } else if has_ending(&file, "zstd") || has_ending(&file, "zst") {
             packed.push(file);
-        } else if ["csv", "txt", "tsv", "xlsx"].into_iter().any(|ending| has_ending(&file, ending))
-        {
-            tables.push(file);
+        } else if OTHERS.into_iter().any(|ending| has_ending(&file, ending)) {
+            others.push(file);
         }
     }
+    others.sort();
     let folder = path.display();
-    let what = match (found.as_slice(), packed.as_slice(), tables.as_slice()) {
+    let what = match (found.as_slice(), packed.as_slice(), others.as_slice()) {
         ([_, ..], [], _) => {
             found.sort_by_cached_key(|file| numbered(file));
             return Ok(found);
@@ -185,14 +189,20 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
         (_, [_, ..], _) => {
             format!("its files are compressed; unpack them with: zstd -d --rm '{folder}'/*.zst*")
         }
-        (_, _, [first, ..]) => format!(
-            "it is no bag but holds {} tables, which are recordings of their own: `gripctl replay '{folder}'/*.{}` finds the slips \
-             of each, `gripctl import '{}' -o run.csv` makes a recording of one",
-            tables.len(),
-            first.extension().unwrap_or_default().display(),
-            first.display()
-        ),
-        _ => "the folder holds neither .mcap nor .db3".to_owned(),
+        (_, _, [first, ..]) => {
+            let name = |file: &PathBuf| file.file_name().unwrap_or_default().display().to_string();
+            let names: Vec<_> = others.iter().take(MOST_NAMED).map(name).collect();
+            format!(
+                "it is no bag; it holds {} files that may be recordings of their own ({}{}): `gripctl replay '{folder}'/*.{}` finds the \
+                 slips of each, `gripctl import '{}' -o run.csv` makes a recording of one",
+                others.len(),
+                names.join(", "),
+                if others.len() > MOST_NAMED { ", ..." } else { "" },
+                first.extension().unwrap_or_default().display(),
+                first.display()
+            )
+        }
+        _ => "the folder holds neither .mcap nor .db3, and no other recording".to_owned(),
     };
     Err(ImportError::nothing(path, &what))
 }

@@ -24,8 +24,11 @@ pub(crate) fn read(
                 if Own::from_name(&channel.topic).is_some()
                     && channel.schema.starts_with("grip_msgs/")
                 {
-                    let what = "it is a recording of gripd: `gripctl replay` takes it as it is, `gripctl csv` writes its samples";
-                    return Err(ImportError::nothing(file, what));
+                    let name = file.display();
+                    let what = format!(
+                        "it is a recording of gripd: `gripctl replay '{name}'` takes it as it is, `gripctl csv '{name}' -o run.csv` writes its samples"
+                    );
+                    return Err(ImportError::nothing(file, &what));
                 }
                 let ForeignChannel { topic, encoding, schema, definition, .. } = &channel;
                 if options.topics.is_empty() || options.topics.contains(topic) {

@@ -501,7 +501,8 @@ fn a_recording_of_gripd_is_sent_to_where_it_is_read() {
         .unwrap();
     writer.finish().unwrap();
     drop(writer);
-    refused(&file, &ImportOptions::default(), &["gripctl replay", "gripctl csv"]);
+    let next = format!("gripctl replay '{}'", file.display());
+    refused(&folder, &ImportOptions::default(), &[&next, "gripctl csv"]);
 }
 
 /// An MCAP of JSON messages of one topic: (channel, time in ns, value).

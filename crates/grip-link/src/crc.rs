@@ -26,6 +26,7 @@ pub fn crc32c(bytes: &[u8]) -> u32 {
 }
 
 /// CRC-32C of all bytes of `parts`.
+#[inline]
 pub(crate) fn of_parts<const N: usize>(parts: [&[u8]; N]) -> u32 {
     let mut digest = CRC_32C.digest();
     for part in parts {

@@ -1,8 +1,9 @@
 //! A slip in; what each method saw, and why the force moved, out: sentences made from the events and curves of the model.
 
-use crate::feed::{causes_text, confidence_text};
+use crate::feed::causes_text;
 use crate::format::with_unit;
 use crate::{Channel, EventKind, EventMark, Model, Series, Span};
+use grip_session::report::confidence_text;
 use slip_core::{SlipReport, alarm::Method};
 
 /// A force that differs by less than this share is the same one.

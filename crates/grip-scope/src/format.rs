@@ -12,6 +12,7 @@ const PREFIXES: [(f64, &str); 9] = [
     (1e-12, "p"),
     (1e-15, "f"),
 ];
+const DAY_S: f64 = 86_400.0;
 /// Units that take no prefix.
 const PLAIN: [&str; 4] = ["", "%", "dB", "s^-1"];
 
@@ -30,6 +31,16 @@ pub const NOTHING: &str = "-";
 /// A value of a unit with four digits: `1.234e-5 m` is `12.34` and `um`.
 #[must_use]
 pub fn value(value: f64, unit: &str) -> Shown {
+    // Evidence may stand for more than the age of the world.
+    if unit == "s" && value.abs() >= DAY_S {
+        let days = value / DAY_S;
+        let number = match days {
+            365.0.. => "> 365".to_owned(),
+            ..-365.0 => "< -365".to_owned(),
+            _ => number(days),
+        };
+        return Shown { number, unit: "days".to_owned() };
+    }
     let (factor, prefix) = prefix_of(value.abs(), unit);
     Shown { number: number(value / factor), unit: format!("{prefix}{unit}") }
 }
@@ -147,6 +158,8 @@ mod tests {
         assert_eq!(with_unit(12_345.6, ""), "12346");
         assert_eq!([4e-3, 4800.0].map(|t_s| with_unit(t_s, "s")), ["4.000 ms", "4800 s"]);
         assert_eq!(value(1e30, "m").number, "1.00e30");
+        let evidence = [2.5e5, 1.12e34, -1e30, f64::INFINITY].map(|t_s| with_unit(t_s, "s"));
+        assert_eq!(evidence, ["2.894 days", "> 365 days", "< -365 days", "> 365 days"]);
     }
 
     #[test]

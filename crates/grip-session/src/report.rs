@@ -304,9 +304,9 @@ fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
         write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
     } else {
         let (phase, method) = (slip.phase, slip.method.felt());
-        let statistic = slip.statistic.unwrap_or(f32::NAN);
-        write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic:.1}, ")?;
-        write_confidence(f, slip.confidence.unwrap_or(f32::NAN))?;
+        let statistic = statistic_text(slip.statistic.unwrap_or(f32::NAN));
+        let sure = confidence_text(slip.confidence.unwrap_or(f32::NAN));
+        write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic}, {sure}")?;
     }
     if let Some(s) = slip.certified_s {
         write!(f, ", certified: one false alarm in {s:.0} s or more")?;
@@ -350,16 +350,28 @@ fn is_measured(velocity: &Velocity) -> bool {
 }
 
 /// In percent, never rounded up to certainty.
-fn write_confidence(f: &mut fmt::Formatter<'_>, confidence: f32) -> fmt::Result {
-    if confidence > 0.999 {
-        return write!(f, "confidence > 99.9 %");
+/// Evidence of a slip over the wanted interval; beyond a thousand only that it is, since it may have thirty digits.
+#[must_use]
+pub fn statistic_text(statistic: f32) -> String {
+    match statistic {
+        1000.0.. => "> 1000".to_owned(),
+        ..1.0 => format!("{statistic:.2}"),
+        _ => format!("{statistic:.1}"),
     }
-    write!(f, "confidence {:.0} %", (100.0 * confidence).floor())
+}
+
+/// A confidence (0..1) in percent, rounded down: it never rounds up to certainty.
+#[must_use]
+pub fn confidence_text(confidence: f32) -> String {
+    match confidence {
+        0.999.. => "confidence > 99.9 %".to_owned(),
+        _ => format!("confidence {:.0} %", (100.0 * confidence).floor()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Condition, Event, EventLog};
+    use super::{Condition, Event, EventLog, statistic_text};
     use slip_core::{
         CauseSet, Phase, SlipReport, Step,
         alarm::Method,
@@ -440,6 +452,7 @@ mod tests {
         );
         let words = "statistic 1.5, confidence 50 %, certified: one false alarm in 600 s or more";
         assert!(line.to_string().contains(words), "{line}");
+        assert_eq!([0.02, 326.63, 1.87e31].map(statistic_text), ["0.02", "326.6", "> 1000"]);
         assert_eq!(json["ruled_out"], serde_json::json!(["knock", "arm_stop"]));
         assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
         let words = ", ruled out: knock and arm stop, possible: motion and grip change";

@@ -74,6 +74,8 @@ fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let alone = ["found.csv", "rest.csv"]
         .map(|file| format!("{file}\n{}", gripctl(folder.path(), &["replay", file]).done().out));
     assert_eq!(text, alone.concat());
+    let folders = "7 files that may be recordings of their own (all.csv, early.csv,";
+    gripctl(folder.path(), &["replay", "."]).refused(2, &[folders, "gripctl replay '.'/*.csv"]);
     let plot = ["replay", "found.csv", "rest.csv", "--plot", "x.svg"];
     gripctl(folder.path(), &plot).refused(2, &["several files", "--plot"]);
 }

@@ -1,6 +1,7 @@
 //! What is known of gripd in, lines for people out.
 
 use super::report::{DaemonReport, Report};
+use grip_session::report::statistic_text;
 use grip_session::status::{EventReport, GripperReport, HealthReport, StateReport};
 
 /// The report, a subject a line.
@@ -61,7 +62,7 @@ fn grip(state: &StateReport, vibrates: bool) -> Vec<String> {
         state.grip,
         state.scene,
         state.device,
-        with_unit(state.statistic, 1.0, 2, "")
+        state.statistic.map_or("-".to_owned(), statistic_text)
     )];
     let estimate = with_unit(state.estimate_n, 1.0, 2, "N");
     lines.push(format!(

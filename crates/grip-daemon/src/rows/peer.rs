@@ -149,7 +149,10 @@ impl Peer {
                 None => return false,
             },
             Self::Udp { sender, .. } if !is_source => *sender = None,
-            Self::Udp { .. } => {}
+            // What others send fills the queue of the system no more; where it cannot be so, `receive` leaves it out.
+            Self::Udp { socket, sender } => {
+                let _refused = sender.map(|sender| socket.connect(sender));
+            }
             Self::Stdin | Self::Expected(_) | Self::Fed(_) => return is_source,
         }
         true

@@ -60,7 +60,7 @@ function words() {
         word, command: number(command), applied: number(applied), slips: live?.slips ?? "–",
         need: number(need) + (need == null ? "" : ` (${number(low, "")} – ${number(high, "")})`),
         ratio: number(need > 0 && command != null ? command / need : null, ""),
-        statistic: point.statistic == null ? "–" : point.statistic < 0.01 ? "< 0.01" : number(point.statistic, ""),
+        statistic: point.statistic < 0.01 && point.statistic != null ? "< 0.01" : point.statistic > 1000 ? "> 1000" : number(point.statistic, ""),
         time: pointer_s == null ? "" : `at the pointer: ${pointer_s.toFixed(2)} s`,
         link: (live ? `${live.link.port}, link: ${live.link.state}` : "") + (live && wrong ? "; " : "") + wrong,
         version: live ? "gripd " + live.version : "",

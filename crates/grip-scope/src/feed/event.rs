@@ -1,6 +1,6 @@
 //! What happens: its kind, its time, and what is known of a slip.
 
-use crate::format::number;
+use grip_session::report::{confidence_text, statistic_text};
 use serde::{Deserialize, Serialize};
 use slip_core::{Cause, CauseSet, Phase, SlipReport, alarm::Method};
 
@@ -63,15 +63,6 @@ impl EventMark {
     }
 }
 
-/// A confidence for people (`confidence 76 %`), never rounded up to certainty.
-#[must_use]
-pub fn confidence_text(confidence: f32) -> String {
-    match confidence {
-        0.999.. => "confidence > 99.9 %".to_owned(),
-        _ => format!("confidence {:.0} %", (100.0 * confidence).floor()),
-    }
-}
-
 /// What is known of the causes of a slip other than a slip (`ruled out: knock, motion`, `possible: closing`); `None` for a set
 /// that is empty.
 #[must_use]
@@ -94,7 +85,7 @@ fn slip_text(kind: EventKind, slip: &SlipReport) -> String {
         .filter(|method| *method != Method::None)
         .map(|method| format!(" by {}", method.felt())));
     add(slip.duration_s.map(|time_s| format!(" after {:.1} ms", 1e3 * time_s)));
-    add(slip.statistic.map(|statistic| format!(", statistic {}", number(statistic.into()))));
+    add(slip.statistic.map(|statistic| format!(", statistic {}", statistic_text(statistic))));
     add(slip.confidence.map(|sure| format!(", {}", confidence_text(sure))));
     add(slip.speed_m_s.map(|speed| format!(", {:.1} mm/s", 1e3 * speed)));
     add(slip.moved_m.map(|moved| format!(", moved {:.2} mm", 1e3 * moved)));

@@ -5,7 +5,7 @@ mod state;
 mod status;
 mod study;
 
-pub use event::{EventKind, EventMark, causes_text, confidence_text};
+pub use event::{EventKind, EventMark, causes_text};
 pub use slip_core::PipelineState;
 pub use state::{
     BandPoint, DerivedBlock, EvidencePoint, ObserverSettings, SpectrumColumn, Turn, esc_flags,

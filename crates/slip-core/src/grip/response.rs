@@ -364,7 +364,7 @@ impl SlipResponse {
             self.aim(config, self.envelope_n);
         }
         if evident && command_n >= self.target_n {
-            let rate = self.growth_per_s(config, input, drive.delay_s());
+            let rate = self.growth_per_s(config, input, drive.delayed_s(input.late_s));
             let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
             let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
             if rate > 0.0 {

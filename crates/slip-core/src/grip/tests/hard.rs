@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use super::{DT_S, calm, slipping};
+use super::{DT_S, calm, holding, slipping};
 use crate::{
     grip::{GripConfig, GripController, GripInput, GripState, SlipNow},
     need::Felt,
@@ -109,13 +109,21 @@ fn the_stylus_alone_needs_peaks_that_pass() {
     }
 }
 
-/// A slip that only shows, without how far: what an object needs that slips under the least force, with a force that comes `dead_ms` after its command and
-/// behind the lag; the highest force over what it needs, and how far it slid (m).
-fn stopped(dead_ms: usize, needed_n: f32) -> (f32, f32) {
-    let mut grip = grasped();
-    let mut commands = VecDeque::from(vec![LEAST_N; dead_ms]);
+/// A slip that only shows, without how far: what an object needs that slips under what `grip` holds it with, with a force that comes `dead_ms` after
+/// its command and behind a lag, over a line on which samples and commands come `line_ms` later than when the fingers closed; the highest force
+/// over what it needs, and how far it slid (m).
+fn stopped(
+    mut grip: GripController,
+    [dead_ms, lag_ms, line_ms]: [u16; 3],
+    need: f32,
+) -> (f32, f32) {
+    let held_n = grip.command_n();
+    let needed_n = need * held_n;
+    let mut commands = VecDeque::from(vec![held_n; usize::from(dead_ms + line_ms)]);
+    let mut samples = VecDeque::from(vec![(SlipNow::No, held_n); usize::from(line_ms)]);
+    let late_s = 1e-3 * f32::from(line_ms);
     let (mut force_n, mut peak_n, mut speed_m_s, mut slid_m, mut seen) =
-        (LEAST_N, 0.0_f32, 0.0_f32, 0.0, 0);
+        (held_n, 0.0_f32, 0.0_f32, 0.0, 0);
     for ms in 0..1000_u16 {
         let load = (f32::from(ms) / 300.0).min(1.0);
         let pull_m_s2 = 9.81 * (load - force_n / needed_n);
@@ -124,9 +132,12 @@ fn stopped(dead_ms: usize, needed_n: f32) -> (f32, f32) {
             slid_m += speed_m_s * DT_S;
         }
         seen = if speed_m_s > 0.0 { 6 } else { seen.max(1) - 1 };
-        let slip = if seen > 0 { SlipNow::Evident } else { SlipNow::No };
-        commands.push_back(grip.step(&GripInput { slip, applied_n: Some(force_n), ..calm() }));
-        force_n += (commands.pop_front().unwrap_or(LEAST_N) - force_n) / 16.0;
+        samples.push_back((if seen > 0 { SlipNow::Evident } else { SlipNow::No }, force_n));
+        let (slip, applied_n) = samples.pop_front().unwrap_or((SlipNow::No, held_n));
+        let applied_n = Some(applied_n);
+        commands.push_back(grip.step(&GripInput { slip, applied_n, late_s, ..calm() }));
+        let lag_ms = f32::from(lag_ms);
+        force_n += (commands.pop_front().unwrap_or(held_n) - force_n) / lag_ms;
         peak_n = peak_n.max(force_n);
     }
     assert!(speed_m_s == 0.0, "{needed_n} N, {dead_ms} ms late: it falls");
@@ -137,12 +148,20 @@ fn stopped(dead_ms: usize, needed_n: f32) -> (f32, f32) {
 #[test]
 fn a_force_that_comes_late_does_not_grow_to_the_largest_before_it_is_felt() {
     for dead_ms in [1, 10, 20] {
-        for needed_n in [22.0, 26.0, 32.0, 44.0] {
-            let (peak, slid_m) = stopped(dead_ms, needed_n);
-            assert!(
-                peak < 2.5 && slid_m < 2e-3,
-                "{needed_n} N, {dead_ms} ms late: {peak}, {slid_m} m"
-            );
+        for need in [1.1, 1.3, 1.6, 2.2] {
+            let (peak, slid_m) = stopped(grasped(), [dead_ms, 16, 0], need);
+            assert!(peak < 2.5 && slid_m < 2e-3, "{need}, {dead_ms} ms late: {peak}, {slid_m} m");
+        }
+    }
+}
+
+/// Nor over a line that is later than when the fingers closed, which makes each force later by twice of that.
+#[test]
+fn a_line_that_becomes_late_does_not_let_it_grow_either() {
+    for line_ms in [10, 20] {
+        for need in [1.1, 1.3, 1.6, 2.2, 4.0] {
+            let (peak, slid_m) = stopped(holding(), [1, 3, line_ms], need);
+            assert!(peak < 3.2 && slid_m < 3e-3, "{need}, {line_ms} ms late: {peak}, {slid_m} m");
         }
     }
 }
