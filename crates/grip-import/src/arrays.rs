@@ -48,7 +48,7 @@ pub(crate) fn table(file: &Path) -> Result<Option<(&'static str, NumberTable)>, 
 /// The recording; its samples are held, or read once or twice to see what they are.
 pub(crate) fn import(
     format: &'static str,
-    table: NumberTable,
+    mut table: NumberTable,
     options: &ImportOptions,
     hold: bool,
 ) -> Result<Imported, ImportError> {
@@ -56,6 +56,14 @@ pub(crate) fn import(
     if table.rate_hz.is_some_and(|rate_hz| rate_hz <= 0.0) && options.rate_hz.is_none() {
         let what = format!("{}; give --rate HZ", table.clock);
         return Err(ImportError::nothing(&table.file, &what));
+    }
+    if let Some((ours, theirs)) = options.rate_hz.zip(table.rate_hz)
+        && theirs > 0.0
+        && (ours - theirs).abs() > f32::EPSILON * theirs
+    {
+        table.notes.push(format!(
+            "taken at {ours} Hz as --rate states, not at the {theirs} Hz of its header"
+        ));
     }
     let samples = NumberSamples::open(&table, &options)?;
     let clock = samples.clock().to_owned();

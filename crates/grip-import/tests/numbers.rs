@@ -118,6 +118,13 @@ fn wav_of_every_kind() {
     let one = options(None, &[("vibration", "channel_2")]);
     let bytes = riff(&[fmt(1, 2, RATE), whole(b"data", &samples(1, 2, 100))]);
     assert_eq!(uses(&read("x.WAV", &bytes, &one).unwrap()), ["vibration=channel_2"]);
+    // A rate that contradicts the header is taken, and named.
+    for (rate_hz, named) in [(1000.0, true), (8000.0, false)] {
+        let imported = read("x.wav", &bytes, &options(Some(rate_hz), &[])).unwrap();
+        let note = "taken at 1000 Hz as --rate states, not at the 8000 Hz of its header";
+        assert_eq!(imported.recording.rate_hz, rate_hz);
+        assert_eq!(imported.notes.iter().any(|text| text == note), named, "{:?}", imported.notes);
+    }
 }
 
 /// The same 100 samples, however the file is laid out.
