@@ -53,11 +53,13 @@ pub(super) fn write<'a>(
     Ok(())
 }
 
-/// Share of the onsets that are found (%) over the false alarms per minute of labelled rest, with a circle where the table has a detector. A
+/// Share of the onsets that are found (%) over the false alarms per minute without slip, with a circle where the table has a detector. A
 /// logarithmic axis has no place for no alarm at all: such points stand at half the smallest rate that the rest could show. Every other line is
 /// dashed, so that two that coincide are both seen.
 fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
-    let x = Axis::log("false alarms per minute of labelled rest");
+    let x = Axis::log(
+        "false alarms per minute without slip; where there is none, half of one is drawn",
+    );
     let y = Axis::linear("onsets found (%)");
     let mut chart = Chart::new("Found against false alarms (ROC); circles: as configured", x, y);
     let place = |alarms: f64, rest_s: f64, found: usize, onsets: usize| {
