@@ -168,7 +168,7 @@ fn check(
     inputs: &[Vec<f32>],
     bytes: &[u8],
 ) -> anyhow::Result<CardVerified> {
-    let targets = model.targets().len();
+    let targets = model.targets().axes().len();
     let (words, rest) = bytes.as_chunks::<4>();
     let record_size = 2 + targets * if file.interval.is_some() { 3 } else { 1 };
     if !rest.is_empty() || words.len() != inputs.len() * record_size {
@@ -222,7 +222,7 @@ fn check(
 
 /// The limits of C around its own answers are ours around them, bit for bit. `words` holds answers, lower limits and upper limits.
 fn check_limits(interval: &Interval, model: &LargeModel, words: &[[u8; 4]]) -> anyhow::Result<()> {
-    let targets = model.targets().len();
+    let targets = model.targets().axes().len();
     let float = |at: usize| words.get(at).map_or(f32::NAN, |word| f32::from_ne_bytes(*word));
     let widths = model.targets().columns().zip(&interval.widths);
     for (target, (column, &width)) in widths.enumerate() {

@@ -229,7 +229,6 @@ fn fit_config(args: &TrainArgs) -> anyhow::Result<FitConfig> {
             min_gradient: algorithm.min_gradient(),
             time_limit: time_limit(args)?,
             max_fail: args.split.patience,
-            ..RunConfig::default()
         },
         seed: args.seed,
         repeats: args.repeats,
