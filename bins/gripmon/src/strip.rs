@@ -166,7 +166,7 @@ pub fn has_array(model: &Model) -> bool {
 mod tests {
     use super::{StripId, enclosure, wanted};
     use grip_link::message::daemon::{GripState, Reading, Scene};
-    use grip_scope::feed::{DerivedBlock, EvidencePoint, Feed};
+    use grip_scope::feed::{DerivedBlock, Feed};
     use grip_scope::{Channel, Model};
     use slip_core::PipelineState;
     use slip_core::units::Micros;
@@ -197,9 +197,12 @@ mod tests {
             rate_hz: 1000,
             ..PipelineState::UNKNOWN
         }));
-        let (esc, estimate) = (Some([0.5, 0.4, 0.6]), Some([9.0, 8.0, 10.0]));
-        let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];
-        model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
+        let mut block = DerivedBlock::default();
+        let esc = [(Channel::OwnEsc, 0.5), (Channel::EscLow, 0.4), (Channel::EscHigh, 0.6)];
+        block.put(1.0, esc);
+        let [low, high] = [(Channel::EstimateLow, 8.0), (Channel::EstimateHigh, 10.0)];
+        block.put(1.0, [(Channel::OwnEstimate, 9.0), low, high]);
+        model.take(Feed::Derived(Box::new(block)));
         model
     }
 

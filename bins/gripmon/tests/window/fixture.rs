@@ -6,8 +6,8 @@ use grip_link::message::daemon::{
     Reading, RealTime, Scene, SensorHealth,
 };
 use grip_scope::feed::{
-    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock,
-    SpectrumColumn, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    DaemonInfo, DerivedBlock, EventKind, EventMark, Feed, RowBlock, SpectrumColumn, StudyCurve,
+    StudyCurves, StudyPlot, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -120,30 +120,28 @@ pub(crate) fn state(t_s: f64) -> PipelineState {
 
 fn derived(from_s: f64) -> DerivedBlock {
     let at = |i: u32| from_s + 0.005 * f64::from(i);
-    let band =
-        |i| BandPoint { t_s: at(i), energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], evidence_s: 0.002 };
     let turn = |i: u32| Turn { t_s: at(i), height: 1e-5, is_peak: i.is_multiple_of(2) };
-    let evidence = |i| EvidencePoint {
-        t_s: at(i),
-        esc: None,
-        speed: Some((0.05, 0.01)),
-        estimate: Some([9.5, 8.0, 11.0]),
-    };
-    DerivedBlock {
-        bands: (0..10).map(band).collect(),
+    let span = [from_s, from_s + 0.05];
+    let mut block = DerivedBlock {
         turns: (0..10).map(turn).collect(),
-        evidence: if (0.9..1.1).contains(&from_s) {
-            (0..10).map(evidence).collect()
-        } else {
-            Vec::new()
-        },
-        spectra: vec![SpectrumColumn {
-            span: [from_s, from_s + 0.05],
-            top_hz: 5000.0,
-            bins: (0..64).collect(),
-        }],
-        broken: false,
+        spectra: vec![SpectrumColumn { span, top_hz: 5000.0, bins: (0..64).collect() }],
+        ..DerivedBlock::default()
+    };
+    for t_s in (0..10).map(at) {
+        bands(&mut block, t_s);
+        if (0.9..1.1).contains(&from_s) {
+            block.put(t_s, [(Channel::SlipSpeed, 0.05), (Channel::SlipSpeedSigma, 0.01)]);
+            let [low, high] = [(Channel::EstimateLow, 8.0), (Channel::EstimateHigh, 11.0)];
+            block.put(t_s, [(Channel::OwnEstimate, 9.5), low, high]);
+        }
     }
+    block
+}
+
+/// What the observer derives each few milliseconds.
+pub(crate) fn bands(block: &mut DerivedBlock, t_s: f64) {
+    block.put(t_s, Channel::BANDS.into_iter().zip([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    block.put(t_s, [(Channel::OwnStatistic, 0.002)]);
 }
 
 fn events(model: &mut Model) {

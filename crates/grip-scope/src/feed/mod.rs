@@ -8,7 +8,7 @@ mod study;
 pub use event::{EventKind, EventMark, causes_text};
 pub use slip_core::PipelineState;
 pub use state::{
-    BandPoint, DerivedBlock, EvidencePoint, ObserverSettings, SpectrumColumn, Turn, esc_flags,
+    DerivedBlock, DerivedValue, ObserverSettings, SpectrumColumn, Turn, esc_flags,
 };
 pub use status::{DaemonInfo, SourceStatus};
 pub use study::{StudyCurve, StudyCurves, StudyPlot};

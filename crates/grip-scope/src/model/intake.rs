@@ -6,7 +6,7 @@ use super::series::Series;
 use super::{MOST_NOTICES, MOST_TURNS, Model};
 use crate::channel::Channel;
 use crate::feed::{
-    BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
+    DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo,
 };
 use crate::span::Span;
 use grip_link::device::{Fate, Truth};
@@ -209,17 +209,13 @@ impl Model {
     }
 
     fn take_derived(&mut self, block: DerivedBlock) {
-        if block.broken {
-            let bands = block.bands.first().map(|point| point.t_s);
-            let evidence = block.evidence.first().map(|point| point.t_s);
-            let first = bands.into_iter().chain(evidence).reduce(f64::min);
-            if let Some(t_s) = first.and_then(|t_s| self.axis.state(t_s)) {
-                self.gaps.derive_from(t_s);
-            }
+        let first = block.values.first().filter(|_| block.broken);
+        if let Some(t_s) = first.and_then(|first| self.axis.state(first.t_s)) {
+            self.gaps.derive_from(t_s);
         }
-        for point in &block.bands {
-            if let Some(t_s) = self.axis.state(point.t_s) {
-                self.take_bands(t_s, point);
+        for DerivedValue { t_s, channel, value } in block.values {
+            if let Some(t_s) = self.axis.state(t_s) {
+                self.put(channel, t_s, value, self.gaps.derived_before(t_s));
             }
         }
         for turn in block.turns {
@@ -231,11 +227,6 @@ impl Model {
                 self.turns.pop_front();
             }
         }
-        for point in &block.evidence {
-            if let Some(t_s) = self.axis.state(point.t_s) {
-                self.take_evidence(t_s, point);
-            }
-        }
         let most_bytes = self.limit_bytes / 16;
         for mut column in block.spectra {
             column.span = column.span.map(|t_s| self.axis.event(t_s));
@@ -243,45 +234,12 @@ impl Model {
         }
     }
 
-    fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
-        let from_s = self.gaps.derived_before(t_s);
-        for (band, energy) in Channel::BANDS.into_iter().zip(&point.energy) {
-            self.put(band, t_s, Some(*energy), from_s);
-        }
-        self.put(Channel::OwnStatistic, t_s, Some(point.evidence_s), from_s);
-    }
-
-    fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
-        let three = |known: Option<[f32; 3]>| known.map_or([None; 3], |values| values.map(Some));
-        let [estimate, low, high] = three(point.estimate);
-        let [esc, esc_low, esc_high] = three(point.esc);
-        let values = [
-            (Channel::OwnEsc, esc),
-            (Channel::EscLow, esc_low),
-            (Channel::EscHigh, esc_high),
-            (Channel::OwnEstimate, estimate),
-            (Channel::EstimateLow, low),
-            (Channel::EstimateHigh, high),
-            (Channel::SlipSpeed, point.speed.map(|speed| speed.0)),
-            (Channel::SlipSpeedSigma, point.speed.map(|speed| speed.1)),
-        ];
-        let from_s = self.gaps.derived_before(t_s);
-        for (channel, value) in values {
-            self.put(channel, t_s, value, from_s);
-        }
-    }
-
     /// Puts a value, or that there is none where there was one before; it does not join one before `from_s`.
     fn put(&mut self, channel: Channel, t_s: f64, value: Option<f32>, from_s: f64) {
-        let series = match value {
-            Some(_) => entry(&mut self.series, channel),
-            None => match self.series.get_mut(&channel) {
-                Some(series) => series,
-                None => return,
-            },
-        };
-        let broken = series.is_before(from_s);
-        series.push(t_s, value.unwrap_or(f32::NAN), broken);
+        if value.is_some() || self.series.contains_key(&channel) {
+            let series = entry(&mut self.series, channel);
+            series.push(t_s, value.unwrap_or(f32::NAN), series.is_before(from_s));
+        }
     }
 }
 
