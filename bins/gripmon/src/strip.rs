@@ -1,7 +1,8 @@
 //! Which plots there are, and which curves of a model each of them shows, in which tone.
 
 use crate::palette::{SERIES, Tone};
-use crate::plot::{Kind, Style};
+use crate::plot::{DASHED, Kind};
+use egui_plot::LineStyle;
 use grip_scope::{Channel, Model};
 use serde::{Deserialize, Serialize};
 
@@ -72,15 +73,15 @@ pub struct Curve {
     /// In which colour.
     pub tone: Tone,
     /// How.
-    pub style: Style,
+    pub style: LineStyle,
 }
 
 const fn curve(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Solid }
+    Curve { channel, tone, style: LineStyle::Solid }
 }
 
 const fn limit(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Dashed }
+    Curve { channel, tone, style: DASHED }
 }
 
 /// The curves of a plot that the model has data of, in the order in which they are drawn.
@@ -111,7 +112,7 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
             limit(Channel::NeedTruth, Tone::Yellow),
-            limit(Channel::ForceLimit, Tone::Limit),
+            limit(Channel::ForceLimit, Tone::Red),
         ],
         StripId::Esc => {
             vec![curve(Channel::OwnEsc, Tone::Quiet), curve(Channel::Esc, Tone::Purple)]
