@@ -177,7 +177,8 @@ mod column {
 /// A trigger as oscilloscopes have one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trigger {
-    settings: TriggerSettings,
+    /// For what it waits.
+    pub settings: TriggerSettings,
     /// Up to where it has looked (s): at the end of the axis for events, at the newest sample of its channel else.
     looked_s: Option<f64>,
     /// How many events had come when it looked last.

@@ -32,12 +32,14 @@ fn a_paused_view_stands_while_data_go_on() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     press(&mut harness, Key::End);
     click(&mut harness, "Pause");
+    assert!(harness.state().shared.engine().paused, "its source asks for no frames");
     let before = seen(&harness);
     let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, 20_000, 30_000);
     harness.state().shared.engine().model.take(Feed::Rows(later));
     harness.run();
     assert_eq!(seen(&harness), before);
     click(&mut harness, "Follow");
+    assert!(!harness.state().shared.engine().paused);
     assert!((seen(&harness).1 - 2.9999).abs() < 1e-6, "{:?}", seen(&harness));
     press(&mut harness, Key::Space);
     assert_eq!(harness.state().state.window.following(), Following::Held);
