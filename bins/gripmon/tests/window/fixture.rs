@@ -6,8 +6,8 @@ use grip_link::message::daemon::{
     Reading, RealTime, Scene, SensorHealth,
 };
 use grip_scope::feed::{
-    DaemonInfo, DerivedBlock, EventKind, EventMark, Feed, RowBlock, SpectrumColumn, StudyCurve,
-    StudyCurves, StudyPlot, TaxelBlock, Turn,
+    DaemonInfo, DerivedBlock, EventKind, EventMark, Feed, LearningCurve, RowBlock, SpectrumColumn,
+    Study, StudyNet, StudyResult, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -191,23 +191,21 @@ pub(crate) fn health() -> Health {
     }
 }
 
-/// The curves of a study.
+/// A study of two nets.
 pub(crate) fn study() -> Model {
-    let curve = |name: &str| StudyCurve {
-        name: name.to_owned(),
-        points: (1..50).map(|i| [f64::from(i), 1.0 / f64::from(i)]).collect(),
+    let epoch: Vec<f64> = (1..50).map(f64::from).collect();
+    let errors: Vec<_> = epoch.iter().map(|epoch| Some(1.0 / epoch)).collect();
+    let curve = LearningCurve { epoch, train: errors.clone(), test: errors };
+    let net = |trainer: &str| StudyNet {
+        net: trainer.to_owned(),
+        trainer: trainer.to_owned(),
+        curve: Some(curve.clone()),
     };
-    let plot = StudyPlot {
-        title: "Learning of surface2".to_owned(),
-        curves: vec![curve("gd"), curve("lm")],
-    };
-    let curves = StudyCurves {
-        title: "Four nets".to_owned(),
-        plots: vec![plot],
-        notes: vec!["twenty starts each".to_owned()],
-    };
+    let title = "Learning of surface2".to_owned();
+    let result = StudyResult { title, nets: vec![net("gd"), net("lm")] };
+    let (title, summary) = ("Four nets".to_owned(), vec!["twenty starts each".to_owned()]);
     let mut model = Model::new(1 << 20);
-    model.take(Feed::Study(Box::new(curves)));
+    model.take(Feed::Study(Box::new(Study { title, summary, results: vec![result] })));
     model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
     model
 }

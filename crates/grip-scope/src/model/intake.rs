@@ -5,9 +5,7 @@ use super::events::Doing;
 use super::series::Series;
 use super::{MOST_NOTICES, MOST_TURNS, Model};
 use crate::channel::Channel;
-use crate::feed::{
-    DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo,
-};
+use crate::feed::{DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo};
 use crate::span::Span;
 use grip_link::device::{Fate, Truth};
 use grip_link::message::{

@@ -28,7 +28,7 @@ pub use taxels::TaxelFrame;
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, ObserverSettings, SourceStatus, StudyCurves, StylusInfo, Turn,
+    DaemonInfo, EventKind, EventMark, ObserverSettings, SourceStatus, Study, StylusInfo, Turn,
 };
 use crate::span::Span;
 use gaps::Gaps;
@@ -130,7 +130,7 @@ pub struct Model {
     status: SourceStatus,
     info: Info,
     notices: VecDeque<String>,
-    study: Option<StudyCurves>,
+    study: Option<Study>,
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
@@ -219,9 +219,9 @@ impl Model {
         self.notices.iter().map(String::as_str)
     }
 
-    /// The curves of a study.
+    /// The report of a study.
     #[must_use]
-    pub const fn study(&self) -> Option<&StudyCurves> {
+    pub const fn study(&self) -> Option<&Study> {
         self.study.as_ref()
     }
 

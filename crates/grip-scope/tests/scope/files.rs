@@ -2,6 +2,7 @@
 
 use crate::rig::{Watch, damaged, recording};
 use grip_scope::export::{self, Part};
+use grip_scope::feed::StudyNet;
 use grip_scope::source::load;
 use grip_scope::{Channel, EventKind, EventMark, Model, SourceSpec, SourceStatus, Span};
 use std::fs;
@@ -311,15 +312,14 @@ fn a_study_has_its_curves() {
     fs::write(&path, text).unwrap();
     let watch = study(&path);
     let study = watch.model.study().unwrap();
-    assert_eq!((study.title.as_str(), study.plots.len()), ("four nets", 1));
-    let plot = &study.plots[0];
-    let names: Vec<&str> = plot.curves.iter().map(|curve| curve.name.as_str()).collect();
-    assert_eq!(
-        (plot.title.as_str(), names),
-        ("v and F", vec!["M1 GD, train", "M1 GD, test", "L-BFGS, train", "L-BFGS, test"])
-    );
-    assert_eq!(plot.curves[1].points, [[0.0, 0.6], [1.0, 0.5], [4.0, 0.4]]);
-    assert_eq!(study.notes, ["It works."]);
+    assert_eq!((study.title.as_str(), study.results.len()), ("four nets", 1));
+    let result = &study.results[0];
+    let names: Vec<String> = result.nets.iter().map(StudyNet::name).collect();
+    assert_eq!(result.title, "v and F");
+    assert_eq!(names, ["M1 GD", "L-BFGS", "M4 SCG"]);
+    let curve = result.nets[0].curve.as_ref().unwrap();
+    assert_eq!((&curve.epoch[..], curve.test[1]), (&[0.0, 1.0, 4.0][..], Some(0.5)));
+    assert_eq!(study.summary, ["It works."]);
 }
 
 /// Times that are rounded hide the rate at the start of a table: it is that of the whole table here too, or slips would stand elsewhere
