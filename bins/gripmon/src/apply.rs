@@ -1,16 +1,17 @@
 //! What a user can do that is more than a change of one value: methods of the state, and what waits for the end of a frame.
 
 use crate::engine::Engine;
-use crate::labels::{self, Labelling};
+use crate::labels::{self, Labelled, Labelling};
 use crate::layout::{Look, Panel};
 use crate::plot::Scale;
 use crate::state::ViewState;
 use crate::strip::StripId;
 use crate::time::TimeWindow;
-use grip_record::LabelKind;
+use grip_record::{Label, LabelKind};
 use grip_scope::trigger::{Found, TriggerMode};
 use grip_scope::{Model, SourceStatus, Span};
 use slip_core::ClientCommand;
+use std::path::Path;
 
 /// What cannot be done within a frame: it needs the engine, the window or files.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -230,6 +231,26 @@ impl ViewState {
         self.message = None;
         self.select_s = None;
         self.command.asks_release = false;
+    }
+
+    /// Looks for the label of the recording that is open; cursor A goes to its onset.
+    pub fn open_recording(&mut self, path: &Path) {
+        self.recording = Labelled::of(path);
+        let Some(labelled) = &mut self.recording else { return };
+        let looked = labelled.look();
+        if let Some(at) = labelled.label.as_ref().and_then(Label::onset) {
+            self.cursors[0] = Some(at.as_seconds());
+        }
+        looked.unwrap_or_else(|error| self.complain(error.to_string()));
+    }
+
+    /// Writes the label of the recording, or takes it away.
+    pub fn set_label(&mut self, kind: Option<LabelKind>) {
+        match self.recording.as_mut().map(|labelled| labelled.set(kind)) {
+            Some(Ok(done)) => self.report(done),
+            Some(Err(sentence)) => self.complain(sentence),
+            None => {}
+        }
     }
 
     /// Asks for the label of the recording, where it can have it.
