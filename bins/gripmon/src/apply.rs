@@ -153,8 +153,8 @@ impl ViewState {
         let seen = self.window.visible(model.span());
         let edge_s = if later { seen.from_s } else { seen.to_s };
         let at_s = self.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(edge_s);
-        let events = model.events();
-        let found = if later { events.next_after(at_s) } else { events.before(at_s) };
+        let marks = &model.events().marks;
+        let found = if later { marks.from(at_s.next_up()) } else { marks.at(at_s.next_down()) };
         match found.map(|mark| mark.t_s) {
             Some(t_s) => self.jump(t_s, model),
             None if later => self.report("No later event."),

@@ -141,7 +141,7 @@ impl TriggerSettings {
         let up = matches!(self.condition, Condition::RisingEdge | Condition::Above);
         match self.condition {
             Condition::Event => {
-                let mut marks = model.events().in_span(span);
+                let mut marks = model.events().marks.within(span);
                 marks.find(|mark| mark.kind == self.event).map(|mark| mark.t_s)
             }
             Condition::RisingEdge | Condition::FallingEdge => {

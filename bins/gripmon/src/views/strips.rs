@@ -172,8 +172,8 @@ pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>, state: &V
 /// Slips and gaps, the same in the lane and behind the curves of every plot: they are looked for once.
 pub(super) fn pieces(frame: &Frame, seen: &Seen<'_>) -> Vec<Piece<EventKind>> {
     let events = seen.model.events();
-    let slips = joined(events.slips(frame.span), frame, lane::worst);
-    let gaps = joined(events.gaps(frame.span), frame, lane::worst);
+    let slips = joined(events.slips.within(frame.span), frame, lane::worst);
+    let gaps = joined(events.gaps.within(frame.span), frame, lane::worst);
     slips.into_iter().chain(gaps).collect()
 }
 

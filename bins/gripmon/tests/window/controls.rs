@@ -49,7 +49,7 @@ fn a_paused_view_stands_while_data_go_on() {
 fn events_are_jumped_to_forth_and_back() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     let times: Vec<f64> =
-        harness.state().shared.engine().model.events().iter().map(|mark| mark.t_s).collect();
+        harness.state().shared.engine().model.events().marks.iter().map(|mark| mark.t_s).collect();
     assert!(times.len() >= 6);
     click(&mut harness, "Event >");
     assert_eq!(harness.state().state.event_s, Some(times[0]));

@@ -70,7 +70,7 @@ fn both_cursors(scope: &mut Scope) {
 
 fn markers(scope: &Scope) -> usize {
     let engine = scope.shared.engine();
-    engine.model.events().iter().filter(|mark| mark.kind == EventKind::Marker).count()
+    engine.model.events().marks.iter().filter(|mark| mark.kind == EventKind::Marker).count()
 }
 
 fn stated(scope: &Scope, text: &str) -> bool {

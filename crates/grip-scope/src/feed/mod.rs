@@ -7,7 +7,9 @@ mod study;
 
 pub use event::{EventKind, EventMark, causes_text};
 pub use slip_core::PipelineState;
-pub use state::{DerivedBlock, DerivedValue, ObserverSettings, SpectrumColumn, Turn, esc_flags};
+pub use state::{
+    DB_BASE, DB_STEP, DerivedBlock, DerivedValue, ObserverSettings, SpectrumColumn, Turn, esc_flags,
+};
 pub use status::{DaemonInfo, SourceStatus};
 pub use study::{LearningCurve, Study, StudyNet, StudyResult};
 

@@ -89,7 +89,19 @@ pub struct SpectrumColumn {
     pub span: [f64; 2],
     /// Highest frequency (Hz); bins are spread evenly from 0 to it.
     pub top_hz: f32,
-    /// Power of each bin (dB over one unit of the stylus squared per bin), in steps of [`DB_STEP`](crate::model::DB_STEP) above
-    /// [`DB_BASE`](crate::model::DB_BASE).
+    /// Power of each bin (dB over one unit of the stylus squared per bin), in steps of [`DB_STEP`] above [`DB_BASE`].
     pub bins: Box<[u8]>,
+}
+
+/// Power of a bin whose byte is 0 (dB).
+pub const DB_BASE: f32 = -260.0;
+/// Power from byte to byte (dB).
+pub const DB_STEP: f32 = 1.5;
+
+impl SpectrumColumn {
+    /// Power (dB) of a byte of its bins.
+    #[must_use]
+    pub fn db(byte: u8) -> f32 {
+        DB_STEP.mul_add(f32::from(byte), DB_BASE)
+    }
 }

@@ -66,7 +66,7 @@ fn nothing_is_missing_before_the_first_rows() {
     feeds.extend(states(&[1.0, 1.01]));
     let model = model(feeds);
     assert_eq!(breaks(&model, Channel::Statistic), [0.0; 0]);
-    assert!(model.events().iter().all(|mark| mark.kind != EventKind::Gap));
+    assert!(model.events().marks.iter().all(|mark| mark.kind != EventKind::Gap));
 }
 
 const OWN: [Channel; 9] = [

@@ -3,9 +3,12 @@
 use super::axis::Placed;
 use super::events::Doing;
 use super::series::Series;
-use super::{MOST_NOTICES, MOST_TURNS, Model};
+use super::timeline::{Room, TaxelFrame};
+use super::{MOST_NOTICES, Model};
 use crate::channel::Channel;
-use crate::feed::{DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo};
+use crate::feed::{
+    DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo, TaxelBlock, Turn,
+};
 use crate::span::Span;
 use grip_link::device::{Fate, Truth};
 use grip_link::message::{
@@ -14,6 +17,13 @@ use grip_link::message::{
 };
 use slip_core::{PipelineState, units::Micros};
 use std::collections::BTreeMap;
+
+/// Peaks and valleys kept.
+const TURNS: Room = Room::Items(500_000);
+/// Frames of the pressure array kept.
+const FRAMES: Room = Room::Bytes(16 << 20);
+/// Frames closer together than this (s) are not all kept: nobody sees them.
+const FRAME_S: f64 = 0.01;
 
 impl Model {
     /// Takes one item.
@@ -92,7 +102,7 @@ impl Model {
         if let Some(taxels) = &block.taxels {
             for (row, time) in times.iter().enumerate() {
                 if let Some((at_s, _)) = time {
-                    self.taxels.push(*at_s, taxels, row);
+                    self.take_frame(*at_s, taxels, row);
                 }
             }
         }
@@ -102,6 +112,19 @@ impl Model {
         self.health.nan = self.series.get(&Channel::Stylus).map_or(0, |series| series.nan);
         self.health.misplaced = self.series.values().map(|series| series.misplaced).sum();
         self.health.huge = rows.map(|series| series.huge).sum();
+    }
+
+    /// Takes the frame of the array of row `row`.
+    fn take_frame(&mut self, t_s: f64, block: &TaxelBlock, row: usize) {
+        let near = |last: &TaxelFrame| t_s - last.t_s < FRAME_S;
+        if self.taxels.iter().next_back().is_some_and(near) {
+            return;
+        }
+        let from = row * block.count;
+        let values = block.values.get(from..from + block.count).unwrap_or_default();
+        if values.iter().any(|value| !value.is_nan()) {
+            self.taxels.append(TaxelFrame { t_s, values: values.to_vec() }, FRAMES);
+        }
     }
 
     /// Where the rows of a block go, and which of them do not join the one before; `known`: whether there is one before the first.
@@ -217,18 +240,12 @@ impl Model {
             }
         }
         for turn in block.turns {
-            let t_s = self.axis.event(turn.t_s);
-            if self.turns.back().is_none_or(|last| last.t_s <= t_s) {
-                self.turns.push_back(crate::feed::Turn { t_s, ..turn });
-            }
-            if self.turns.len() > MOST_TURNS {
-                self.turns.pop_front();
-            }
+            self.turns.insert(Turn { t_s: self.axis.event(turn.t_s), ..turn }, TURNS);
         }
-        let most_bytes = self.limit_bytes / 16;
-        for mut column in block.spectra {
+        let room = Room::Bytes(self.limit_bytes / 16);
+        for mut column in block.spectra.into_iter().filter(|column| !column.bins.is_empty()) {
             column.span = column.span.map(|t_s| self.axis.event(t_s));
-            self.spectrogram.push(column, most_bytes);
+            self.spectrogram.insert(column, room);
         }
     }
 

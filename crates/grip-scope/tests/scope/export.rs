@@ -130,7 +130,7 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
     }
     assert!((90..=100).contains(&frames), "{frames}");
     let again = loaded(&out);
-    let gaps = again.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let gaps = again.events().marks.iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts, ["40 rows are missing, 41.0 ms"]);
 }
@@ -156,7 +156,7 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
     let path = folder.path().join("run.mcap");
     restarted(&path);
     let model = loaded(&path);
-    let begins: Vec<f64> = (model.events().iter())
+    let begins: Vec<f64> = (model.events().marks.iter())
         .filter(|mark| mark.kind == EventKind::Clock)
         .map(|mark| mark.t_s)
         .collect();

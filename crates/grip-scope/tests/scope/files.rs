@@ -53,7 +53,7 @@ fn a_recording_is_all_there() {
     let (file, extent) = watch.model.info().recording.clone().unwrap();
     assert_eq!((file, extent.from_s, extent.to_s), (path, 0.0, 12.344));
     assert_eq!(watch.model.series(Channel::Stylus).unwrap().at(1.0405), Some(40e-9));
-    assert!(watch.model.events().is_empty());
+    assert!(watch.model.events().marks.is_empty());
     let fan = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
     let found = fan.map(|channel| watch.model.series(channel).unwrap().latest().unwrap().1);
     assert_eq!(found, [1.5, 1.75, 2.5]);
@@ -87,8 +87,8 @@ fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
     assert_eq!(watch.samples(Channel::Stylus), 9_800);
     let reported =
         |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
-    assert_eq!(watch.model.events().iter().filter(reported).count(), 2);
-    assert_eq!(watch.model.events().gaps(Span::new(0.0, 10.0)).count(), 2);
+    assert_eq!(watch.model.events().marks.iter().filter(reported).count(), 2);
+    assert_eq!(watch.model.events().gaps.within(Span::new(0.0, 10.0)).count(), 2);
 }
 
 #[test]
@@ -217,7 +217,10 @@ fn every_rate_from_ten_hertz_to_twenty_kilohertz_is_shown() {
         csv(&path, rate_hz, 3000, |row| format!("{}", 1e-7 * f64::from(row % 7)));
         let watch = open(&path);
         assert_eq!(watch.samples(Channel::Stylus), 3000, "{rate_hz}: {}", sentence(&watch));
-        assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
+        assert!(
+            watch.model.events().marks.iter().all(|mark| mark.kind != EventKind::Gap),
+            "{rate_hz}"
+        );
         assert!(!watch.model.spectrogram().is_empty());
         // Below 20 Hz there is nothing that the detector could receive, and the window reports it.
         let reported = watch.model.notices().any(|line| line.contains("only spectra"));
@@ -268,7 +271,7 @@ fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
     let watch = open(&path);
     assert_eq!(watch.samples(Channel::Stylus), u64::from(rows) - 6);
     assert_eq!((watch.model.health().huge, watch.model.health().nan), (6, 6));
-    let gaps = watch.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let gaps = watch.model.events().marks.iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts.len(), 1, "{texts:?}");
     assert!(texts[0].starts_with("5000 rows are missing"), "{texts:?}");
@@ -291,12 +294,17 @@ fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
     drop(out);
     let watch = open(&path);
     assert_eq!(watch.model.health().stray_states, 0, "{}", sentence(&watch));
-    let scenes: Vec<Span> =
-        watch.model.events().doings(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
+    let scenes: Vec<Span> = watch
+        .model
+        .events()
+        .doings
+        .within(Span::new(0.0, 14.0))
+        .map(|stretch| stretch.span)
+        .collect();
     assert!(scenes[0].from_s < 0.1 && scenes[scenes.len() - 1].to_s > 13.9, "{scenes:?}");
     let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
     let slips: Vec<f64> =
-        watch.model.events().iter().filter(is_slip).map(|mark| mark.t_s).collect();
+        watch.model.events().marks.iter().filter(is_slip).map(|mark| mark.t_s).collect();
     assert!(!slips.is_empty() && slips.iter().all(|t_s| (8.0..8.3).contains(t_s)), "{slips:?}");
 }
 
