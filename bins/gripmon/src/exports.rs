@@ -185,7 +185,7 @@ fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
             let (name, reported) = (path.display().to_string(), error.to_string());
             // Some errors name the file themselves.
             let text =
-                if reported.starts_with(&name) { reported } else { format!("{name}: {reported}") };
+                if reported.contains(&name) { reported } else { format!("{name}: {reported}") };
             Message { text, is_error: true }
         }
     }
