@@ -193,22 +193,9 @@ fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
 
 #[cfg(test)]
 mod tests {
-    use super::{ExportError, Exports, picture, sentence};
+    use super::{Exports, picture};
     use eframe::egui::{Color32, ColorImage, Context};
-    use grip_record::outputs::OutputError;
     use std::fs;
-    use std::path::Path;
-
-    #[test]
-    fn an_error_names_its_file_once() {
-        let path = Path::new("run-0001.csv");
-        let reported = |error| sentence(path, Err(error)).text;
-        let there = OutputError::Exists { file: path.to_owned(), has_force: false };
-        let there = reported(there.into());
-        assert!(there.starts_with("run-0001.csv: is there already"), "{there}");
-        let empty = reported(ExportError::Empty);
-        assert!(empty.starts_with("run-0001.csv: there are no samples"), "{empty}");
-    }
 
     #[test]
     fn a_picture_replaces_nothing_but_where_the_command_line_names_it() {
