@@ -154,10 +154,9 @@ impl Wanted {
 
 /// Writes a picture of the window; the one of the command line takes the place of an earlier one.
 fn picture(path: &Path, is_last: bool, image: &ColorImage) -> Result<String, ExportError> {
-    let failed = |source| ExportError::Write { file: path.to_owned(), source };
     let kind = if is_last { PICTURE } else { OutputKind::ANY };
     let mut file = OutputPath::new(path, kind, [], None)?.create()?;
-    files::write_png(&mut file, image).map_err(failed)?;
+    files::write_png(&mut file, image)?;
     file.finish()?;
     Ok("this window".to_owned())
 }
