@@ -16,7 +16,7 @@ pub(crate) fn click(harness: &mut Harness<'_, Scope>, label: &str) {
     harness.run();
 }
 
-fn press(harness: &mut Harness<'_, Scope>, key: Key) {
+pub(crate) fn press(harness: &mut Harness<'_, Scope>, key: Key) {
     harness.key_press(key);
     harness.run();
 }

@@ -1,22 +1,17 @@
 //! Exports: what is written is what is shown, and comes back.
 
-use crate::rig::{damaged, recording};
+use crate::rig::{damaged, loaded, recording};
 use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::outputs::OutputError;
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError, Part, Sliced};
 use grip_scope::feed::{RowBlock, TaxelBlock};
 use grip_scope::report::grasp;
-use grip_scope::source::load;
 use grip_scope::{Channel, EventKind, Feed, Model, Span};
 use slip_core::{Sample, units::Micros};
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
-
-fn loaded(path: &Path) -> Model {
-    load(path, Model::new(64 << 20))
-}
 
 /// What is kept of a span as a recording.
 fn kept(model: &Model, span: Span, path: &Path) -> Result<Sliced, ExportError> {
