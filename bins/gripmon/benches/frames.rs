@@ -9,9 +9,7 @@ mod fixture;
 use core::time::Duration;
 use eframe::egui::{Context, Pos2, RawInput, Rect, Ui, vec2};
 use grip_link::message::daemon::Scene;
-use grip_scope::feed::{
-    BandPoint, DerivedBlock, EventMark, Feed, SpectrumColumn, TaxelBlock, Turn,
-};
+use grip_scope::feed::{DerivedBlock, EventMark, Feed, SpectrumColumn, TaxelBlock, Turn};
 use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Layout;
 use gripmon::scope::{self, Shared};
@@ -120,18 +118,14 @@ fn live(taxels: usize) {
 fn beside(from_s: f64, i: usize) -> Vec<Feed> {
     let at = |k: u32, of: f64| from_s + of * f64::from(k);
     let mut feeds: Vec<Feed> = (0..3).map(|k| Feed::State(fixture::state(at(k, 0.01)))).collect();
-    let band = |k| BandPoint {
-        t_s: at(k, 0.004),
-        energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0],
-        evidence_s: 0.002,
-    };
     let turn = |k: u32| Turn { t_s: at(k, 0.0005), height: 1e-5, is_peak: k.is_multiple_of(2) };
-    feeds.push(Feed::Derived(Box::new(DerivedBlock {
-        bands: (0..8).map(band).collect(),
+    let mut block = DerivedBlock {
         turns: (0..66).map(turn).collect(),
         spectra: (0..3).map(|k| spectrum(at(k, 0.011), 0.011)).collect(),
         ..DerivedBlock::default()
-    })));
+    };
+    (0..8).for_each(|k| fixture::bands(&mut block, at(k, 0.004)));
+    feeds.push(Feed::Derived(Box::new(block)));
     if i.is_multiple_of(10) {
         feeds.push(Feed::Event(EventMark::plain(from_s, EventKind::Client, "a client asks")));
     }

@@ -1,42 +1,25 @@
 //! What a user can do that is more than a change of one value: methods of the state, and what waits for the end of a frame.
 
 use crate::engine::Engine;
-use crate::labels::{self, Labelling};
+use crate::labels::{self, Labelled, Labelling};
 use crate::layout::{Look, Panel};
 use crate::plot::Scale;
 use crate::state::ViewState;
 use crate::strip::StripId;
 use crate::time::TimeWindow;
-use grip_link::message::FaultCode;
-use grip_record::LabelKind;
+use grip_record::{Label, LabelKind};
 use grip_scope::trigger::{Found, TriggerMode};
-use grip_scope::{Model, SourceStatus, Span, Trigger};
+use grip_scope::{Model, SourceStatus, Span};
 use slip_core::ClientCommand;
-
-/// A command to the gripper, as its panel gives it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Order {
-    /// Hold with at least this force (N).
-    AtLeast(f64),
-    /// Let go.
-    Release,
-    /// Close again.
-    Grasp,
-    /// Stop in software.
-    Stop,
-    /// Clear the fault that is latched.
-    ClearFault,
-}
+use std::path::Path;
 
 /// What cannot be done within a frame: it needs the engine, the window or files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
-    /// The trigger has other settings, or is armed or not.
-    Watch,
     /// A mark at a time (s).
     Mark(f64),
     /// A command.
-    Send(Order),
+    Send(ClientCommand),
     /// A picture of the window.
     Picture,
     /// The samples as CSV.
@@ -52,11 +35,8 @@ pub enum Effect {
 /// Does what needs the engine; what remains to be done.
 pub fn fulfil(state: &mut ViewState, engine: &mut Engine, effect: Effect) -> Option<Effect> {
     match effect {
-        Effect::Watch => {
-            engine.watch(state.armed.then(|| Trigger::new(state.layout.trigger)));
-        }
         Effect::Mark(t_s) => engine.model.mark(t_s, "marker"),
-        Effect::Send(order) => send(state, engine, order),
+        Effect::Send(command) => send(state, engine, command),
         rest => return Some(rest),
     }
     None
@@ -83,7 +63,6 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
     }
     if state.armed && engine.is_trigger_done() && mode == TriggerMode::Single {
         state.armed = false;
-        engine.watch(None);
     }
     if engine.model.status().is_disconnected() {
         state.command.armed = false;
@@ -92,14 +71,13 @@ pub fn follow_up(state: &mut ViewState, engine: &mut Engine) {
 }
 
 /// Nothing more comes: what is waited for is looked for behind the left edge of the view, or behind what was found last and is still seen.
-fn search(state: &mut ViewState, engine: &mut Engine) {
+fn search(state: &mut ViewState, engine: &Engine) {
     let seen = state.window.visible(engine.model.span());
     let trigger = state.layout.trigger;
     let hit_s = state.hit_s.filter(|t_s| seen.holds(*t_s));
     let from_s = hit_s.map_or(seen.from_s, |at_s| trigger.behind(at_s));
     state.hit_s = trigger.first_after(&engine.model, from_s);
     state.armed = false;
-    engine.watch(None);
     match state.hit_s {
         Some(at_s) => {
             state.window.show(trigger.around(at_s));
@@ -110,27 +88,18 @@ fn search(state: &mut ViewState, engine: &mut Engine) {
 }
 
 /// Sends a command: a stop always, everything else only while the lock is off.
-fn send(state: &mut ViewState, engine: &Engine, order: Order) {
+fn send(state: &mut ViewState, engine: &Engine, command: ClientCommand) {
     state.command.asks_release = false;
-    if !state.command.armed && order != Order::Stop {
+    if !state.command.armed && command != ClientCommand::Stop {
         state.complain("Arm the commands first.");
         return;
     }
-    let info = engine.model.info();
-    let limit_n = info.gripper.and_then(|gripper| gripper.force_max_n);
-    let limit_n = limit_n.map_or(f64::INFINITY, f64::from);
-    let fault = info.state.map_or(FaultCode::NONE, |state| state.fault);
-    let command = match order {
-        Order::AtLeast(force_n) if force_n > limit_n => {
-            state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
-            return;
-        }
-        Order::AtLeast(force_n) => ClientCommand::AtLeast(crate::num::narrow(force_n)),
-        Order::Release => ClientCommand::Release,
-        Order::Grasp => ClientCommand::Grasp,
-        Order::Stop => ClientCommand::Stop,
-        Order::ClearFault => ClientCommand::ClearFault(fault),
-    };
+    let limit_n = engine.model.info().gripper.and_then(|gripper| gripper.force_max_n);
+    if let (ClientCommand::AtLeast(force_n), Some(limit_n)) = (command, limit_n)
+        && force_n > limit_n
+    {
+        return state.complain(format!("{force_n:.2} N is above the limit of {limit_n:.2} N."));
+    }
     match engine.command(command) {
         Ok(()) => {
             let text =
@@ -184,8 +153,8 @@ impl ViewState {
         let seen = self.window.visible(model.span());
         let edge_s = if later { seen.from_s } else { seen.to_s };
         let at_s = self.event_s.filter(|t_s| seen.holds(*t_s)).unwrap_or(edge_s);
-        let events = model.events();
-        let found = if later { events.next_after(at_s) } else { events.before(at_s) };
+        let marks = &model.events().marks;
+        let found = if later { marks.from(at_s.next_up()) } else { marks.at(at_s.next_down()) };
         match found.map(|mark| mark.t_s) {
             Some(t_s) => self.jump(t_s, model),
             None if later => self.report("No later event."),
@@ -229,7 +198,6 @@ impl ViewState {
     /// Arms the trigger, or disarms it.
     pub fn toggle_trigger(&mut self) {
         self.armed = !self.armed;
-        self.ask(Effect::Watch);
     }
 
     /// Shows these values of a plot; `None`: what is seen decides.
@@ -263,6 +231,26 @@ impl ViewState {
         self.message = None;
         self.select_s = None;
         self.command.asks_release = false;
+    }
+
+    /// Looks for the label of the recording that is open; cursor A goes to its onset.
+    pub fn open_recording(&mut self, path: &Path) {
+        self.recording = Labelled::of(path);
+        let Some(labelled) = &mut self.recording else { return };
+        let looked = labelled.look();
+        if let Some(at) = labelled.label.as_ref().and_then(Label::onset) {
+            self.cursors[0] = Some(at.as_seconds());
+        }
+        looked.unwrap_or_else(|error| self.complain(error.to_string()));
+    }
+
+    /// Writes the label of the recording, or takes it away.
+    pub fn set_label(&mut self, kind: Option<LabelKind>) {
+        match self.recording.as_mut().map(|labelled| labelled.set(kind)) {
+            Some(Ok(done)) => self.report(done),
+            Some(Err(sentence)) => self.complain(sentence),
+            None => {}
+        }
     }
 
     /// Asks for the label of the recording, where it can have it.

@@ -4,11 +4,9 @@ use crate::apply::Effect;
 use crate::exports::{Exports, Wanted};
 use crate::files;
 use crate::job::{Job, Step};
-use crate::labels::{self, Place};
 use crate::remember::Remember;
 use crate::scope::Scope;
 use eframe::egui::{Context, Ui, ViewportCommand};
-use grip_record::{Label, LabelKind};
 use grip_scope::SourceSpec;
 use std::sync::Arc;
 
@@ -22,8 +20,6 @@ pub struct Desk {
     remember: Remember,
     exports: Exports,
     failed: Option<String>,
-    /// The material of the label that was removed last.
-    material: String,
 }
 
 impl Desk {
@@ -31,10 +27,9 @@ impl Desk {
     #[must_use]
     pub fn new(mut scope: Scope, spec: SourceSpec, job: Option<Job>, remember: Remember) -> Self {
         if let SourceSpec::Recording(path) = &spec {
-            scope.state.recording = Place::of(path);
+            scope.state.open_recording(path);
         }
-        let (exports, material) = (Exports::default(), String::new());
-        Self { scope, spec, job, remember, exports, failed: None, material }
+        Self { scope, spec, job, remember, exports: Exports::default(), failed: None }
     }
 
     /// Draws a frame; what was dropped on the window is to be opened instead of what is open.
@@ -49,7 +44,6 @@ impl Desk {
             }
             self.scope.state.message = Some(written.message);
         }
-        self.recall_label();
         for effect in self.scope.ui(ui) {
             self.export(&ctx, effect);
         }
@@ -78,55 +72,10 @@ impl Desk {
         None
     }
 
-    /// Looks for the label of the recording, once it is open; cursor A goes to its onset.
-    fn recall_label(&mut self) {
-        if self.scope.state.label.is_some() {
-            return;
-        }
-        let state = &mut self.scope.state;
-        let Some(place) = state.recording.clone() else { return };
-        let label = place.read().unwrap_or_else(|error| {
-            state.complain(error.to_string());
-            None
-        });
-        if let Some(at) = label.as_ref().and_then(Label::onset) {
-            state.cursors[0].get_or_insert(at.as_seconds());
-        }
-        state.label = Some(label);
-    }
-
-    /// Writes the label of the recording, or takes it away; one that is there is not replaced.
-    fn label(&mut self, kind: Option<LabelKind>) {
-        let Some(place) = self.scope.state.recording.clone() else { return };
-        let written = match kind {
-            Some(kind) => place.write(kind, &self.material),
-            None => place.remove(),
-        };
-        let state = &mut self.scope.state;
-        match (kind, written) {
-            (_, Err(error)) => state.complain(error.to_string()),
-            (Some(_), Ok(Some(old))) => {
-                let had = labels::words(old.kind);
-                state.complain(format!(
-                    "The recording has a label already ({had}): remove it first."
-                ));
-            }
-            (Some(kind), Ok(None)) => state.report(format!("Labelled: {}.", labels::words(kind))),
-            (None, Ok(None)) => state.complain("The recording has no label."),
-            (None, Ok(Some(old))) => {
-                state.report(format!("No label any more; it was {}.", labels::words(old.kind)));
-                // The next label is one of the same material.
-                self.material = old.material;
-            }
-        }
-        // What the list holds now is what is shown.
-        state.label = None;
-    }
-
     /// Begins to write what is asked for; a picture has to be made first.
     fn export(&mut self, ctx: &Context, effect: Effect) {
         if let Effect::Label(kind) = effect {
-            return self.label(kind);
+            return self.scope.state.set_label(kind);
         }
         let ending = match effect {
             Effect::Csv => "csv",

@@ -1,10 +1,19 @@
-//! The model and the trigger that watches it: what a source fills and the window looks at.
+//! The model and the trigger that watches it: what a source fills and the window looks at, and when that is worth a frame.
+//!
+//! Where nobody looks (a view that stands still, a hidden window) data go on being taken in, and nothing is painted; while a file is loaded a
+//! view that stands still is painted a few times a second, as how far it is can be seen there.
 
 use core::mem::Discriminant;
+use core::time::Duration;
 use grip_scope::source::Orders;
-use grip_scope::trigger::Found;
+use grip_scope::trigger::{Found, TriggerSettings};
 use grip_scope::{Model, Refused, SourceStatus, Trigger};
 use slip_core::ClientCommand;
+
+/// Time between two frames of live data (30 a second).
+pub const FRAME: Duration = Duration::from_millis(33);
+/// The same of a view that stands still while a file is loaded (5 a second).
+pub const PROGRESS: Duration = Duration::from_millis(200);
 
 /// Data, and the way to where they come from.
 #[derive(Debug)]
@@ -13,20 +22,13 @@ pub struct Engine {
     pub model: Model,
     /// The way of commands, where the data have a source.
     pub orders: Option<Orders>,
+    /// The view stands still.
+    pub paused: bool,
+    /// Nobody can see the window.
+    pub hidden: bool,
     trigger: Option<Trigger>,
     found: Option<Found>,
     seen: (u64, Discriminant<SourceStatus>),
-}
-
-/// What is new since the last look.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Brought {
-    /// Something that can be seen is new.
-    pub changed: bool,
-    /// It is worth painting a view that stands still: the source's state is another, or the trigger has found something.
-    pub urgent: bool,
-    /// A file is on its way in: a view that stands still is worth painting now and then, for what is there and how far it is.
-    pub loading: bool,
 }
 
 impl Engine {
@@ -34,11 +36,11 @@ impl Engine {
     #[must_use]
     pub const fn new(model: Model, orders: Option<Orders>) -> Self {
         let seen = (model.revision(), core::mem::discriminant(model.status()));
-        Self { model, orders, trigger: None, found: None, seen }
+        Self { model, orders, paused: false, hidden: false, trigger: None, found: None, seen }
     }
 
-    /// Looks at what the source has brought.
-    pub fn look(&mut self) -> Brought {
+    /// Looks at what the source has brought: how soon it is worth a frame; `None` where it is not.
+    pub fn look(&mut self) -> Option<Duration> {
         let found = self.trigger.as_mut().and_then(|trigger| trigger.poll(&self.model));
         let triggered = matches!(found, Some(Found::Hit(_)));
         if triggered || !matches!(self.found, Some(Found::Hit(_))) {
@@ -48,8 +50,14 @@ impl Engine {
         let now = (self.model.revision(), core::mem::discriminant(self.model.status()));
         let (revision, kind) = core::mem::replace(&mut self.seen, now);
         let changed = now.0 != revision;
-        let loading = changed && matches!(self.model.status(), SourceStatus::Loading { .. });
-        Brought { changed, urgent: triggered || now.1 != kind, loading }
+        // A view that stands still is painted where the source's state is another, or the trigger has found something.
+        let urgent = triggered || now.1 != kind;
+        match self.model.status() {
+            _ if self.hidden => None,
+            _ if urgent || (changed && !self.paused) => Some(FRAME),
+            SourceStatus::Loading { .. } if changed => Some(PROGRESS),
+            _ => None,
+        }
     }
 
     /// What the trigger has found since the last call: the last hit, else the last sweep.
@@ -57,10 +65,11 @@ impl Engine {
         self.found.take()
     }
 
-    /// Arms a trigger, or takes it away.
-    pub fn watch(&mut self, trigger: Option<Trigger>) {
-        self.trigger = trigger;
-        self.found = None;
+    /// Arms a trigger, or takes it away; one that has these settings already goes on.
+    pub fn watch(&mut self, settings: Option<TriggerSettings>) {
+        if self.trigger.map(|trigger| trigger.settings) != settings {
+            (self.trigger, self.found) = (settings.map(Trigger::new), None);
+        }
     }
 
     /// Whether a single trigger has done its work.
@@ -80,41 +89,47 @@ impl Engine {
 
 #[cfg(test)]
 mod tests {
-    use super::{Brought, Engine};
+    use super::{Engine, FRAME, PROGRESS};
     use grip_scope::feed::{EventKind, EventMark, Feed, RowBlock};
     use grip_scope::trigger::{Found, TriggerMode, TriggerSettings};
-    use grip_scope::{Channel, Model, SourceStatus, Span, Trigger};
+    use grip_scope::{Channel, Model, SourceStatus, Span};
 
     #[test]
-    fn only_what_is_new_is_reported() {
+    fn only_what_is_new_is_worth_a_frame_and_the_progress_of_a_file_a_few_in_a_second() {
         let mut engine = Engine::new(Model::new(1 << 20), None);
-        assert_eq!(engine.look(), Brought::default());
+        assert_eq!(engine.look(), None);
         engine.model.mark(1.0, "here");
-        assert_eq!(engine.look(), Brought { changed: true, ..Brought::default() });
-        assert_eq!(engine.look(), Brought::default());
-        for done in [0.1, 0.2] {
+        assert_eq!((engine.look(), engine.look()), (Some(FRAME), None));
+        engine.paused = true;
+        engine.model.mark(1.0, "there");
+        assert_eq!(engine.look(), None);
+        // The first state is another one than before.
+        for (done, wait) in [(0.1, FRAME), (0.2, PROGRESS), (0.21, PROGRESS)] {
             engine.model.take(Feed::Status(SourceStatus::Loading { done }));
-            assert!(engine.look().loading);
-            assert!(!engine.look().loading);
+            assert_eq!((engine.look(), engine.look()), (Some(wait), None));
         }
+        engine.hidden = true;
+        engine.model.take(Feed::Status(SourceStatus::Live));
+        assert_eq!(engine.look(), None);
     }
 
     #[test]
     fn what_the_trigger_found_waits_to_be_shown() {
         let mut engine = Engine::new(Model::new(1 << 20), None);
-        engine.watch(Some(Trigger::new(TriggerSettings {
+        engine.watch(Some(TriggerSettings {
             event: EventKind::Marker,
             mode: TriggerMode::Auto,
             before_s: 0.0,
             window_s: 0.0,
             ..TriggerSettings::default()
-        })));
-        assert!(!engine.look().urgent, "nothing was found");
+        }));
+        engine.paused = true;
+        assert_eq!(engine.look(), None, "nothing was found");
         let columns = vec![(Channel::Stylus, vec![0.0])];
         let times_us = vec![3_000_000];
         engine.model.take(Feed::Rows(RowBlock { times_us, columns, ..RowBlock::default() }));
         engine.model.take(Feed::Event(EventMark::plain(2.0, EventKind::Marker, "x")));
-        assert!(engine.look().urgent);
+        assert_eq!(engine.look(), Some(FRAME));
         // A sweep that comes before the next frame does not hide it.
         engine.look();
         assert_eq!(engine.triggered(), Some(Found::Hit(Span::new(2.0, 2.0))));

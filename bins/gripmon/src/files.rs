@@ -36,19 +36,8 @@ pub fn write_png(file: impl Write, image: &ColorImage) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{free_name, write_png};
+    use super::write_png;
     use eframe::egui::{Color32, ColorImage};
-
-    #[test]
-    fn names_that_are_taken_are_passed_over() {
-        let folder = tempfile::tempdir().unwrap();
-        let stem = folder.path().join("run").to_string_lossy().into_owned();
-        let first = free_name(&stem, "csv").unwrap();
-        assert!(first.ends_with("run-0001.csv"));
-        std::fs::write(&first, "x").unwrap();
-        assert!(free_name(&stem, "csv").unwrap().ends_with("run-0002.csv"));
-        assert!(free_name(&stem, "png").unwrap().ends_with("run-0001.png"));
-    }
 
     #[test]
     fn a_picture_is_read_back_as_it_was() {

@@ -18,55 +18,63 @@ pub enum Labelling {
     Remove,
 }
 
-/// A recording and the list that its label stands in.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+/// The recording that is open, and the list that its label stands in.
+#[derive(Clone, Debug)]
+pub struct Labelled {
     file: PathBuf,
     name: String,
+    /// The label that it has.
+    pub label: Option<Label>,
+    /// The material of the label that was removed last: the next one is of the same.
+    material: String,
 }
 
-impl Place {
-    /// Where the label of a recording stands; `None` where its name is no text.
+impl Labelled {
+    /// A recording whose label was not looked for; `None` where its name is no text.
     #[must_use]
     pub fn of(recording: &Path) -> Option<Self> {
         let name = recording.file_stem()?.to_str()?.to_owned();
-        Some(Self { file: recording.with_file_name("labels.csv"), name })
+        let file = recording.with_file_name("labels.csv");
+        Some(Self { file, name, label: None, material: String::new() })
     }
 
-    /// The label that the recording has.
+    /// Looks for the label that it has.
     ///
     /// # Errors
     /// Where the list cannot be read, or a row of it is not usable.
-    pub fn read(&self) -> Result<Option<Label>, LabelError> {
-        if !self.file.exists() {
-            return Ok(None);
-        }
-        match read_labels(&self.file) {
-            Ok(labels) => Ok(labels.into_iter().find(|label| label.recording == self.name)),
-            Err(LabelError::Table(CsvError::NoRows { .. })) => Ok(None),
-            Err(LabelError::Table(error)) if error.is_empty_file() => Ok(None),
-            Err(error) => Err(error),
-        }
+    pub fn look(&mut self) -> Result<(), LabelError> {
+        self.label = match read_labels(&self.file) {
+            _ if !self.file.exists() => None,
+            Ok(labels) => labels.into_iter().find(|label| label.recording == self.name),
+            Err(LabelError::Table(CsvError::NoRows { .. })) => None,
+            Err(LabelError::Table(error)) if error.is_empty_file() => None,
+            Err(error) => return Err(error),
+        };
+        Ok(())
     }
 
-    /// Gives the recording a label, where it has none; a label that it has is given back and stays.
+    /// Gives it a label, or takes the one away that it has; one that is there is not replaced. What was done.
     ///
     /// # Errors
-    /// As [`Place::read`], and where the list cannot be written.
-    pub fn write(&self, kind: LabelKind, material: &str) -> Result<Option<Label>, LabelError> {
-        let material = material.to_owned();
-        let label = Label { recording: self.name.clone(), kind, material };
-        write_label(&self.file, &label, Relabel::Keep)
-    }
-
-    /// Takes the label away: the one that went.
-    ///
-    /// # Errors
-    /// As [`Place::write`].
-    pub fn remove(&self) -> Result<Option<Label>, LabelError> {
-        let (recording, material) = (self.name.clone(), String::new());
-        let label = Label { recording, kind: LabelKind::Rest, material };
-        write_label(&self.file, &label, Relabel::Remove)
+    /// A sentence, where it was not done.
+    pub fn set(&mut self, kind: Option<LabelKind>) -> Result<String, String> {
+        let how = if kind.is_some() { Relabel::Keep } else { Relabel::Remove };
+        let (recording, material) = (self.name.clone(), self.material.clone());
+        let label = Label { recording, kind: kind.unwrap_or(LabelKind::Rest), material };
+        let old = write_label(&self.file, &label, how).map_err(|error| error.to_string())?;
+        self.look().map_err(|error| error.to_string())?;
+        match (kind, old) {
+            (Some(_), Some(old)) => {
+                let had = words(old.kind);
+                Err(format!("The recording has a label already ({had}): remove it first."))
+            }
+            (Some(kind), None) => Ok(format!("Labelled: {}.", words(kind))),
+            (None, None) => Err("The recording has no label.".to_owned()),
+            (None, Some(old)) => {
+                self.material = old.material;
+                Ok(format!("No label any more; it was {}.", words(old.kind)))
+            }
+        }
     }
 }
 

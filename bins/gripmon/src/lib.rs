@@ -21,7 +21,6 @@ pub mod layout;
 pub mod palette;
 pub mod plot;
 pub mod remember;
-pub mod repaint;
 pub mod report;
 pub mod scope;
 pub mod state;

@@ -18,7 +18,7 @@ pub enum Tone {
     Orange,
     /// Third series, or all is well.
     Green,
-    /// Fourth series, or a fault.
+    /// Fourth series, a fault, or a limit.
     Red,
     /// Fifth series.
     Purple,
@@ -26,8 +26,6 @@ pub enum Tone {
     Sky,
     /// Seventh series.
     Yellow,
-    /// A limit or a threshold.
-    Limit,
     /// Something that is only background.
     Quiet,
 }
@@ -102,7 +100,6 @@ impl Palette {
             Tone::Purple => (0xa8558a, 0xd98dbb),
             Tone::Sky => (0x2b86b5, 0x8ccbf0),
             Tone::Yellow => (0x877a00, 0xe3d840),
-            Tone::Limit => (0xc94f00, 0xf47b3d),
             Tone::Quiet => (0x7a8794, 0x7c8896),
         };
         rgb(if self.dark { dark } else { light })
@@ -238,7 +235,7 @@ mod tests {
     fn everything_stands_out_from_its_background() {
         for theme in [Theme::Dark, Theme::Light] {
             let palette = Palette::of(theme);
-            for tone in SERIES.into_iter().chain([Tone::Limit, Tone::Quiet]) {
+            for tone in SERIES.into_iter().chain([Tone::Quiet]) {
                 let found = contrast(palette.tone(tone), palette.plot);
                 assert!(found >= 3.0, "{theme:?} {tone:?} {found}");
             }

@@ -78,14 +78,4 @@ mod tests {
         let read = Layout::read(&path).unwrap();
         assert_eq!((read.theme, read.seconds), (Look::Light, 0.25));
     }
-
-    #[test]
-    fn without_a_file_nothing_is_written_and_a_folder_that_cannot_be_made_is_reported() {
-        let folder = tempfile::tempdir().unwrap();
-        Remember::new(None, Layout::default()).write().unwrap();
-        let file = folder.path().join("file");
-        std::fs::write(&file, "").unwrap();
-        let reported = Remember::new(Some(file.join("layout.toml")), Layout::default()).write();
-        assert!(reported.unwrap_err().to_string().contains("layout.toml"));
-    }
 }

@@ -8,6 +8,8 @@ use crate::palette::{self, Palette};
 use crate::state::ViewState;
 use crate::views::{self, Scratch, Seen};
 use eframe::egui::{self, CentralPanel, Frame, Margin, Panel, Theme, Ui};
+use grip_scope::{SourceHandle, SourceSpec};
+use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The engine, shared by the window and the thread of its source.
@@ -24,6 +26,26 @@ impl Shared {
     /// The engine. What a thread that has panicked left is still data.
     pub fn engine(&self) -> MutexGuard<'_, Engine> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Starts a source that fills the model and asks for frames.
+    ///
+    /// # Errors
+    /// Where the system starts no thread.
+    pub fn open(
+        self: &Arc<Self>,
+        spec: SourceSpec,
+        ctx: &egui::Context,
+    ) -> io::Result<SourceHandle> {
+        let (filled, shown, ctx) = (Arc::clone(self), Arc::clone(self), ctx.clone());
+        let take = move |feed| filled.engine().model.take(feed);
+        let wake = move || {
+            let wait = shown.engine().look();
+            wait.into_iter().for_each(|wait| ctx.request_repaint_after(wait));
+        };
+        let source = SourceHandle::spawn(spec, grip_sim::mcu::peer, take, wake)?;
+        self.engine().orders = Some(source.orders.clone());
+        Ok(source)
     }
 }
 
@@ -72,6 +94,8 @@ impl Scope {
             looked_at_s: self.state.hover_s.unwrap_or(newest_s),
         };
         show(ui, &seen, &mut self.state, &mut self.scratch);
+        engine.paused = self.state.is_paused();
+        engine.watch(self.state.armed.then_some(self.state.layout.trigger));
         let asked = core::mem::take(&mut self.state.asked);
         let fulfil = |effect| apply::fulfil(&mut self.state, &mut engine, effect);
         asked.into_iter().filter_map(fulfil).collect()

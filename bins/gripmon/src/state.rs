@@ -1,14 +1,13 @@
 //! Everything that a user has changed since the start, and that is no data.
 
 use crate::apply::Effect;
-use crate::labels::Place;
+use crate::labels::Labelled;
 use crate::layout::Layout;
 use crate::plot::Scale;
 use crate::strip::StripId;
 use crate::time::{Following, TimeWindow};
 use core::mem::Discriminant;
 use grip_link::message::daemon::{GripState, Scene};
-use grip_record::Label;
 use grip_scope::{Model, SourceStatus, Span};
 
 /// The command panel.
@@ -84,10 +83,8 @@ pub struct ViewState {
     pub command: CommandForm,
     /// Beginning of the names of exported files.
     pub stem: String,
-    /// The recording that is open, as its label names it.
-    pub recording: Option<Place>,
-    /// The label of the recording that is open, once it was looked for.
-    pub label: Option<Option<Label>>,
+    /// The recording that is open, with its label.
+    pub recording: Option<Labelled>,
     /// The pointer is not looked at: for pictures.
     pub no_pointer: bool,
     /// What was done or failed last.

@@ -1,7 +1,8 @@
 //! Which plots there are, and which curves of a model each of them shows, in which tone.
 
 use crate::palette::{SERIES, Tone};
-use crate::plot::{Kind, Style};
+use crate::plot::{DASHED, Kind};
+use egui_plot::LineStyle;
 use grip_scope::{Channel, Model};
 use serde::{Deserialize, Serialize};
 
@@ -72,15 +73,15 @@ pub struct Curve {
     /// In which colour.
     pub tone: Tone,
     /// How.
-    pub style: Style,
+    pub style: LineStyle,
 }
 
 const fn curve(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Solid }
+    Curve { channel, tone, style: LineStyle::Solid }
 }
 
 const fn limit(channel: Channel, tone: Tone) -> Curve {
-    Curve { channel, tone, style: Style::Dashed }
+    Curve { channel, tone, style: DASHED }
 }
 
 /// The curves of a plot that the model has data of, in the order in which they are drawn.
@@ -111,7 +112,7 @@ fn wanted(strip: StripId) -> Vec<Curve> {
             curve(Channel::Need, Tone::Yellow),
             curve(Channel::Command, Tone::Blue),
             limit(Channel::NeedTruth, Tone::Yellow),
-            limit(Channel::ForceLimit, Tone::Limit),
+            limit(Channel::ForceLimit, Tone::Red),
         ],
         StripId::Esc => {
             vec![curve(Channel::OwnEsc, Tone::Quiet), curve(Channel::Esc, Tone::Purple)]
@@ -166,7 +167,7 @@ pub fn has_array(model: &Model) -> bool {
 mod tests {
     use super::{StripId, enclosure, wanted};
     use grip_link::message::daemon::{GripState, Reading, Scene};
-    use grip_scope::feed::{DerivedBlock, EvidencePoint, Feed};
+    use grip_scope::feed::{DerivedBlock, Feed};
     use grip_scope::{Channel, Model};
     use slip_core::PipelineState;
     use slip_core::units::Micros;
@@ -197,9 +198,12 @@ mod tests {
             rate_hz: 1000,
             ..PipelineState::UNKNOWN
         }));
-        let (esc, estimate) = (Some([0.5, 0.4, 0.6]), Some([9.0, 8.0, 10.0]));
-        let evidence = vec![EvidencePoint { t_s: 1.0, esc, speed: None, estimate }];
-        model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
+        let mut block = DerivedBlock::default();
+        let esc = [(Channel::OwnEsc, 0.5), (Channel::EscLow, 0.4), (Channel::EscHigh, 0.6)];
+        block.put(1.0, esc);
+        let [low, high] = [(Channel::EstimateLow, 8.0), (Channel::EstimateHigh, 10.0)];
+        block.put(1.0, [(Channel::OwnEstimate, 9.0), low, high]);
+        model.take(Feed::Derived(Box::new(block)));
         model
     }
 

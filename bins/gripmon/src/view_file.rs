@@ -102,7 +102,7 @@ impl ViewFile {
     fn left_edge_s(&self, model: &Model, length_s: f64, data: Span) -> Option<f64> {
         let Some(kind) = self.look.event else { return Some(data.to_s - length_s) };
         let rest = Span { from_s: self.look.from_s, to_s: f64::INFINITY };
-        let mark = model.events().in_span(rest).find(|mark| mark.kind == kind)?;
+        let mark = model.events().marks.within(rest).find(|mark| mark.kind == kind)?;
         let from_s = mark.t_s - length_s / 3.0;
         (data.to_s >= from_s + length_s || !matches!(model.status(), SourceStatus::Live))
             .then_some(from_s)

@@ -6,12 +6,10 @@ use crate::engine::Engine;
 use crate::job::Job;
 use crate::layout::{self, Layout, LayoutError};
 use crate::remember::Remember;
-use crate::repaint::{self, Watch};
 use crate::scope::{self, Scope, Shared};
 use crate::state::ViewState;
 use crate::view_file::ViewFile;
 use anyhow::{Context as _, bail};
-use core::sync::atomic::Ordering;
 use eframe::egui::{self, Ui, ViewportCommand};
 use grip_scope::{Model, SourceHandle, SourceSpec};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -135,7 +133,6 @@ fn reported_last(error: &LayoutError) {
 pub struct Screen {
     /// What is shown of it.
     pub desk: Desk,
-    watch: Arc<Watch>,
     _source: SourceHandle,
 }
 
@@ -147,9 +144,7 @@ impl Screen {
     pub fn open(ctx: &egui::Context, spec: SourceSpec, start: &Start) -> anyhow::Result<Self> {
         scope::prepare(ctx, start.layout.theme);
         let shared = Arc::new(Shared::new(Engine::new(Model::new(start.memory_bytes), None)));
-        let watch = Arc::default();
-        let source = repaint::open(spec.clone(), &shared, ctx, &watch);
-        let source = source.context("the source's thread")?;
+        let source = shared.open(spec.clone(), ctx).context("the source's thread")?;
         let mut state = ViewState::new(start.layout.clone());
         state.no_pointer = start.job.as_ref().is_some_and(|job| job.picture.is_some());
         if !spec.is_live() {
@@ -157,19 +152,17 @@ impl Screen {
         }
         let (job, remember) = (start.job.clone(), start.remember.clone());
         let desk = Desk::new(Scope::new(shared, state), spec, job, remember);
-        Ok(Self { desk, watch, _source: source })
+        Ok(Self { desk, _source: source })
     }
 
     /// Whether nobody can see it.
     pub fn set_hidden(&self, hidden: bool) {
-        self.watch.hidden.store(hidden, Ordering::Relaxed);
+        self.desk.scope.shared.engine().hidden = hidden;
     }
 
     /// Draws a frame; what is to be opened instead.
     pub fn ui(&mut self, ui: &mut Ui) -> Option<SourceSpec> {
-        let opens = self.desk.ui(ui);
-        self.watch.paused.store(self.desk.scope.state.is_paused(), Ordering::Relaxed);
-        opens
+        self.desk.ui(ui)
     }
 }
 

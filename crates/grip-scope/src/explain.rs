@@ -34,7 +34,7 @@ pub struct Explanation {
 #[must_use]
 pub fn slip(model: &Model, at_s: f64) -> Option<Explanation> {
     let (span, ended) = stretch(model, at_s)?;
-    let marks: Vec<&EventMark> = model.events().in_span(span).collect();
+    let marks: Vec<&EventMark> = model.events().marks.within(span).collect();
     let lasted = with_unit(span.length_s(), "s");
     let end = if ended { format!("{lasted} long") } else { "its end is not known".to_owned() };
     let title = format!("Slip at {:.4} s, {end}", span.from_s);
@@ -55,7 +55,7 @@ pub fn slips(model: &Model, span: Span) -> impl Iterator<Item = Explanation> {
         slipping = is_slip(mark) || (slipping && !is_end(mark));
         starts
     };
-    model.events().in_span(span).filter(starts).filter_map(|mark| slip(model, mark.t_s))
+    model.events().marks.within(span).filter(starts).filter_map(|mark| slip(model, mark.t_s))
 }
 
 const fn is_slip(mark: &EventMark) -> bool {
@@ -71,7 +71,7 @@ fn stretch(model: &Model, at_s: f64) -> Option<(Span, bool)> {
     let before = Span { from_s: f64::NEG_INFINITY, to_s: at_s };
     let mut from_s = None;
     // Backwards to the first notice behind the end of the slip before.
-    for mark in model.events().in_span(before).rev() {
+    for mark in model.events().marks.within(before).rev() {
         if is_slip(mark) {
             from_s = Some(mark.t_s);
         } else if is_end(mark) && from_s.is_some() {
@@ -80,7 +80,7 @@ fn stretch(model: &Model, at_s: f64) -> Option<(Span, bool)> {
     }
     let from_s = from_s?;
     let behind = Span { from_s, to_s: f64::INFINITY };
-    let end_s = model.events().in_span(behind).find(|mark| is_end(mark)).map(|mark| mark.t_s);
+    let end_s = model.events().marks.within(behind).find(|mark| is_end(mark)).map(|mark| mark.t_s);
     let last_s = model.span().map_or(from_s, |data| data.to_s).min(from_s + OPEN_S);
     Some((Span::new(from_s, end_s.unwrap_or(last_s.max(from_s))), end_s.is_some()))
 }

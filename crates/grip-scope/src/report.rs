@@ -44,7 +44,7 @@ fn sentence(model: &Model, span: Span, slips: usize) -> String {
     let held_n = at_end(Channel::Command);
     let need_n =
         at_end(Channel::NeedTruth).or(at_end(Channel::Need)).filter(|need_n| *need_n > 0.0);
-    let end = match model.events().doings(span).last().map(|stretch| stretch.what) {
+    let end = match model.events().doings.within(span).last().map(|stretch| stretch.what) {
         Some(Doing::Dropped) => "dropped with",
         Some(Doing::Crushed) => "crushed with",
         Some(Doing::Slipping) => "still slipping with",
@@ -83,7 +83,7 @@ fn summary(model: &Model, span: Span, slips: usize) -> Vec<String> {
                         shipped settings; commands of that time are not known.";
         lines.push(sentence.to_owned());
     }
-    let gaps = model.events().gaps(span).count();
+    let gaps = model.events().gaps.within(span).count();
     if gaps > 0 {
         lines.push(format!("{gaps} gaps without samples; curves are joined over them."));
     }
@@ -100,9 +100,9 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
     let travel = of(Channel::Travel).map(|stats| with_unit(f64::from(stats.peak_to_peak()), "m"));
     let slipped_s: f64 = slips.iter().map(|slip| slip.span.length_s()).sum();
     let longest_s = slips.iter().map(|slip| slip.span.length_s()).reduce(f64::max);
-    let marks = |kind| model.events().in_span(span).filter(|mark| mark.kind == kind).count();
+    let marks = |kind| model.events().marks.within(span).filter(|mark| mark.kind == kind).count();
     let counted = |kind| Some(marks(kind).to_string());
-    let reports = || model.events().in_span(span).filter_map(|mark| mark.slip);
+    let reports = || model.events().marks.within(span).filter_map(|mark| mark.slip);
     let reported = |values: Option<f32>, unit| values.map(|most| with_unit(f64::from(most), unit));
     let moved = reports().filter_map(|slip| slip.moved_m).reduce(f32::max);
     let speed = reports().filter_map(|slip| slip.speed_m_s).reduce(f32::max);
@@ -225,7 +225,7 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
         let name = format!("interval {interval_s} s");
         chart = chart.with(Layer::line(name, line).drawn_as(Mark::DashedLine));
     }
-    let reflexes = model.events().in_span(span).filter(|mark| mark.kind == EventKind::Reflex);
+    let reflexes = model.events().marks.within(span).filter(|mark| mark.kind == EventKind::Reflex);
     let reflexes: Vec<(f64, f64)> = reflexes.map(|mark| (mark.t_s, high / factor)).collect();
     if !reflexes.is_empty() {
         chart = chart.with(Layer::markers("reflex", reflexes).drawn_as(Mark::TrianglesDown));
@@ -288,7 +288,7 @@ fn table(id: String, caption: &str, lines: &[String]) -> Table {
 /// What happened, in order.
 fn events(model: &Model, span: Span) -> Section {
     let mut table = Table::new("event-list", "In order of time", &["at (s)", "event", "text"]);
-    let all = || model.events().in_span(span);
+    let all = || model.events().marks.within(span);
     for mark in all().take(MOST) {
         let at = format!("{:.4}", mark.t_s);
         table.push(vec![Cell::text(at), Cell::text(mark.kind.name()), Cell::text(&mark.text)]);

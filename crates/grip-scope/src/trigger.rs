@@ -141,7 +141,7 @@ impl TriggerSettings {
         let up = matches!(self.condition, Condition::RisingEdge | Condition::Above);
         match self.condition {
             Condition::Event => {
-                let mut marks = model.events().in_span(span);
+                let mut marks = model.events().marks.within(span);
                 marks.find(|mark| mark.kind == self.event).map(|mark| mark.t_s)
             }
             Condition::RisingEdge | Condition::FallingEdge => {
@@ -177,7 +177,8 @@ mod column {
 /// A trigger as oscilloscopes have one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Trigger {
-    settings: TriggerSettings,
+    /// For what it waits.
+    pub settings: TriggerSettings,
     /// Up to where it has looked (s): at the end of the axis for events, at the newest sample of its channel else.
     looked_s: Option<f64>,
     /// How many events had come when it looked last.

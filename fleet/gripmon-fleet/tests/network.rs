@@ -183,7 +183,7 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     daemon.report("the line was opened again");
     watch.until(
         || daemon.turn(),
-        |model| model.events().iter().any(|mark| mark.text == "the line was opened again"),
+        |model| model.events().marks.iter().any(|mark| mark.text == "the line was opened again"),
     );
     assert!(watch.handle.orders.send(slip_core::ClientCommand::Stop).is_ok());
     watch.until(
@@ -192,5 +192,5 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     );
     drop(daemon);
     watch.until(|| {}, absent);
-    assert!(watch.model.events().iter().any(|mark| mark.kind == EventKind::Link));
+    assert!(watch.model.events().marks.iter().any(|mark| mark.kind == EventKind::Link));
 }

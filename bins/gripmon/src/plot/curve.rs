@@ -8,35 +8,17 @@ use grip_scope::Bucket;
 /// Points on the line are shown where they are at least so far apart (points of the window).
 const DOTS_FROM: f32 = 7.0;
 
-/// How a curve is drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Style {
-    /// A line.
-    #[default]
-    Solid,
-    /// Dashes: limits and thresholds.
-    Dashed,
-}
-
-impl Style {
-    /// The same of egui_plot.
-    #[must_use]
-    pub const fn line(self) -> LineStyle {
-        match self {
-            Self::Solid => LineStyle::Solid,
-            Self::Dashed => LineStyle::Dashed { length: 5.0 },
-        }
-    }
-}
+/// How limits and thresholds are drawn.
+pub const DASHED: LineStyle = LineStyle::Dashed { length: 5.0 };
 
 /// Adds points `[t_s, value]` in rising time as a line; a value that is not finite interrupts it.
-pub fn line(plot: &mut PlotUi<'_>, frame: &Frame, points: &[[f64; 2]], look: (Color32, Style)) {
+pub fn line(plot: &mut PlotUi<'_>, frame: &Frame, points: &[[f64; 2]], look: (Color32, LineStyle)) {
     let (colour, style) = look;
     let placed = |[t_s, value]: &[f64; 2]| PlotPoint::new(*t_s, frame.scale.drawn(*value));
     let is_open = |at: Option<&[f64; 2]>| at.is_none_or(|[_, value]| !value.is_finite());
     let apart =
         2.0 * frame.rect.width() / crate::num::narrow(crate::num::count(points.len().max(1)));
-    let dotted = style == Style::Solid && apart > 2.0 * DOTS_FROM;
+    let dotted = style == LineStyle::Solid && apart > 2.0 * DOTS_FROM;
     let shown = |k: usize| {
         let alone =
             is_open(k.checked_sub(1).and_then(|k| points.get(k))) && is_open(points.get(k + 1));
@@ -53,10 +35,10 @@ pub fn line(plot: &mut PlotUi<'_>, frame: &Frame, points: &[[f64; 2]], look: (Co
         let value = |k: usize| points.get(k).map(|[_, value]| *value);
         k > 0 && value(k - 1) == value(k) && value(k) == value(k + 1)
     };
-    let all = points.iter().enumerate().filter(|(k, _)| style == Style::Solid || !inside(*k));
+    let all = points.iter().enumerate().filter(|(k, _)| style == LineStyle::Solid || !inside(*k));
     let all: Vec<PlotPoint> = all.map(|(_, point)| placed(point)).collect();
     let stroke = Stroke::new(1.3, colour);
-    let line = Line::new("", PlotPoints::Owned(all)).stroke(stroke).style(style.line());
+    let line = Line::new("", PlotPoints::Owned(all)).stroke(stroke).style(style);
     // Few points are joined exactly; a band a pixel wide stands for many.
     let many = crate::num::count(points.len()) > f64::from(frame.rect.width());
     plot.line(line.allow_band(many).allow_hover(false));

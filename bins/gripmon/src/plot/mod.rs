@@ -4,6 +4,6 @@ mod curve;
 mod frame;
 mod scale;
 
-pub use curve::{Style, area, line, runs};
+pub use curve::{DASHED, area, line, runs};
 pub use frame::{Frame, GUTTER, show, time_labels};
 pub use scale::{Kind, Scale};

@@ -1,12 +1,15 @@
 //! Commands to the gripper: locked until they are armed, and a question before it lets go.
 
 use super::{Seen, heading, row, sentence};
-use crate::apply::{Effect, Order};
+use crate::apply::Effect;
+use crate::num::narrow;
 use crate::palette::Tone;
 use crate::state::ViewState;
 use eframe::egui::{self, Button, RichText, Slider, Ui, vec2};
+use grip_link::message::FaultCode;
 use grip_scope::SourceStatus;
 use grip_scope::format;
+use slip_core::ClientCommand;
 
 /// Largest force that can be entered where the gripper reports no limit (N).
 const MODEST_N: f64 = 10.0;
@@ -47,7 +50,7 @@ fn allowed(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     let stop = ui.add(Button::new(stop).min_size(vec2(160.0, 24.0)));
     let about = "Stops in software, latched by the gripper. Works without arming.";
     if stop.on_hover_text(about).clicked() {
-        state.ask(Effect::Send(Order::Stop));
+        state.ask(Effect::Send(ClientCommand::Stop));
     }
     ui.add_space(4.0);
     ui.checkbox(&mut state.command.armed, "Arm commands")
@@ -65,11 +68,11 @@ fn force(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     let force_n = &mut state.command.force_n;
     *force_n = force_n.clamp(0.0, limit_n);
     ui.add(Slider::new(force_n, 0.0..=limit_n).suffix(" N").text("At least").max_decimals(2));
-    let order = Order::AtLeast(*force_n);
+    let command = ClientCommand::AtLeast(narrow(*force_n));
     row(ui, "limit", format::with_unit(limit_n, "N"));
     let hold = ui.button("Hold with this force");
     if hold.on_hover_text("The answer to a slip stays free to press harder.").clicked() {
-        state.ask(Effect::Send(order));
+        state.ask(Effect::Send(command));
     }
 }
 
@@ -77,15 +80,15 @@ fn others(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "Fingers");
     ui.horizontal(|ui| {
         if ui.button("Grasp").on_hover_text("Close again after a release.").clicked() {
-            state.ask(Effect::Send(Order::Grasp));
+            state.ask(Effect::Send(ClientCommand::Grasp));
         }
         if ui.button("Release ..").on_hover_text("Let go; asks first.").clicked() {
             state.command.asks_release = true;
         }
     });
-    let fault = seen.model.info().state.map_or(0, |state| state.fault.0);
-    if ui.add_enabled(fault != 0, Button::new("Clear the fault")).clicked() {
-        state.ask(Effect::Send(Order::ClearFault));
+    let fault = seen.model.info().state.map_or(FaultCode::NONE, |state| state.fault);
+    if ui.add_enabled(fault.is_fault(), Button::new("Clear the fault")).clicked() {
+        state.ask(Effect::Send(ClientCommand::ClearFault(fault)));
     }
 }
 
@@ -101,7 +104,7 @@ pub(super) fn question(ctx: &egui::Context, state: &mut ViewState) {
                 state.command.asks_release = false;
             }
             if ui.button("Yes, release").clicked() {
-                state.ask(Effect::Send(Order::Release));
+                state.ask(Effect::Send(ClientCommand::Release));
             }
         });
     });

@@ -9,7 +9,7 @@ use grip_scope::EventMark;
 const MOST: usize = 120;
 
 pub(super) fn events(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
-    let all = seen.model.events();
+    let all = &seen.model.events().marks;
     heading(ui, "Events");
     ui.add_enabled_ui(!all.is_empty(), |ui| {
         ui.horizontal(|ui| {

@@ -48,14 +48,16 @@ pub(super) fn export(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
 
 /// The label of the recording that is open.
 fn labelling(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
-    if state.recording.is_none() {
-        return;
-    }
+    let Some(labelled) = &state.recording else { return };
     heading(ui, "Label");
     sentence(ui, "For gripctl score: the row of this recording in the labels.csv beside it.");
-    let known = state.label.iter().flatten().next();
-    row(ui, "label", known.map_or_else(|| "none".to_owned(), |label| labels::words(label.kind)));
-    if let Some(label) = known.filter(|label| !label.material.is_empty()) {
+    let known = &labelled.label;
+    row(
+        ui,
+        "label",
+        known.as_ref().map_or_else(|| "none".to_owned(), |label| labels::words(label.kind)),
+    );
+    if let Some(label) = known.as_ref().filter(|label| !label.material.is_empty()) {
         row(ui, "material", &label.material);
     }
     let is_known = known.is_some();

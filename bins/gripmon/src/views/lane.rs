@@ -85,7 +85,7 @@ pub(super) fn lane(
 ) {
     let frame = axis::time_frame(rect, seen);
     let response = ui.interact(rect, ui.scope_id().with("lane"), Sense::click_and_drag());
-    let ticks = ticks(seen.model.events().in_span(frame.span), &frame);
+    let ticks = ticks(seen.model.events().marks.within(frame.span), &frame);
     let count: u64 = ticks.iter().map(|tick| tick.count).sum();
     let reported =
         if count == 1 { "1 event".to_owned() } else { format!("{} events", format::count(count)) };
@@ -150,7 +150,7 @@ fn colour(doing: Doing, palette: &Palette) -> Color32 {
 /// The band that says what happens to the object.
 fn doings(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
     let band = Rect::from_min_size(frame.rect.min, vec2(frame.rect.width(), BAND));
-    let pieces = joined(seen.model.events().doings(frame.span), frame, Doing::max);
+    let pieces = joined(seen.model.events().doings.within(frame.span), frame, Doing::max);
     let painter = ui.painter();
     let coloured = pieces.iter().map(|piece| (piece.across, colour(piece.what, &seen.palette)));
     fill(painter, band.y_range(), coloured);
@@ -164,7 +164,7 @@ fn doings(ui: &Ui, frame: &Frame, seen: &Seen<'_>) {
 /// Bars under the scenes: slips, faults and gaps as long as they last.
 fn stretches(ui: &Ui, frame: &Frame, pieces: &[Piece<EventKind>], seen: &Seen<'_>) {
     let top = frame.rect.top() + BAND + 2.0;
-    let faults = joined(seen.model.events().faults(frame.span), frame, worst);
+    let faults = joined(seen.model.events().faults.within(frame.span), frame, worst);
     let coloured = pieces.iter().chain(&faults);
     let coloured = coloured.map(|piece| (piece.across, seen.palette.tone(tone(piece.what))));
     fill(ui.painter(), Rangef::new(top, top + 6.0), coloured);

@@ -23,7 +23,7 @@ pub(super) fn overview(ui: &Ui, rect: Rect, seen: &Seen<'_>, state: &mut ViewSta
     painter.text(label, Align2::RIGHT_CENTER, "all data", font, seen.palette.weak);
     let Some(data) = seen.model.span().filter(|data| data.length_s() > 0.0) else { return };
     let frame = signal(ui, rect, data, seen);
-    for mark in seen.model.events().iter().rev().take(400) {
+    for mark in seen.model.events().marks.iter().rev().take(400) {
         let tone = lane::tone(mark.kind);
         if tone != Tone::Quiet && tone != Tone::Green {
             let x = painter.round_to_pixel_center(frame.x(mark.t_s));

@@ -98,7 +98,7 @@ fn line(ui: &mut Ui, curve: &Curve, scale: &Scale, seen: &Seen<'_>) {
         }
     });
     ui.horizontal(|ui| {
-        swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::Style::Dashed);
+        swatch(ui, seen.palette.tone(curve.tone), curve.style == crate::plot::DASHED);
         let text = RichText::new(name).size(11.5);
         cell(ui, 90.0, Layout::left_to_right(Align::Center), text)
             .on_hover_text(about(name, curve));

@@ -7,7 +7,8 @@ use crate::palette::Palette;
 use crate::plot::Frame;
 use eframe::egui::{Color32, ColorImage, RichText, Ui};
 use grip_scope::Span;
-use grip_scope::model::{DB_STEP, Spectrogram};
+use grip_scope::feed::{DB_STEP, SpectrumColumn};
+use grip_scope::model::Timeline;
 
 /// Widest picture (pixels).
 const WIDE: usize = 1200;
@@ -18,14 +19,14 @@ const RANGE_DB: f32 = 66.0;
 
 /// The highest frequency that the newest spectrum has (Hz).
 pub(super) fn top_hz(seen: &Seen<'_>) -> f32 {
-    let last = seen.model.spectrogram().in_span(seen.span).next_back();
+    let last = seen.model.spectrogram().within(seen.span).next_back();
     last.map_or(1000.0, |column| column.top_hz)
 }
 
 pub(super) fn draw(ui: &Ui, frame: &Frame, seen: &Seen<'_>, scratch: &mut Scratch) {
     let wide = frame.columns(ui.pixels_per_point()).min(WIDE);
     let spectra = seen.model.spectrogram();
-    let newest = spectra.in_span(frame.span).next_back();
+    let newest = spectra.within(frame.span).next_back();
     let newest_s = newest.map_or(f64::NEG_INFINITY, |column| column.span[1]);
     let shows = Shows { span: frame.span, newest_s, wide };
     scratch.spectrogram.draw(ui, frame, shows, || image(spectra, frame.span, wide));
@@ -33,8 +34,8 @@ pub(super) fn draw(ui: &Ui, frame: &Frame, seen: &Seen<'_>, scratch: &mut Scratc
 
 /// One row of pixels for each frequency, the highest on top, one column for each point across: of several spectra in it the strongest of each
 /// frequency.
-fn image(spectra: &Spectrogram, span: Span, wide: usize) -> ColorImage {
-    let columns = || spectra.in_span(span);
+fn image(spectra: &Timeline<SpectrumColumn>, span: Span, wide: usize) -> ColorImage {
+    let columns = || spectra.within(span);
     let high = columns().map(|column| column.bins.len()).max().unwrap_or(1);
     let place = |t_s: f64| {
         let share = (t_s - span.from_s) / span.length_s();
@@ -99,8 +100,8 @@ fn level(byte: u8, strongest: u8) -> f32 {
 pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
     let spectra = seen.model.spectrogram();
     let at_s = seen.looked_at_s;
-    let here = spectra.in_span(Span { from_s: at_s, to_s: at_s + 0.05 }).next();
-    let Some(column) = here.or_else(|| spectra.in_span(seen.span).next_back()) else {
+    let here = spectra.within(Span { from_s: at_s, to_s: at_s + 0.05 }).next();
+    let Some(column) = here.or_else(|| spectra.within(seen.span).next_back()) else {
         ui.label(RichText::new("no spectrum").weak());
         return;
     };
@@ -112,15 +113,15 @@ pub(super) fn readout(ui: &mut Ui, seen: &Seen<'_>) {
             "strongest",
             grip_scope::format::with_unit((num::count(bin) + 0.5) * width_hz, "Hz"),
         );
-        super::row(ui, "its power", format!("{:.0} dB", Spectrogram::db(*byte)));
+        super::row(ui, "its power", format!("{:.0} dB", SpectrumColumn::db(*byte)));
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{image, level};
+    use super::{SpectrumColumn, image, level};
     use eframe::egui::Color32;
-    use grip_scope::feed::{DerivedBlock, SpectrumColumn};
+    use grip_scope::feed::DerivedBlock;
     use grip_scope::{Feed, Model, Span};
 
     /// The brightness of each pixel, row by row from the top.

@@ -3,7 +3,7 @@
 use super::joined::{Piece, fill, joined};
 use super::{Seen, lane, readout};
 use crate::palette::{Palette, Tone};
-use crate::plot::{self, Frame, Kind, Scale, Style};
+use crate::plot::{self, DASHED, Frame, Kind, Scale};
 use crate::state::ViewState;
 use crate::strip::{Curve, StripId, enclosure};
 use eframe::egui::{Align2, FontId, Painter, Rect, Stroke};
@@ -122,8 +122,8 @@ pub(super) fn turns(plot: &mut PlotUi<'_>, frame: &Frame, seen: &Seen<'_>) {
 /// A line across the plot where evidence is a slip.
 pub(super) fn interval(plot: &mut PlotUi<'_>, frame: &Frame, seen: &Seen<'_>) {
     let at = frame.scale.drawn(seen.model.info().interval_s().into());
-    let stroke = Stroke::new(1.2, seen.palette.tone(Tone::Limit));
-    plot.hline(HLine::new("", at).stroke(stroke).style(Style::Dashed.line()).allow_hover(false));
+    let stroke = Stroke::new(1.2, seen.palette.tone(Tone::Red));
+    plot.hline(HLine::new("", at).stroke(stroke).style(DASHED).allow_hover(false));
 }
 
 /// What is written at the right edge of a plot: the interval at its line, the limit of the force where that is above the plot, whose forces
@@ -143,7 +143,7 @@ pub(super) fn words(painter: &Painter, strip: StripId, frame: &Frame, seen: &See
     };
     if frame.rect.y_range().contains(y) {
         let at = eframe::egui::pos2(frame.rect.right() - 4.0, y);
-        let colour = seen.palette.tone(Tone::Limit);
+        let colour = seen.palette.tone(Tone::Red);
         painter.text(at, Align2::RIGHT_TOP, text, FontId::proportional(10.0), colour);
     }
 }
@@ -172,8 +172,8 @@ pub(super) fn lines(painter: &Painter, frame: &Frame, seen: &Seen<'_>, state: &V
 /// Slips and gaps, the same in the lane and behind the curves of every plot: they are looked for once.
 pub(super) fn pieces(frame: &Frame, seen: &Seen<'_>) -> Vec<Piece<EventKind>> {
     let events = seen.model.events();
-    let slips = joined(events.slips(frame.span), frame, lane::worst);
-    let gaps = joined(events.gaps(frame.span), frame, lane::worst);
+    let slips = joined(events.slips.within(frame.span), frame, lane::worst);
+    let gaps = joined(events.gaps.within(frame.span), frame, lane::worst);
     slips.into_iter().chain(gaps).collect()
 }
 

@@ -1,11 +1,11 @@
-//! The curves of a study, two plots beside each other.
+//! The learning curves of a study, two plots beside each other.
 
 use super::Seen;
 use crate::palette::{SERIES, Tone};
-use crate::plot::Style;
+use crate::plot::DASHED;
 use eframe::egui::{self, Role, Ui, WidgetInfo, vec2};
-use egui_plot::{Line, Plot, PlotPoint, PlotPoints};
-use grip_scope::feed::{StudyCurve, StudyCurves, StudyPlot};
+use egui_plot::{Line, LineStyle, Plot, PlotPoint, PlotPoints};
+use grip_scope::feed::{Study, StudyNet, StudyResult};
 
 /// Height of a plot (points).
 const HIGH: f32 = 270.0;
@@ -13,25 +13,27 @@ const HIGH: f32 = 270.0;
 const MARGIN: f32 = 8.0;
 
 /// Draws the page.
-pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) {
+pub fn study(ui: &mut Ui, study: &Study, seen: &Seen<'_>) {
     let area = egui::ScrollArea::vertical().auto_shrink([false, false]).content_margin(MARGIN);
     area.show(ui, |ui| {
         ui.heading(&study.title);
-        for note in &study.notes {
-            super::sentence(ui, note.clone());
+        for line in &study.summary {
+            super::sentence(ui, line);
         }
-        if study.plots.is_empty() {
+        let learned = |result: &&StudyResult| result.nets.iter().any(|net| net.curve.is_some());
+        let results: Vec<&StudyResult> = study.results.iter().filter(learned).collect();
+        if results.is_empty() {
             super::sentence(ui, "This study has no learning curves.");
         }
-        let nets = nets(study);
+        let nets = tones(&results);
         ui.horizontal_wrapped(|ui| {
-            for (net, tone) in nets.iter().zip(SERIES.iter().cycle()) {
-                ui.colored_label(seen.palette.tone(*tone), *net);
+            for (name, tone) in &nets {
+                ui.colored_label(seen.palette.tone(*tone), name);
             }
             super::sentence(ui, "solid: on the rows of the training, dashed: on unseen rows");
         });
         let wide = (ui.available_width() - 24.0) / 2.0;
-        for pair in study.plots.chunks(2) {
+        for pair in results.chunks(2) {
             ui.horizontal(|ui| {
                 for one in pair {
                     ui.allocate_ui(vec2(wide, HIGH), |ui| draw(ui, one, &nets, seen));
@@ -41,7 +43,7 @@ pub fn study(ui: &mut Ui, study: &StudyCurves, seen: &Seen<'_>) {
     });
 }
 
-fn draw(ui: &mut Ui, one: &StudyPlot, nets: &[&str], seen: &Seen<'_>) {
+fn draw(ui: &mut Ui, one: &StudyResult, nets: &[(String, Tone)], seen: &Seen<'_>) {
     ui.vertical(|ui| {
         ui.label(&one.title);
         let plot = Plot::new(&one.title)
@@ -51,11 +53,17 @@ fn draw(ui: &mut Ui, one: &StudyPlot, nets: &[&str], seen: &Seen<'_>) {
             .y_axis_formatter(|mark, _| format!("1e{:.1}", mark.value).replace(".0", ""))
             .allow_scroll(false);
         let shown = plot.show(ui, |plot| {
-            for curve in &one.curves {
-                let (tone, style) = look(curve, nets);
-                let points = PlotPoints::Owned(drawn(curve));
-                let line = Line::new(&curve.name, points).color(seen.palette.tone(tone));
-                plot.line(line.style(style.line()));
+            for (net, curve) in one.nets.iter().filter_map(|net| Some((net, net.curve.as_ref()?))) {
+                let tone = nets.iter().find(|(name, _)| *name == net.name()).map(|(_, tone)| *tone);
+                let colour = seen.palette.tone(tone.unwrap_or(Tone::Quiet));
+                let (solid, dashed) = (LineStyle::Solid, DASHED);
+                for (rows, errors, style) in
+                    [("train", &curve.train, solid), ("test", &curve.test, dashed)]
+                {
+                    let points = PlotPoints::Owned(drawn(&curve.epoch, errors));
+                    let line = Line::new(format!("{}, {rows}", net.name()), points).color(colour);
+                    plot.line(line.style(style));
+                }
             }
         });
         let name = format!("{} plot", one.title);
@@ -64,72 +72,49 @@ fn draw(ui: &mut Ui, one: &StudyPlot, nets: &[&str], seen: &Seen<'_>) {
 }
 
 /// The points that can be shown, errors by their logarithms.
-fn drawn(curve: &StudyCurve) -> Vec<PlotPoint> {
-    let shown = curve.points.iter().filter(|[x, y]| x.is_finite() && y.is_finite() && *y > 0.0);
-    shown.map(|[x, y]| PlotPoint::new(*x, y.log10())).collect()
+fn drawn(epochs: &[f64], errors: &[Option<f64>]) -> Vec<PlotPoint> {
+    let known = epochs.iter().zip(errors).filter_map(|(epoch, error)| Some((*epoch, (*error)?)));
+    let shown = known.filter(|(x, y)| x.is_finite() && y.is_finite() && *y > 0.0);
+    shown.map(|(x, y)| PlotPoint::new(x, y.log10())).collect()
 }
 
-/// The net of a curve, and whether its errors are those of rows that were not trained on.
-fn net(name: &str) -> (&str, bool) {
-    match name.rsplit_once(", ") {
-        Some((net, "train")) => (net, false),
-        Some((net, "test")) => (net, true),
-        _ => (name, false),
-    }
-}
-
-/// The nets of all plots, each once: a net has the same colour in each.
-fn nets(study: &StudyCurves) -> Vec<&str> {
-    let mut nets = Vec::new();
-    for curve in study.plots.iter().flat_map(|plot| &plot.curves) {
-        let (name, _) = net(&curve.name);
-        if !nets.contains(&name) {
-            nets.push(name);
+/// The nets of all results that have learned, each once: a net has the same colour in each plot.
+fn tones(results: &[&StudyResult]) -> Vec<(String, Tone)> {
+    let mut names: Vec<String> = Vec::new();
+    let learned = results.iter().flat_map(|result| &result.nets).filter(|net| net.curve.is_some());
+    for name in learned.map(StudyNet::name) {
+        if !names.contains(&name) {
+            names.push(name);
         }
     }
-    nets
-}
-
-/// How a curve is drawn: a colour for each net, dashes for the rows that were not trained on.
-fn look(curve: &StudyCurve, nets: &[&str]) -> (Tone, Style) {
-    let (name, is_test) = net(&curve.name);
-    let place = nets.iter().position(|known| *known == name).unwrap_or(0);
-    let style = if is_test { Style::Dashed } else { Style::Solid };
-    (SERIES[place % SERIES.len()], style)
+    names.into_iter().zip(SERIES.into_iter().cycle()).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{StudyCurve, StudyCurves, StudyPlot, drawn, look, nets};
-    use crate::palette::SERIES;
-    use crate::plot::Style;
+    use super::{SERIES, StudyNet, StudyResult, drawn, tones};
+    use grip_scope::feed::LearningCurve;
 
     #[test]
-    fn a_net_has_one_colour_in_all_plots_and_its_test_rows_are_dashed() {
-        let names = ["2-10-1 gd", "2-10-1 lm", "2-20-1 gd", "2-20-1 lm", "cg", "bfgs"];
-        let curve = |net: &str, rows| StudyCurve { name: format!("{net}, {rows}"), points: vec![] };
-        let both = |net: &&str| [curve(net, "train"), curve(net, "test")];
+    fn a_net_has_one_colour_in_all_plots() {
+        let trainers = ["gd", "lm", "cg", "bfgs", "scg"];
+        let net = |trainer: &&str| StudyNet {
+            net: (*trainer).to_owned(),
+            trainer: (*trainer).to_owned(),
+            curve: Some(LearningCurve::default()),
+        };
         // The second plot lacks some.
-        let plots = [0, 3].map(|from| StudyPlot {
-            title: String::new(),
-            curves: names[from..].iter().flat_map(both).collect(),
-        });
-        let (title, notes) = (String::new(), Vec::new());
-        let study = StudyCurves { title, plots: plots.into(), notes };
-        let nets = nets(&study);
-        assert_eq!(nets, names);
-        for (plot, from) in study.plots.iter().zip([0, 3]) {
-            for (pair, tone) in plot.curves.chunks(2).zip(&SERIES[from..]) {
-                let looks: Vec<_> = pair.iter().map(|curve| look(curve, &nets)).collect();
-                assert_eq!(looks, [(*tone, Style::Solid), (*tone, Style::Dashed)]);
-            }
-        }
+        let result = |from: usize| StudyResult {
+            nets: trainers[from..].iter().map(net).collect(),
+            ..StudyResult::default()
+        };
+        let wanted: Vec<_> = trainers.map(str::to_owned).into_iter().zip(SERIES).collect();
+        assert_eq!(tones(&[&result(0), &result(3)]), wanted);
     }
 
     #[test]
     fn nonsense_is_left_out() {
-        let points = vec![[1.0, 0.1], [2.0, f64::NAN], [100.0, 0.0], [f64::INFINITY, 1.0]];
-        let curve = StudyCurve { name: "a".into(), points };
-        assert_eq!(drawn(&curve).len(), 1);
+        let errors = [Some(0.1), None, Some(0.0), Some(1.0)];
+        assert_eq!(drawn(&[1.0, 2.0, 100.0, f64::INFINITY], &errors).len(), 1);
     }
 }

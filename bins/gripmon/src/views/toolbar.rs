@@ -63,7 +63,7 @@ fn time(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
 }
 
 fn events(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
-    let any = !seen.model.events().is_empty();
+    let any = !seen.model.events().marks.is_empty();
     for (name, about, later) in
         [("< Event", "Previous event (P)", false), ("Event >", "Next event (N)", true)]
     {

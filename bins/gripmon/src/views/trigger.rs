@@ -1,7 +1,6 @@
 //! When the view shall stop and show: level and edge of a channel, or an event.
 
 use super::{Seen, heading, row, sentence};
-use crate::apply::Effect;
 use crate::state::ViewState;
 use eframe::egui::{ComboBox, DragValue, Response, Ui};
 use grip_scope::format::{self, Typed};
@@ -33,7 +32,6 @@ const fn name(condition: Condition, event: EventKind) -> &'static str {
 }
 
 pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
-    let before = state.layout.trigger;
     heading(ui, "Trigger");
     sentence(ui, "Stops the view where something happens; recording goes on.");
     ui.add_space(4.0);
@@ -51,9 +49,6 @@ pub(super) fn trigger(ui: &mut Ui, seen: &Seen<'_>, state: &mut ViewState) {
     heading(ui, "State");
     row(ui, "trigger", if armed { "armed, waiting" } else { "not armed" });
     row(ui, "found", format::count(state.triggered));
-    if state.layout.trigger != before {
-        state.ask(Effect::Watch);
-    }
 }
 
 fn labelled(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response) {

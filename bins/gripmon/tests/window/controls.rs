@@ -16,7 +16,7 @@ pub(crate) fn click(harness: &mut Harness<'_, Scope>, label: &str) {
     harness.run();
 }
 
-fn press(harness: &mut Harness<'_, Scope>, key: Key) {
+pub(crate) fn press(harness: &mut Harness<'_, Scope>, key: Key) {
     harness.key_press(key);
     harness.run();
 }
@@ -32,12 +32,14 @@ fn a_paused_view_stands_while_data_go_on() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     press(&mut harness, Key::End);
     click(&mut harness, "Pause");
+    assert!(harness.state().shared.engine().paused, "its source asks for no frames");
     let before = seen(&harness);
     let later = fixture::rows(&[grip_scope::Channel::Stylus], 10_000, 20_000, 30_000);
     harness.state().shared.engine().model.take(Feed::Rows(later));
     harness.run();
     assert_eq!(seen(&harness), before);
     click(&mut harness, "Follow");
+    assert!(!harness.state().shared.engine().paused);
     assert!((seen(&harness).1 - 2.9999).abs() < 1e-6, "{:?}", seen(&harness));
     press(&mut harness, Key::Space);
     assert_eq!(harness.state().state.window.following(), Following::Held);
@@ -47,7 +49,7 @@ fn a_paused_view_stands_while_data_go_on() {
 fn events_are_jumped_to_forth_and_back() {
     let mut harness = window(fixture::grasp(), Panel::Health);
     let times: Vec<f64> =
-        harness.state().shared.engine().model.events().iter().map(|mark| mark.t_s).collect();
+        harness.state().shared.engine().model.events().marks.iter().map(|mark| mark.t_s).collect();
     assert!(times.len() >= 6);
     click(&mut harness, "Event >");
     assert_eq!(harness.state().state.event_s, Some(times[0]));

@@ -204,10 +204,9 @@ fn what_cannot_be_written_is_reported_in_a_sentence() {
     for label in ["Samples as CSV", "Recording (MCAP)", "Report (HTML)"] {
         click(&mut harness, label);
         let message = written(&mut harness);
-        assert!(
-            message.is_error && message.text.contains("no samples in this span"),
-            "{message:?}"
-        );
+        let (file, sentence) = message.text.split_once(": ").unwrap();
+        assert!(message.is_error && file.contains("run-0001."), "{message:?}");
+        assert_eq!(sentence, "there are no samples in this span to write");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     let nowhere = folder.path().join("nowhere").join("run");
@@ -216,6 +215,8 @@ fn what_cannot_be_written_is_reported_in_a_sentence() {
     click(&mut harness, "Samples as CSV");
     let message = written(&mut harness);
     assert!(message.is_error && message.text.contains("there is no such folder"), "{message:?}");
+    // The file is named once, whoever names it.
+    assert_eq!(message.text.matches("run-0001.csv").count(), 1, "{message:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::labels::{control, painted};
 use super::{fixture, window};
 use eframe::egui::vec2;
 use egui_kittest::kittest::Queryable as _;
-use grip_scope::feed::{DerivedBlock, EventMark, EvidencePoint, Feed, ObserverSettings, RowBlock};
+use grip_scope::feed::{DerivedBlock, EventMark, Feed, ObserverSettings, RowBlock};
 use grip_scope::trigger::Condition;
 use grip_scope::{Channel, EventKind, Model, Span};
 use gripmon::layout::Panel;
@@ -15,9 +15,10 @@ fn the_enclosure_stands_beside_the_value_of_the_same_observer() {
     let mut model = fixture::grasp();
     // The source states 0.2, the scope's own observer 0.5 with its enclosure.
     model.take(Feed::State(fixture::state(1.05)));
-    let esc = Some([0.5, 0.4, 0.6]);
-    let evidence = vec![EvidencePoint { t_s: 1.99, esc, speed: None, estimate: None }];
-    model.take(Feed::Derived(Box::new(DerivedBlock { evidence, ..DerivedBlock::default() })));
+    let mut block = DerivedBlock::default();
+    let esc = [(Channel::OwnEsc, 0.5), (Channel::EscLow, 0.4), (Channel::EscHigh, 0.6)];
+    block.put(1.99, esc);
+    model.take(Feed::Derived(Box::new(block)));
     let mut harness = window(model, Panel::Events);
     let plots = &mut harness.state_mut().state.layout.plots;
     plots.iter_mut().for_each(|plot| plot.shown = plot.plot == StripId::Esc);

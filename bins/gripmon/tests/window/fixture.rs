@@ -6,8 +6,8 @@ use grip_link::message::daemon::{
     Reading, RealTime, Scene, SensorHealth,
 };
 use grip_scope::feed::{
-    BandPoint, DaemonInfo, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock,
-    SpectrumColumn, StudyCurve, StudyCurves, StudyPlot, TaxelBlock, Turn,
+    DaemonInfo, DerivedBlock, EventKind, EventMark, Feed, LearningCurve, RowBlock, SpectrumColumn,
+    Study, StudyNet, StudyResult, TaxelBlock, Turn,
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
@@ -120,30 +120,28 @@ pub(crate) fn state(t_s: f64) -> PipelineState {
 
 fn derived(from_s: f64) -> DerivedBlock {
     let at = |i: u32| from_s + 0.005 * f64::from(i);
-    let band =
-        |i| BandPoint { t_s: at(i), energy: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], evidence_s: 0.002 };
     let turn = |i: u32| Turn { t_s: at(i), height: 1e-5, is_peak: i.is_multiple_of(2) };
-    let evidence = |i| EvidencePoint {
-        t_s: at(i),
-        esc: None,
-        speed: Some((0.05, 0.01)),
-        estimate: Some([9.5, 8.0, 11.0]),
-    };
-    DerivedBlock {
-        bands: (0..10).map(band).collect(),
+    let span = [from_s, from_s + 0.05];
+    let mut block = DerivedBlock {
         turns: (0..10).map(turn).collect(),
-        evidence: if (0.9..1.1).contains(&from_s) {
-            (0..10).map(evidence).collect()
-        } else {
-            Vec::new()
-        },
-        spectra: vec![SpectrumColumn {
-            span: [from_s, from_s + 0.05],
-            top_hz: 5000.0,
-            bins: (0..64).collect(),
-        }],
-        broken: false,
+        spectra: vec![SpectrumColumn { span, top_hz: 5000.0, bins: (0..64).collect() }],
+        ..DerivedBlock::default()
+    };
+    for t_s in (0..10).map(at) {
+        bands(&mut block, t_s);
+        if (0.9..1.1).contains(&from_s) {
+            block.put(t_s, [(Channel::SlipSpeed, 0.05), (Channel::SlipSpeedSigma, 0.01)]);
+            let [low, high] = [(Channel::EstimateLow, 8.0), (Channel::EstimateHigh, 11.0)];
+            block.put(t_s, [(Channel::OwnEstimate, 9.5), low, high]);
+        }
     }
+    block
+}
+
+/// What the observer derives each few milliseconds.
+pub(crate) fn bands(block: &mut DerivedBlock, t_s: f64) {
+    block.put(t_s, Channel::BANDS.into_iter().zip([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    block.put(t_s, [(Channel::OwnStatistic, 0.002)]);
 }
 
 fn events(model: &mut Model) {
@@ -193,23 +191,21 @@ pub(crate) fn health() -> Health {
     }
 }
 
-/// The curves of a study.
+/// A study of two nets.
 pub(crate) fn study() -> Model {
-    let curve = |name: &str| StudyCurve {
-        name: name.to_owned(),
-        points: (1..50).map(|i| [f64::from(i), 1.0 / f64::from(i)]).collect(),
+    let epoch: Vec<f64> = (1..50).map(f64::from).collect();
+    let errors: Vec<_> = epoch.iter().map(|epoch| Some(1.0 / epoch)).collect();
+    let curve = LearningCurve { epoch, train: errors.clone(), test: errors };
+    let net = |trainer: &str| StudyNet {
+        net: trainer.to_owned(),
+        trainer: trainer.to_owned(),
+        curve: Some(curve.clone()),
     };
-    let plot = StudyPlot {
-        title: "Learning of surface2".to_owned(),
-        curves: vec![curve("gd"), curve("lm")],
-    };
-    let curves = StudyCurves {
-        title: "Four nets".to_owned(),
-        plots: vec![plot],
-        notes: vec!["twenty starts each".to_owned()],
-    };
+    let title = "Learning of surface2".to_owned();
+    let result = StudyResult { title, nets: vec![net("gd"), net("lm")] };
+    let (title, summary) = ("Four nets".to_owned(), vec!["twenty starts each".to_owned()]);
     let mut model = Model::new(1 << 20);
-    model.take(Feed::Study(Box::new(curves)));
+    model.take(Feed::Study(Box::new(Study { title, summary, results: vec![result] })));
     model.take(Feed::Status(SourceStatus::Complete { note: String::new() }));
     model
 }

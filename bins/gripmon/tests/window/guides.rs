@@ -1,5 +1,6 @@
 //! What explains: a slip, and the tour of the first start.
 
+use super::controls::press;
 use super::{fixture, window};
 use eframe::egui::Key;
 use egui_kittest::Harness;
@@ -8,11 +9,6 @@ use grip_scope::{Channel, EventKind, EventMark, Feed};
 use gripmon::Scope;
 use gripmon::layout::{Layout, Panel};
 use gripmon::state::ViewState;
-
-fn press(harness: &mut Harness<'_, Scope>, key: Key) {
-    harness.key_press(key);
-    harness.run();
-}
 
 fn shows(harness: &Harness<'_, Scope>, text: &str) -> bool {
     harness.query_all_by_label_contains(text).count() > 0

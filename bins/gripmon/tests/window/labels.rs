@@ -10,7 +10,7 @@ use grip_scope::trigger::Condition;
 use grip_scope::trigger::TriggerMode;
 use grip_scope::{Channel, EventKind, Span};
 use gripmon::Scope;
-use gripmon::labels::Place;
+use gripmon::labels::Labelled;
 use gripmon::layout::{Look, Panel};
 use gripmon::plot::{Kind, Scale};
 use gripmon::strip::StripId;
@@ -70,7 +70,7 @@ fn both_cursors(scope: &mut Scope) {
 
 fn markers(scope: &Scope) -> usize {
     let engine = scope.shared.engine();
-    engine.model.events().iter().filter(|mark| mark.kind == EventKind::Marker).count()
+    engine.model.events().marks.iter().filter(|mark| mark.kind == EventKind::Marker).count()
 }
 
 fn stated(scope: &Scope, text: &str) -> bool {
@@ -417,7 +417,7 @@ fn no_control_is_without_a_label_or_missing_in_the_table() {
         |s| s.state.explain = Some(1.5),
         |s| {
             s.state.tour = Some(0);
-            s.state.recording = Place::of(Path::new("run.mcap"));
+            s.state.recording = Labelled::of(Path::new("run.mcap"));
         },
         |s| {
             s.state.command.armed = true;

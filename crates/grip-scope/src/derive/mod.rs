@@ -6,7 +6,8 @@
 
 mod spectrum;
 
-use crate::feed::{BandPoint, DerivedBlock, EvidencePoint, Turn};
+use crate::channel::Channel;
+use crate::feed::{DerivedBlock, Turn};
 
 use grip_session::HostEstimator;
 
@@ -99,7 +100,7 @@ impl Observer {
     pub(crate) fn take(&mut self) -> DerivedBlock {
         let block = core::mem::take(&mut self.block);
         // A break stays one until something is behind it.
-        self.block.broken = block.broken && block.bands.is_empty() && block.evidence.is_empty();
+        self.block.broken = block.broken && block.values.is_empty();
         block
     }
 }
@@ -120,18 +121,18 @@ impl Detail {
     fn push(&mut self, sample: &Sample, taxels: &[f32], block: &mut DerivedBlock) -> Step {
         let step = self.pipeline.handle_with(sample, taxels);
         let t_s = sample.t.as_seconds();
-        block.bands.extend(self.look(t_s, &step));
+        self.look(t_s, &step, block);
         if block.turns.len() < MOST_TURNS {
             block.turns.extend(self.turn(t_s, sample.stylus));
         }
         if step.features.is_some() || step.velocity.is_some() {
-            block.evidence.push(self.evidence(t_s, &step));
+            block.put(t_s, self.evidence(&step));
         }
         step
     }
 
     /// The highest of some milliseconds, at their end.
-    fn look(&mut self, t_s: f64, step: &Step) -> Option<BandPoint> {
+    fn look(&mut self, t_s: f64, step: &Step, block: &mut DerivedBlock) {
         let point = &mut self.point;
         point.samples += 1;
         point.evidence_s = point.evidence_s.max(step.statistic * self.config.detector.interval_s);
@@ -143,12 +144,11 @@ impl Detail {
                 *highest = if known { highest.max(energy) } else { *highest };
             }
         }
-        if point.samples < point.per_point {
-            return None;
+        if point.samples >= point.per_point {
+            let energies = Channel::BANDS.into_iter().zip(point.energy);
+            block.put(t_s, energies.chain([(Channel::OwnStatistic, point.evidence_s)]));
+            *point = point.next();
         }
-        let Looks { energy, evidence_s, .. } = *point;
-        *point = point.next();
-        Some(BandPoint { t_s, energy, evidence_s })
     }
 
     /// The peak or valley that a reading confirms.
@@ -176,14 +176,25 @@ impl Detail {
         (observation.hysteresis_sigmas * self.noise).max(least)
     }
 
-    fn evidence(&self, t_s: f64, step: &Step) -> EvidencePoint {
-        let speed = step.velocity.map(|velocity| (velocity.speed_m_s, velocity.sigma_m_s));
-        let esc = step.features.and_then(|features| features.esc_chosen).map(|esc| esc_point(&esc));
+    /// What is known of a slip that goes on: E_sc with its enclosure, the estimate with its margin, slip speed and its deviation.
+    fn evidence(&self, step: &Step) -> [(Channel, Option<f32>); 8] {
+        let esc = step.features.and_then(|features| features.esc_chosen);
+        let [esc, esc_low, esc_high] = esc.map_or([None; 3], |esc| esc_point(&esc).map(Some));
         let estimate = step.features.zip(step.estimate).map(|(features, estimate)| {
             let [low, high] = self.margin(&features, step.velocity, estimate.force_n);
-            [estimate.force_n, low, high]
+            [estimate.force_n, low, high].map(Some)
         });
-        EvidencePoint { t_s, esc, speed, estimate }
+        let [estimate, low, high] = estimate.unwrap_or_default();
+        [
+            (Channel::OwnEsc, esc),
+            (Channel::EscLow, esc_low),
+            (Channel::EscHigh, esc_high),
+            (Channel::OwnEstimate, estimate),
+            (Channel::EstimateLow, low),
+            (Channel::EstimateHigh, high),
+            (Channel::SlipSpeed, step.velocity.map(|velocity| velocity.speed_m_s)),
+            (Channel::SlipSpeedSigma, step.velocity.map(|velocity| velocity.sigma_m_s)),
+        ]
     }
 
     /// The estimates where the acceleration is one standard deviation off: that of a difference of two speeds over the stretch.

@@ -1,7 +1,6 @@
 //! Samples of the stylus in, spectra of some milliseconds each out.
 
-use crate::feed::SpectrumColumn;
-use crate::model::{DB_BASE, DB_STEP};
+use crate::feed::{DB_BASE, DB_STEP, SpectrumColumn};
 use core::f32::consts::TAU;
 use core::fmt;
 use realfft::{RealFftPlanner, RealToComplex, num_complex::Complex};
@@ -108,8 +107,7 @@ fn byte(power: f32) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Spectra, length};
-    use crate::model::Spectrogram;
+    use super::{Spectra, SpectrumColumn, length};
 
     #[test]
     fn a_sine_stands_at_its_frequency_with_its_power() {
@@ -129,7 +127,7 @@ mod tests {
         let (top, highest) = column.bins.iter().enumerate().max_by_key(|bin| bin.1).unwrap();
         assert_eq!((column.bins.len(), top), (128, 32));
         let wanted_db = 10.0 * (0.5 * amplitude * amplitude).log10();
-        assert!((Spectrogram::db(*highest) - wanted_db).abs() < 1.0);
+        assert!((SpectrumColumn::db(*highest) - wanted_db).abs() < 1.0);
         assert!(column.bins[100] < highest - 40);
         assert!((column.span[0] - 0.0128).abs() < 1e-6, "{:?}", column.span);
     }
@@ -142,6 +140,6 @@ mod tests {
             .filter_map(|n| spectra.push(f64::from(n), bad[usize::from(n % 4)]))
             .next()
             .unwrap();
-        assert!(column.bins.iter().all(|byte| Spectrogram::db(*byte) < 0.0), "{column:?}");
+        assert!(column.bins.iter().all(|byte| SpectrumColumn::db(*byte) < 0.0), "{column:?}");
     }
 }

@@ -1,7 +1,8 @@
 //! The observer against the pipeline it is, and on readings that are none.
 
 use super::Observer;
-use crate::feed::{DerivedBlock, EvidencePoint};
+use crate::channel::Channel;
+use crate::feed::DerivedBlock;
 use grip_session::{HostConfig, model::default_estimator};
 use proptest::prelude::{Strategy, any, prop_assert, prop_oneof, proptest};
 use slip_core::Signal;
@@ -44,16 +45,24 @@ fn derive(samples: &[Sample]) -> DerivedBlock {
     observer.take()
 }
 
+/// Values of a channel in a span of time (s).
+fn values(block: &DerivedBlock, channel: Channel, (from_s, to_s): (f64, f64)) -> Vec<Option<f32>> {
+    let of = block.values.iter().filter(|of| of.channel == channel);
+    of.filter(|of| (from_s..to_s).contains(&of.t_s)).map(|of| of.value).collect()
+}
+
 #[test]
 fn a_slide_passes_the_interval_and_rest_is_milliseconds() {
     let block = derive(&slide());
-    let rest: Vec<_> = block.bands.iter().filter(|point| point.t_s < 1.0).collect();
-    let slides: Vec<_> = block.bands.iter().filter(|point| point.t_s > 1.02).collect();
-    assert!(rest.len() > 200 && slides.len() > 15, "{} {}", rest.len(), slides.len());
+    let [rest, slides] = [(0.0, 1.0), (1.021, 2.0)];
+    let evidence = |span| values(&block, Channel::OwnStatistic, span);
+    assert!(evidence(rest).len() > 200 && evidence(slides).len() > 15);
     let interval_s = config().detector.interval_s;
-    assert!(rest.iter().all(|point| (0.0..0.1).contains(&point.evidence_s)));
-    assert!(slides.iter().all(|point| point.evidence_s >= interval_s && point.energy[1] > 10.0));
-    assert!(rest[0].energy[0].is_nan(), "the floor is not known at the start");
+    assert!(evidence(rest).iter().flatten().all(|evidence_s| (0.0..0.1).contains(evidence_s)));
+    assert!(evidence(slides).iter().all(|evidence_s| *evidence_s >= Some(interval_s)));
+    assert!(values(&block, Channel::Band1, slides).iter().all(|energy| *energy > Some(10.0)));
+    let first = values(&block, Channel::Band0, rest)[0].unwrap();
+    assert!(first.is_nan(), "the floor is not known at the start");
 }
 
 #[test]
@@ -71,14 +80,24 @@ fn peaks_are_found_at_their_times_and_heights() {
 #[test]
 fn evidence_holds_its_own_value_and_what_the_network_states_of_it() {
     let block = derive(&slide());
-    let known = |point: &&EvidencePoint| point.esc.is_some() && point.estimate.is_some();
-    let known: Vec<_> = block.evidence.iter().filter(known).collect();
+    let curves = [
+        Channel::OwnEsc,
+        Channel::EscLow,
+        Channel::EscHigh,
+        Channel::OwnEstimate,
+        Channel::EstimateLow,
+        Channel::EstimateHigh,
+        Channel::SlipSpeed,
+        Channel::SlipSpeedSigma,
+    ];
+    let curves = curves.map(|channel| values(&block, channel, (0.0, 2.0)));
+    let points = (0..curves[0].len()).map(|k| curves.each_ref().map(|curve| curve[k]));
+    let known: Vec<_> = points.filter(|p| p[0].is_some() && p[3].is_some()).collect();
     assert!(known.len() > 20, "{}", known.len());
     for point in known {
-        let known = [point.esc.unwrap(), point.estimate.unwrap()];
-        assert!(known.iter().all(|[value, low, high]| low <= value && value <= high), "{point:?}");
-        assert!(known[1][1] > 0.0, "{point:?}");
-        let (speed, sigma) = point.speed.unwrap();
+        let [esc, esc_low, esc_high, estimate, low, high, speed, sigma] = point.map(Option::unwrap);
+        assert!(esc_low <= esc && esc <= esc_high, "{point:?}");
+        assert!(0.0 < low && low <= estimate && estimate <= high, "{point:?}");
         assert!((speed - 0.05).abs() < 0.01 && sigma > 0.0, "{point:?}");
     }
 }
@@ -125,7 +144,7 @@ proptest! {
         }
         let block = observer.take();
         prop_assert!(block.turns.iter().all(|turn| turn.height.is_finite()));
-        prop_assert!(block.bands.is_sorted_by_key(|point| point.t_s));
+        prop_assert!(block.values.is_sorted_by_key(|value| value.t_s));
         prop_assert!(block.spectra.iter().all(|column| column.span[0] <= column.span[1]));
     }
 }
@@ -140,12 +159,12 @@ fn a_break_is_reported_with_the_first_that_is_behind_it() {
     assert!(!observer.take().broken);
     observer.interrupt();
     let nothing = observer.take();
-    assert!(nothing.broken && nothing.bands.is_empty());
+    assert!(nothing.broken && nothing.values.is_empty());
     samples[4500..5000].iter().for_each(|sample| {
         observer.push(sample, &[]);
     });
     let behind = observer.take();
-    assert!(behind.broken && !behind.bands.is_empty());
+    assert!(behind.broken && !behind.values.is_empty());
     samples[5000..5500].iter().for_each(|sample| {
         observer.push(sample, &[]);
     });

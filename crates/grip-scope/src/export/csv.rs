@@ -16,8 +16,7 @@ pub fn csv(part: Part, path: &Path) -> Result<u64, ExportError> {
     if part.columns.is_empty() {
         return Err(ExportError::Empty);
     }
-    let failed = |source| ExportError::Write { file: path.to_owned(), source };
-    fill(path, None, |file| write(part.columns, file).map_err(failed))
+    fill(path, None, |file| Ok(write(part.columns, file)?))
 }
 
 fn write(mut columns: Vec<Column>, out: &mut impl Write) -> io::Result<u64> {

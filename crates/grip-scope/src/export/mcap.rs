@@ -22,9 +22,8 @@ pub fn mcap(part: Part, path: &Path) -> Result<Sliced, ExportError> {
     if part.columns.first().is_none_or(|column| column.channel != Channel::Stylus) {
         return Err(ExportError::Empty);
     }
-    let failed = |source| ExportError::Record { file: path.to_owned(), source };
     fill(path, None, |file| {
-        let samples = write(part, file).map_err(failed)?;
+        let samples = write(part, file)?;
         Ok(Sliced { samples, messages: samples, damaged: 0 })
     })
 }

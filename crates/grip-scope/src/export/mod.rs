@@ -14,7 +14,7 @@ use grip_plot::report::{Report, ReportError};
 use grip_record::mcap::{McapError, McapWriteError};
 use grip_record::outputs::{OutputError, OutputFile, OutputKind, OutputPath};
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Who writes.
 const PROGRAM: &str = concat!("grip-scope ", env!("CARGO_PKG_VERSION"));
@@ -36,33 +36,18 @@ pub enum ExportError {
     /// The file cannot, or must not, be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A row or a picture cannot be written.
-    #[error("{}: cannot be written ({source})", file.display())]
-    Write {
-        /// The file.
-        file: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// Rows, a picture or a page cannot be written.
+    #[error("the file cannot be written ({0})")]
+    Write(#[from] io::Error),
     /// A recording cannot be written.
-    #[error("{}: {source}", file.display())]
-    Record {
-        /// The file.
-        file: PathBuf,
-        /// Why.
-        source: McapWriteError,
-    },
+    #[error(transparent)]
+    Record(#[from] McapWriteError),
     /// The recording that the slice comes from cannot be read.
     #[error(transparent)]
     Read(#[from] McapError),
     /// The page cannot be made.
-    #[error("{}: {source}", file.display())]
-    Page {
-        /// The file.
-        file: PathBuf,
-        /// Why.
-        source: ReportError,
-    },
+    #[error(transparent)]
+    Page(#[from] ReportError),
     /// There are no samples.
     #[error("there are no samples in this span to write")]
     Empty,
@@ -73,11 +58,10 @@ pub enum ExportError {
 /// # Errors
 /// Where there is no page, there is a file of this name, or it cannot be written.
 pub fn html(page: Option<&Report>, path: &Path) -> Result<usize, ExportError> {
-    let page = page.ok_or(ExportError::Empty)?.html();
-    let page = page.map_err(|source| ExportError::Page { file: path.to_owned(), source })?;
+    let page = page.ok_or(ExportError::Empty)?.html()?;
     fill(path, None, |file| {
-        let failed = |source| ExportError::Write { file: path.to_owned(), source };
-        file.write_all(page.as_bytes()).map_err(failed).map(|()| page.len())
+        file.write_all(page.as_bytes())?;
+        Ok(page.len())
     })
 }
 

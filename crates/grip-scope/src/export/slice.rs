@@ -23,17 +23,16 @@ const SLICE: &str = "slice";
 /// # Errors
 /// Where the recording cannot be opened, or not be read up to there, holds no sample in the span, there is a file of the slice's name, or it cannot be written.
 pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, ExportError> {
-    let failed = |source| ExportError::Record { file: path.to_owned(), source };
     fill(path, Some(from), |file| {
         // Log times of the slice are those of the recording: host time 0 is 1970.
-        let mut slice = Slice::new(McapWriter::new(file, PROGRAM, 0).map_err(failed)?, span);
+        let mut slice = Slice::new(McapWriter::new(file, PROGRAM, 0)?, span);
         let mut reader = McapReader::open(from)?;
         // Without an index damage is passed over as far as the file itself reports where it ends.
         let index = File::open(from).ok().and_then(|file| McapIndex::read(file).ok().flatten());
         let mut damage = Damage::default();
         loop {
             match reader.next_entry() {
-                Ok(Some(entry)) if slice.take(&entry).map_err(failed)? => {}
+                Ok(Some(entry)) if slice.take(&entry)? => {}
                 Ok(_) => break,
                 Err(error) if error.damaged_at().is_none() => return Err(error.into()),
                 Err(error) => {
@@ -49,7 +48,7 @@ pub fn mcap_slice(from: &Path, span: Span, path: &Path) -> Result<Sliced, Export
             // Damage is why nothing was found, where there is any.
             return Err(damage.end.or(damage.first).map_or(ExportError::Empty, ExportError::Read));
         }
-        slice.out.finish().map_err(failed)?;
+        slice.out.finish()?;
         Ok(slice.sliced)
     })
 }

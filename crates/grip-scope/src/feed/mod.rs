@@ -8,10 +8,10 @@ mod study;
 pub use event::{EventKind, EventMark, causes_text};
 pub use slip_core::PipelineState;
 pub use state::{
-    BandPoint, DerivedBlock, EvidencePoint, ObserverSettings, SpectrumColumn, Turn, esc_flags,
+    DB_BASE, DB_STEP, DerivedBlock, DerivedValue, ObserverSettings, SpectrumColumn, Turn, esc_flags,
 };
 pub use status::{DaemonInfo, SourceStatus};
-pub use study::{StudyCurve, StudyCurves, StudyPlot};
+pub use study::{LearningCurve, Study, StudyNet, StudyResult};
 
 use crate::channel::Channel;
 use grip_link::device::Truth;
@@ -52,8 +52,8 @@ pub enum Feed {
     Gripper(Gripper),
     /// A line for people.
     Notice(String),
-    /// Curves of a study.
-    Study(Box<StudyCurves>),
+    /// The report of a study.
+    Study(Box<Study>),
     /// Where a recording begins and ends (device time, s), before all of it is loaded; what file it is.
     Extent {
         /// Its first sample (s).

@@ -1,6 +1,7 @@
 //! What a pipeline thinks of the samples: that of the source, and the scope's own observer.
 
-use slip_core::detector::{BANDS, DetectorConfig};
+use crate::channel::Channel;
+use slip_core::detector::DetectorConfig;
 
 /// Names of the flags of E_sc that are set: b0 pole inside, b1 sign unknown, b2 no information, b3 degenerate.
 #[must_use]
@@ -37,27 +38,37 @@ impl ObserverSettings {
 /// What the observer makes of some milliseconds of samples.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DerivedBlock {
-    /// Band energies, a point for each few milliseconds.
-    pub bands: Vec<BandPoint>,
+    /// Band energies and evidence of a slip each few milliseconds; E_sc, estimate and slip speed while an object slips. In order of time.
+    pub values: Vec<DerivedValue>,
     /// Peaks and valleys of the stylus.
     pub turns: Vec<Turn>,
-    /// E_sc, estimate and slip speed while an object slips.
-    pub evidence: Vec<EvidencePoint>,
     /// Spectra of the stylus.
     pub spectra: Vec<SpectrumColumn>,
     /// Whether what comes does not join what came before.
     pub broken: bool,
 }
 
-/// The highest of some milliseconds of what the detector sees.
+impl DerivedBlock {
+    /// Adds values of one device time (s).
+    pub fn put<V: Into<Option<f32>>>(
+        &mut self,
+        t_s: f64,
+        values: impl IntoIterator<Item = (Channel, V)>,
+    ) {
+        let value = |(channel, value): (_, V)| DerivedValue { t_s, channel, value: value.into() };
+        self.values.extend(values.into_iter().map(value));
+    }
+}
+
+/// A value of one of the observer's curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BandPoint {
-    /// Device time of their end (s).
+pub struct DerivedValue {
+    /// Device time (s).
     pub t_s: f64,
-    /// Energy of each band over its floor; NaN while the floor is learned.
-    pub energy: [f32; BANDS],
-    /// Evidence of a slip (s).
-    pub evidence_s: f32,
+    /// Which curve.
+    pub channel: Channel,
+    /// None where nothing is known any more.
+    pub value: Option<f32>,
 }
 
 /// A peak or a valley of the stylus.
@@ -71,19 +82,6 @@ pub struct Turn {
     pub is_peak: bool,
 }
 
-/// What is known of a slip that goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EvidencePoint {
-    /// Device time (s).
-    pub t_s: f64,
-    /// E_sc (W or J) and the ends of its enclosure: value, low, high.
-    pub esc: Option<[f32; 3]>,
-    /// Slip speed and its standard deviation (m/s).
-    pub speed: Option<(f32, f32)>,
-    /// Estimate (N), and the estimates one deviation of the acceleration away: value, low, high.
-    pub estimate: Option<[f32; 3]>,
-}
-
 /// One spectrum of the stylus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumColumn {
@@ -91,7 +89,19 @@ pub struct SpectrumColumn {
     pub span: [f64; 2],
     /// Highest frequency (Hz); bins are spread evenly from 0 to it.
     pub top_hz: f32,
-    /// Power of each bin (dB over one unit of the stylus squared per bin), in steps of [`DB_STEP`](crate::model::DB_STEP) above
-    /// [`DB_BASE`](crate::model::DB_BASE).
+    /// Power of each bin (dB over one unit of the stylus squared per bin), in steps of [`DB_STEP`] above [`DB_BASE`].
     pub bins: Box<[u8]>,
+}
+
+/// Power of a bin whose byte is 0 (dB).
+pub const DB_BASE: f32 = -260.0;
+/// Power from byte to byte (dB).
+pub const DB_STEP: f32 = 1.5;
+
+impl SpectrumColumn {
+    /// Power (dB) of a byte of its bins.
+    #[must_use]
+    pub fn db(byte: u8) -> f32 {
+        DB_STEP.mul_add(f32::from(byte), DB_BASE)
+    }
 }

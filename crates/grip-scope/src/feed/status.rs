@@ -71,14 +71,7 @@ impl SourceStatus {
     /// Whether nobody is there who could take a command. A stream that stalls has its connection still.
     #[must_use]
     pub const fn is_disconnected(&self) -> bool {
-        match self {
-            Self::Connecting { .. } | Self::Waiting { .. } | Self::Failed { .. } => true,
-            Self::Idle
-            | Self::Live
-            | Self::Loading { .. }
-            | Self::Complete { .. }
-            | Self::Stalled { .. } => false,
-        }
+        matches!(self, Self::Connecting { .. } | Self::Waiting { .. } | Self::Failed { .. })
     }
 }
 

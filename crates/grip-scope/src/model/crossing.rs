@@ -41,7 +41,7 @@ impl Search {
     }
 
     fn first(self, series: &Series, span: Span) -> Option<f64> {
-        let (store, numbers) = (series.store(), series.numbers(span));
+        let (store, numbers) = (&series.store, series.numbers(span));
         // The sample before the span shows on which side it begins.
         let mut number = numbers.start.saturating_sub(u64::from(self.edge)).max(store.first());
         let mut near = !self.edge;

@@ -2,7 +2,7 @@
 
 use super::Model;
 use super::tests::{rows, state};
-use crate::feed::{BandPoint, DerivedBlock, EventKind, EvidencePoint, Feed, RowBlock};
+use crate::feed::{DerivedBlock, EventKind, Feed, RowBlock};
 use crate::{Channel, Span};
 use grip_link::message::daemon::Gripper;
 
@@ -66,25 +66,7 @@ fn nothing_is_missing_before_the_first_rows() {
     feeds.extend(states(&[1.0, 1.01]));
     let model = model(feeds);
     assert_eq!(breaks(&model, Channel::Statistic), [0.0; 0]);
-    assert!(model.events().iter().all(|mark| mark.kind != EventKind::Gap));
-}
-
-fn band(t_s: f64) -> BandPoint {
-    BandPoint { t_s, energy: [1.0; 6], evidence_s: 0.2 }
-}
-
-fn evidence(t_s: f64) -> EvidencePoint {
-    let esc = Some([1.0, 0.5, 2.0]);
-    EvidencePoint { t_s, esc, speed: Some((0.1, 0.01)), estimate: Some([2.0, 1.0, 3.0]) }
-}
-
-fn derived(broken: bool, bands: &[f64], evidences: &[f64]) -> Feed {
-    Feed::Derived(Box::new(DerivedBlock {
-        bands: bands.iter().map(|t_s| band(*t_s)).collect(),
-        evidence: evidences.iter().map(|t_s| evidence(*t_s)).collect(),
-        broken,
-        ..DerivedBlock::default()
-    }))
+    assert!(model.events().marks.iter().all(|mark| mark.kind != EventKind::Gap));
 }
 
 const OWN: [Channel; 9] = [
@@ -98,6 +80,16 @@ const OWN: [Channel; 9] = [
     Channel::EstimateHigh,
     Channel::SlipSpeed,
 ];
+
+/// What is derived each few milliseconds, and while an object slips.
+fn derived(broken: bool, bands: &[f64], evidences: &[f64]) -> Feed {
+    let mut block = DerivedBlock { broken, ..DerivedBlock::default() };
+    let (of_bands, of_slips) = OWN.split_at(2);
+    for (times, channels) in [(bands, of_bands), (evidences, of_slips)] {
+        times.iter().for_each(|t_s| block.put(*t_s, channels.iter().map(|of| (*of, 1.0))));
+    }
+    Feed::Derived(Box::new(block))
+}
 
 #[test]
 fn everything_derived_opens_behind_a_gap_that_is_short() {

@@ -3,10 +3,11 @@
 use super::axis::Placed;
 use super::events::Doing;
 use super::series::Series;
-use super::{MOST_NOTICES, MOST_TURNS, Model};
+use super::timeline::{Room, TaxelFrame};
+use super::{MOST_NOTICES, Model};
 use crate::channel::Channel;
 use crate::feed::{
-    BandPoint, DerivedBlock, EventKind, EventMark, EvidencePoint, Feed, RowBlock, StylusInfo,
+    DerivedBlock, DerivedValue, EventKind, EventMark, Feed, RowBlock, StylusInfo, TaxelBlock, Turn,
 };
 use crate::span::Span;
 use grip_link::device::{Fate, Truth};
@@ -16,6 +17,13 @@ use grip_link::message::{
 };
 use slip_core::{PipelineState, units::Micros};
 use std::collections::BTreeMap;
+
+/// Peaks and valleys kept.
+const TURNS: Room = Room::Items(500_000);
+/// Frames of the pressure array kept.
+const FRAMES: Room = Room::Bytes(16 << 20);
+/// Frames closer together than this (s) are not all kept: nobody sees them.
+const FRAME_S: f64 = 0.01;
 
 impl Model {
     /// Takes one item.
@@ -94,7 +102,7 @@ impl Model {
         if let Some(taxels) = &block.taxels {
             for (row, time) in times.iter().enumerate() {
                 if let Some((at_s, _)) = time {
-                    self.taxels.push(*at_s, taxels, row);
+                    self.take_frame(*at_s, taxels, row);
                 }
             }
         }
@@ -104,6 +112,19 @@ impl Model {
         self.health.nan = self.series.get(&Channel::Stylus).map_or(0, |series| series.nan);
         self.health.misplaced = self.series.values().map(|series| series.misplaced).sum();
         self.health.huge = rows.map(|series| series.huge).sum();
+    }
+
+    /// Takes the frame of the array of row `row`.
+    fn take_frame(&mut self, t_s: f64, block: &TaxelBlock, row: usize) {
+        let near = |last: &TaxelFrame| t_s - last.t_s < FRAME_S;
+        if self.taxels.iter().next_back().is_some_and(near) {
+            return;
+        }
+        let from = row * block.count;
+        let values = block.values.get(from..from + block.count).unwrap_or_default();
+        if values.iter().any(|value| !value.is_nan()) {
+            self.taxels.append(TaxelFrame { t_s, values: values.to_vec() }, FRAMES);
+        }
     }
 
     /// Where the rows of a block go, and which of them do not join the one before; `known`: whether there is one before the first.
@@ -209,79 +230,31 @@ impl Model {
     }
 
     fn take_derived(&mut self, block: DerivedBlock) {
-        if block.broken {
-            let bands = block.bands.first().map(|point| point.t_s);
-            let evidence = block.evidence.first().map(|point| point.t_s);
-            let first = bands.into_iter().chain(evidence).reduce(f64::min);
-            if let Some(t_s) = first.and_then(|t_s| self.axis.state(t_s)) {
-                self.gaps.derive_from(t_s);
-            }
+        let first = block.values.first().filter(|_| block.broken);
+        if let Some(t_s) = first.and_then(|first| self.axis.state(first.t_s)) {
+            self.gaps.derive_from(t_s);
         }
-        for point in &block.bands {
-            if let Some(t_s) = self.axis.state(point.t_s) {
-                self.take_bands(t_s, point);
+        for DerivedValue { t_s, channel, value } in block.values {
+            if let Some(t_s) = self.axis.state(t_s) {
+                self.put(channel, t_s, value, self.gaps.derived_before(t_s));
             }
         }
         for turn in block.turns {
-            let t_s = self.axis.event(turn.t_s);
-            if self.turns.back().is_none_or(|last| last.t_s <= t_s) {
-                self.turns.push_back(crate::feed::Turn { t_s, ..turn });
-            }
-            if self.turns.len() > MOST_TURNS {
-                self.turns.pop_front();
-            }
+            self.turns.insert(Turn { t_s: self.axis.event(turn.t_s), ..turn }, TURNS);
         }
-        for point in &block.evidence {
-            if let Some(t_s) = self.axis.state(point.t_s) {
-                self.take_evidence(t_s, point);
-            }
-        }
-        let most_bytes = self.limit_bytes / 16;
-        for mut column in block.spectra {
+        let room = Room::Bytes(self.limit_bytes / 16);
+        for mut column in block.spectra.into_iter().filter(|column| !column.bins.is_empty()) {
             column.span = column.span.map(|t_s| self.axis.event(t_s));
-            self.spectrogram.push(column, most_bytes);
-        }
-    }
-
-    fn take_bands(&mut self, t_s: f64, point: &BandPoint) {
-        let from_s = self.gaps.derived_before(t_s);
-        for (band, energy) in Channel::BANDS.into_iter().zip(&point.energy) {
-            self.put(band, t_s, Some(*energy), from_s);
-        }
-        self.put(Channel::OwnStatistic, t_s, Some(point.evidence_s), from_s);
-    }
-
-    fn take_evidence(&mut self, t_s: f64, point: &EvidencePoint) {
-        let three = |known: Option<[f32; 3]>| known.map_or([None; 3], |values| values.map(Some));
-        let [estimate, low, high] = three(point.estimate);
-        let [esc, esc_low, esc_high] = three(point.esc);
-        let values = [
-            (Channel::OwnEsc, esc),
-            (Channel::EscLow, esc_low),
-            (Channel::EscHigh, esc_high),
-            (Channel::OwnEstimate, estimate),
-            (Channel::EstimateLow, low),
-            (Channel::EstimateHigh, high),
-            (Channel::SlipSpeed, point.speed.map(|speed| speed.0)),
-            (Channel::SlipSpeedSigma, point.speed.map(|speed| speed.1)),
-        ];
-        let from_s = self.gaps.derived_before(t_s);
-        for (channel, value) in values {
-            self.put(channel, t_s, value, from_s);
+            self.spectrogram.insert(column, room);
         }
     }
 
     /// Puts a value, or that there is none where there was one before; it does not join one before `from_s`.
     fn put(&mut self, channel: Channel, t_s: f64, value: Option<f32>, from_s: f64) {
-        let series = match value {
-            Some(_) => entry(&mut self.series, channel),
-            None => match self.series.get_mut(&channel) {
-                Some(series) => series,
-                None => return,
-            },
-        };
-        let broken = series.is_before(from_s);
-        series.push(t_s, value.unwrap_or(f32::NAN), broken);
+        if value.is_some() || self.series.contains_key(&channel) {
+            let series = entry(&mut self.series, channel);
+            series.push(t_s, value.unwrap_or(f32::NAN), series.is_before(from_s));
+        }
     }
 }
 

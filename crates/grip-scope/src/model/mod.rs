@@ -12,23 +12,22 @@ mod health;
 mod intake;
 mod node;
 mod series;
-mod spectrogram;
 mod store;
-mod taxels;
 #[cfg(test)]
 mod tests;
+mod timeline;
 
 pub(crate) use axis::{Axis, Placed};
-pub use events::{Doing, Events, Stretch};
+pub use events::{Doing, Events};
 pub use health::HealthBoard;
 pub use series::{Bucket, Series, Stats};
-pub use spectrogram::{DB_BASE, DB_STEP, Spectrogram};
 pub(crate) use store::Samples;
-pub use taxels::TaxelFrame;
+pub use timeline::{Stretch, TaxelFrame, Timed, Timeline};
 
 use crate::channel::Channel;
 use crate::feed::{
-    DaemonInfo, EventKind, EventMark, ObserverSettings, SourceStatus, StudyCurves, StylusInfo, Turn,
+    DaemonInfo, EventKind, EventMark, ObserverSettings, SourceStatus, SpectrumColumn, Study,
+    StylusInfo, Turn,
 };
 use crate::span::Span;
 use gaps::Gaps;
@@ -37,10 +36,7 @@ use grip_link::message::{Unit, daemon::Gripper};
 use slip_core::PipelineState;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
-use taxels::Taxels;
 
-/// Peaks and valleys kept; the oldest go first.
-const MOST_TURNS: usize = 500_000;
 /// Lines for people kept; the oldest go first.
 const MOST_NOTICES: usize = 200;
 
@@ -123,14 +119,14 @@ pub struct Model {
     limit_bytes: usize,
     series: BTreeMap<Channel, Series>,
     events: Events,
-    turns: VecDeque<Turn>,
-    spectrogram: Spectrogram,
-    taxels: Taxels,
+    turns: Timeline<Turn>,
+    spectrogram: Timeline<SpectrumColumn>,
+    taxels: Timeline<TaxelFrame>,
     health: HealthBoard,
     status: SourceStatus,
     info: Info,
     notices: VecDeque<String>,
-    study: Option<StudyCurves>,
+    study: Option<Study>,
     axis: Axis,
     /// The next rows do not join the last ones.
     restarted: bool,
@@ -181,17 +177,13 @@ impl Model {
     /// Peaks and valleys in the span, where they are at most `most`; otherwise none.
     #[must_use]
     pub fn turns(&self, span: Span, most: usize) -> Vec<Turn> {
-        let from = self.turns.partition_point(|turn| turn.t_s < span.from_s);
-        let to = self.turns.partition_point(|turn| turn.t_s <= span.to_s);
-        if to.saturating_sub(from) > most {
-            return Vec::new();
-        }
-        self.turns.range(from..to.max(from)).copied().collect()
+        let found = self.turns.within(span);
+        if found.len() > most { Vec::new() } else { found.copied().collect() }
     }
 
     /// The spectra of the stylus.
     #[must_use]
-    pub const fn spectrogram(&self) -> &Spectrogram {
+    pub const fn spectrogram(&self) -> &Timeline<SpectrumColumn> {
         &self.spectrogram
     }
 
@@ -219,9 +211,9 @@ impl Model {
         self.notices.iter().map(String::as_str)
     }
 
-    /// The curves of a study.
+    /// The report of a study.
     #[must_use]
-    pub const fn study(&self) -> Option<&StudyCurves> {
+    pub const fn study(&self) -> Option<&Study> {
         self.study.as_ref()
     }
 
@@ -266,9 +258,8 @@ impl Model {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let series: usize = self.series.values().map(Series::bytes).sum();
-        let turns = self.turns.capacity() * size_of::<Turn>();
-        let rest = self.events.bytes() + self.taxels.bytes();
-        series + turns + rest + self.spectrogram.bytes()
+        let rest = self.events.bytes() + self.taxels.bytes() + self.turns.bytes();
+        series + rest + self.spectrogram.bytes()
     }
 
     /// Drops the oldest samples until the history fits its memory.
@@ -276,10 +267,10 @@ impl Model {
         let mut bytes = self.bytes();
         while bytes > self.limit_bytes {
             let aged = self.series.values_mut();
-            let aged = aged.filter_map(|series| Some((series.store().oldest_s()?, series)));
+            let aged = aged.filter_map(|series| Some((series.store.oldest_s()?, series)));
             let Some((_, oldest)) = aged.min_by(|a, b| a.0.total_cmp(&b.0)) else { return };
             let before = oldest.bytes();
-            oldest.store_mut().drop_oldest();
+            oldest.store.drop_oldest();
             bytes -= before.saturating_sub(oldest.bytes());
         }
     }

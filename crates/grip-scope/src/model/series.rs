@@ -56,7 +56,7 @@ impl Stats {
 #[derive(Clone, Debug)]
 pub struct Series {
     channel: Channel,
-    store: Store,
+    pub(super) store: Store,
     /// What is known of a recording beyond the part that is loaded.
     preview: Store,
     /// Points further apart than this (s) have a gap between them.
@@ -102,14 +102,6 @@ impl Series {
 
     pub(super) fn forget_preview(&mut self) {
         self.preview = Store::default();
-    }
-
-    pub(super) const fn store(&self) -> &Store {
-        &self.store
-    }
-
-    pub(super) const fn store_mut(&mut self) -> &mut Store {
-        &mut self.store
     }
 
     /// Bytes it takes.

@@ -120,7 +120,7 @@ proptest! {
 
 /// Every sample with the time at which it is kept.
 fn kept(series: &Series) -> Vec<(f64, f32)> {
-    let store = series.store();
+    let store = &series.store;
     (store.first()..store.end()).map(|n| (store.time(n).unwrap(), store.value(n))).collect()
 }
 
@@ -143,7 +143,7 @@ pub(super) fn state(t_s: f64) -> PipelineState {
 }
 
 fn kinds(model: &Model) -> Vec<EventKind> {
-    model.events().iter().map(|mark| mark.kind).collect()
+    model.events().marks.iter().map(|mark| mark.kind).collect()
 }
 
 /// The needed force of states is a fan of three curves, open where it is not known.
@@ -254,7 +254,7 @@ fn time_that_goes_back_begins_another_run_and_single_late_rows_are_left_out() {
     model.take(Feed::State(state(5.1)));
     model.take(Feed::Rows(rows(20_000, 1000, &[3.0; 100])));
     assert_eq!(kinds(&model), [EventKind::Clock]);
-    let text = &model.events().iter().next().unwrap().text;
+    let text = &model.events().marks.iter().next().unwrap().text;
     assert!(text.contains("5.109") && text.contains("0.020"), "{text}");
     let series = model.series(Channel::Stylus).unwrap();
     let span = series.span().unwrap();
@@ -307,9 +307,9 @@ fn lost_rows_are_a_gap_among_the_events() {
     model.take(Feed::Rows(rows(0, 1000, &[1.0; 50])));
     model.take(Feed::Rows(RowBlock { broken: true, lost: 10, ..rows(60_000, 1000, &[1.0; 50]) }));
     assert_eq!(kinds(&model), [EventKind::Gap]);
-    assert_eq!(model.events().iter().next().unwrap().text, "10 rows are missing, 11.0 ms");
+    assert_eq!(model.events().marks.iter().next().unwrap().text, "10 rows are missing, 11.0 ms");
     let gaps: Vec<Span> =
-        model.events().gaps(Span::new(0.0, 1.0)).map(|stretch| stretch.span).collect();
+        model.events().gaps.within(Span::new(0.0, 1.0)).map(|stretch| stretch.span).collect();
     assert_eq!(gaps, [Span::new(0.049, 0.06)]);
     let series = model.series(Channel::Stylus).unwrap();
     assert_eq!([0.0495, 0.055, 0.06].map(|t_s| series.at(t_s)), [Some(1.0), None, Some(1.0)]);
@@ -335,12 +335,13 @@ fn faults_reflexes_and_scenes_come_from_the_states() {
     let all = Span::new(0.0, 9.0);
     let doings: Vec<(Doing, f64, f64)> = model
         .events()
-        .doings(all)
+        .doings
+        .within(all)
         .map(|stretch| (stretch.what, stretch.span.from_s, stretch.span.to_s))
         .collect();
     let [holding, slipping] = [Doing::Held, Doing::Slipping];
     assert_eq!(doings, [(holding, 1.0, 1.1), (slipping, 1.1, 1.2), (holding, 1.2, 1.3)]);
-    let faults: Vec<Span> = model.events().faults(all).map(|stretch| stretch.span).collect();
+    let faults: Vec<Span> = model.events().faults.within(all).map(|stretch| stretch.span).collect();
     assert_eq!(faults, [Span::new(1.2, 1.3)]);
 }
 
@@ -358,7 +359,8 @@ fn what_a_simulator_knows_of_the_object_stands_over_what_the_pipeline_thinks() {
     // Without a truth the pipeline decides, and the needed force is open.
     model.take(Feed::State(state(1.4)));
     let all = Span::new(0.0, 9.0);
-    let doings: Vec<Doing> = model.events().doings(all).map(|stretch| stretch.what).collect();
+    let doings: Vec<Doing> =
+        model.events().doings.within(all).map(|stretch| stretch.what).collect();
     let what = [Doing::Held, Doing::Crushed, Doing::Dropped, Doing::Slipping, Doing::Held];
     assert_eq!(doings, what);
     let need = model.series(Channel::NeedTruth).unwrap();
@@ -375,13 +377,14 @@ fn events_are_found_from_any_time_on() {
         model.take(Feed::Event(EventMark::plain(t_s, kind, "x")));
     }
     model.mark(1.7, "here");
-    assert_eq!(model.events().next_after(1.6).unwrap().kind, EventKind::Marker);
-    assert_eq!(model.events().before(1.6).unwrap().kind, EventKind::Incipient);
-    assert!(model.events().next_after(1.9).is_none());
-    assert_eq!(model.events().in_span(Span::new(1.6, 1.8)).count(), 2);
+    assert_eq!(model.events().marks.from(1.61).unwrap().kind, EventKind::Marker);
+    assert_eq!(model.events().marks.at(1.59).unwrap().kind, EventKind::Incipient);
+    assert!(model.events().marks.from(1.91).is_none());
+    assert_eq!(model.events().marks.within(Span::new(1.6, 1.8)).count(), 2);
     let slips: Vec<(EventKind, Span)> = model
         .events()
-        .slips(Span::new(0.0, 9.0))
+        .slips
+        .within(Span::new(0.0, 9.0))
         .map(|stretch| (stretch.what, stretch.span))
         .collect();
     let (first, second) = (Span::new(1.5, 1.6), Span::new(1.6, 1.9));
@@ -455,6 +458,6 @@ proptest! {
                 prop_assert!(range.is_none_or(|(low, high)| low <= high));
             }
         }
-        prop_assert!(model.events().iter().all(|mark| mark.t_s.is_finite()));
+        prop_assert!(model.events().marks.iter().all(|mark| mark.t_s.is_finite()));
     }
 }

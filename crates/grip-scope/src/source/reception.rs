@@ -276,6 +276,7 @@ const fn refused(reason: NackReason) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::Reception;
+    use crate::Channel;
     use crate::feed::{EventKind, Feed};
     use grip_link::message::daemon::{Gripper, ToClient};
     use grip_link::message::{Kind, Nack, NackReason, Unit};
@@ -308,7 +309,7 @@ mod tests {
                 reception.stream.number(n, 1);
                 reception.stream.push(&sample, &[]);
             }
-            let of_bands = |feed: &Feed| matches!(feed, Feed::Derived(block) if block.bands.iter().any(|point| point.energy[0] > 0.0));
+            let of_bands = |feed: &Feed| matches!(feed, Feed::Derived(block) if block.values.iter().any(|of| of.channel == Channel::Band0 && of.value > Some(0.0)));
             reception.stream.whole().iter().any(of_bands)
         };
         assert!(bands(Unit::None));

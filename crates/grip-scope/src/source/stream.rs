@@ -135,10 +135,8 @@ impl Stream {
     fn flush(&mut self) {
         self.done.extend(self.blocks.take().map(Feed::Rows));
         let derived = self.observer.as_mut().map(Observer::take);
-        let worth = |block: &DerivedBlock| {
-            let parts = block.bands.len() + block.turns.len() + block.evidence.len();
-            parts + block.spectra.len() > 0
-        };
+        let worth =
+            |block: &DerivedBlock| block.values.len() + block.turns.len() + block.spectra.len() > 0;
         if let Some(block) = derived.filter(worth) {
             self.done.push(Feed::Derived(Box::new(block)));
         }

@@ -1,6 +1,6 @@
 //! A daemon that is there, goes, comes back, stalls, shows nothing, speaks otherwise.
 
-use crate::rig::{Watch, pause};
+use crate::rig::{Watch, pause, samples};
 use core::time::Duration;
 use grip_daemon::clients::{About, Clients, ClientsConfig, Listen};
 use grip_daemon::{Item, LinkNote};
@@ -107,14 +107,15 @@ fn what_a_daemon_reports_is_shown_and_derived_from() {
     assert_eq!(fan.map(latest), [1.5, 1.75, 2.5]);
     let health = watch.model.health().latest.as_deref().unwrap();
     assert_eq!((health.rate_hz, health.appended), (Some(9_999.0), appended));
-    assert!(watch.samples(Channel::Stylus) > 1000);
-    assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap));
+    assert!(samples(&watch.model, Channel::Stylus) > 1000);
+    assert!(watch.model.events().marks.iter().all(|mark| mark.kind != EventKind::Gap));
     watch.handle.orders.send(ClientCommand::Release).unwrap();
     watch.until(
         || daemon.samples(),
         |model| model.notices().any(|line| line.contains("allows no commands")),
     );
-    let answer = watch.model.events().iter().find(|mark| mark.kind == EventKind::Client).unwrap();
+    let answer =
+        watch.model.events().marks.iter().find(|mark| mark.kind == EventKind::Client).unwrap();
     assert!(answer.text.contains("allows no commands"), "{}", answer.text);
 }
 
@@ -129,19 +130,19 @@ fn a_daemon_that_goes_is_waited_for_and_the_gap_is_seen() {
     watch.until(|| daemon.samples(), |model| model.series(Channel::Stylus).is_some());
     drop(daemon);
     watch.until(|| {}, |model| matches!(model.status(), SourceStatus::Waiting { .. }));
-    let before = watch.samples(Channel::Stylus);
+    let before = samples(&watch.model, Channel::Stylus);
     let mut daemon = Daemon::new(&path, false);
     // The gripper went on meanwhile.
     daemon.index = 1_000_000;
     let live =
         |model: &grip_scope::Model| model.status() == &SourceStatus::Live && model.end_s() > 100.0;
     watch.until(|| daemon.samples(), live);
-    assert!(watch.samples(Channel::Stylus) > before);
+    assert!(samples(&watch.model, Channel::Stylus) > before);
     let series = watch.model.series(Channel::Stylus).unwrap();
     let mut parts = Vec::new();
     series.envelope(grip_scope::Span::new(99.0, 102.0), 3, &mut parts);
     assert!(parts.iter().any(|part| part.broken), "{parts:?}");
-    let gap = watch.model.events().iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
+    let gap = watch.model.events().marks.iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
     assert!(gap.text.starts_with("samples are missing for"), "{}", gap.text);
 }
 
@@ -190,9 +191,10 @@ fn lost_rows_and_a_gripper_that_restarts_are_events() {
     let mut watch = watch(&path);
     watch.until(|| daemon.samples(), |model| model.end_s() > 0.2);
     daemon.index += 25;
-    let has = |kind| move |model: &grip_scope::Model| model.events().iter().any(|m| m.kind == kind);
+    let has =
+        |kind| move |model: &grip_scope::Model| model.events().marks.iter().any(|m| m.kind == kind);
     watch.until(|| daemon.samples(), has(EventKind::Gap));
-    let gap = watch.model.events().iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
+    let gap = watch.model.events().marks.iter().find(|mark| mark.kind == EventKind::Gap).unwrap();
     assert!(gap.text.starts_with("25 rows are missing"), "{}", gap.text);
     daemon.index = 0;
     watch.until(|| daemon.samples(), has(EventKind::Clock));

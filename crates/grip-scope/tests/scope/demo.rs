@@ -11,7 +11,7 @@ fn a_grasp_shows_samples_states_bands_events_and_health() {
     watch.until(
         || {},
         |model| {
-            let has = |kind| model.events().iter().any(|mark| mark.kind == kind);
+            let has = |kind| model.events().marks.iter().any(|mark| mark.kind == kind);
             let curve = |channel| model.series(channel).is_some_and(|s| s.latest().is_some());
             has(EventKind::Reload)
                 && (has(EventKind::Incipient) || has(EventKind::Gross))
@@ -66,13 +66,13 @@ fn a_stop_is_an_event_and_holds_until_the_fingers_close_again() {
     let mut watch = Watch::new(SourceSpec::parse("demo").unwrap());
     let objects = |model: &Model| {
         let begun = |mark: &&EventMark| mark.text.starts_with("next object");
-        model.events().iter().filter(begun).count()
+        model.events().marks.iter().filter(begun).count()
     };
     watch.until(|| {}, |model| model.end_s() > 0.5);
     watch.handle.orders.send(ClientCommand::Stop).unwrap();
     let answered = |text: &'static str| {
         move |model: &Model| {
-            let mut marks = model.events().iter();
+            let mut marks = model.events().marks.iter();
             marks.any(|mark| mark.kind == EventKind::Client && mark.text.starts_with(text))
         }
     };

@@ -1,22 +1,17 @@
 //! Exports: what is written is what is shown, and comes back.
 
-use crate::rig::{damaged, recording};
+use crate::rig::{damaged, loaded, recording};
 use grip_record::mcap::{Entry, McapReader, McapWriter, Record, SampleRecord};
 use grip_record::outputs::OutputError;
 use grip_record::{CsvOptions, read_csv};
 use grip_scope::export::{self, ExportError, Part, Sliced};
 use grip_scope::feed::{RowBlock, TaxelBlock};
 use grip_scope::report::grasp;
-use grip_scope::source::load;
 use grip_scope::{Channel, EventKind, Feed, Model, Span};
 use slip_core::{Sample, units::Micros};
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
-
-fn loaded(path: &Path) -> Model {
-    load(path, Model::new(64 << 20))
-}
 
 /// What is kept of a span as a recording.
 fn kept(model: &Model, span: Span, path: &Path) -> Result<Sliced, ExportError> {
@@ -75,24 +70,6 @@ fn a_slice_of_a_recording_is_that_part_of_it() {
     assert_eq!(samples(&path).len(), 5000);
 }
 
-#[test]
-fn what_is_kept_of_a_live_source_becomes_a_recording() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.mcap");
-    recording(&path, 5000);
-    let model = loaded(&path);
-    let out = folder.path().join("kept.mcap");
-    assert_eq!(kept(&model, Span::new(1.0, 1.999), &out).unwrap().samples, 1000);
-    assert_eq!(samples(&out), samples(&path)[1000..2000]);
-    let forces = loaded(&out).series(Channel::NormalForce).and_then(|s| s.stats(s.span()?));
-    assert_eq!(forces.unwrap().count, 1000);
-    let none = folder.path().join("none.mcap");
-    for model in [&Model::new(1 << 20), &model] {
-        let nothing = kept(model, Span::new(70.0, 71.0), &none);
-        assert!(matches!(nothing, Err(ExportError::Empty)) && !none.exists());
-    }
-}
-
 /// A second of an array of two at 1 kHz, of which the rows 300 to 339 were lost.
 fn with_an_array_and_a_gap() -> Model {
     let mut model = Model::new(64 << 20);
@@ -129,8 +106,13 @@ fn what_is_kept_of_a_live_source_has_its_array_and_its_gaps() {
         }
     }
     assert!((90..=100).contains(&frames), "{frames}");
+    let none = folder.path().join("none.mcap");
+    for model in [&Model::new(1 << 20), &model] {
+        let nothing = kept(model, Span::new(70.0, 71.0), &none);
+        assert!(matches!(nothing, Err(ExportError::Empty)) && !none.exists());
+    }
     let again = loaded(&out);
-    let gaps = again.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let gaps = again.events().marks.iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts, ["40 rows are missing, 41.0 ms"]);
 }
@@ -156,7 +138,7 @@ fn a_span_behind_a_leap_of_time_backwards_is_the_one_that_is_shown() {
     let path = folder.path().join("run.mcap");
     restarted(&path);
     let model = loaded(&path);
-    let begins: Vec<f64> = (model.events().iter())
+    let begins: Vec<f64> = (model.events().marks.iter())
         .filter(|mark| mark.kind == EventKind::Clock)
         .map(|mark| mark.t_s)
         .collect();
@@ -242,6 +224,8 @@ fn what_comes_and_goes_while_a_file_is_written_does_not_change_it() {
     let wanted: Vec<(u64, f32)> =
         (0..ROWS).map(|row| (100 * u64::from(row), (row % 7919) as f32)).collect();
     assert!(got == wanted && samples(&of_model) == wanted);
+    let forces = loaded(&of_model).series(Channel::NormalForce).and_then(|s| s.stats(s.span()?));
+    assert_eq!(forces.unwrap().count, u64::from(ROWS));
     assert!(read.samples.iter().all(|s| s.normal_force_n == Some(s.stylus)));
 }
 

@@ -1,31 +1,15 @@
 //! Recordings and studies: whole, cut off, foreign, of every rate, with readings that are none.
 
-use crate::rig::{Watch, damaged, recording};
+use crate::rig::{Watch, damaged, loaded, recording, samples};
 use grip_scope::export::{self, Part};
-use grip_scope::source::load;
+use grip_scope::feed::StudyNet;
 use grip_scope::{Channel, EventKind, EventMark, Model, SourceSpec, SourceStatus, Span};
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 
-/// The model of a file, read in this thread.
-struct Opened {
-    model: Model,
-}
-
-impl Opened {
-    fn samples(&self, channel: Channel) -> u64 {
-        let series = self.model.series(channel);
-        series.and_then(|series| series.stats(series.span()?)).map_or(0, |stats| stats.count)
-    }
-}
-
-fn open(path: &Path) -> Opened {
-    Opened { model: load(path, Model::new(64 << 20)) }
-}
-
-fn sentence(opened: &Opened) -> String {
-    opened.model.status().sentence()
+fn sentence(model: &Model) -> String {
+    model.status().sentence()
 }
 
 /// Any file, on a thread of its own.
@@ -43,20 +27,20 @@ fn a_recording_is_all_there() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     recording(&path, 12_345);
-    let watch = open(&path);
-    assert_eq!(watch.model.status(), &SourceStatus::Complete { note: String::new() });
+    let model = loaded(&path);
+    assert_eq!(model.status(), &SourceStatus::Complete { note: String::new() });
     assert_eq!(
-        (watch.samples(Channel::Stylus), watch.samples(Channel::NormalForce)),
+        (samples(&model, Channel::Stylus), samples(&model, Channel::NormalForce)),
         (12_345, 12_345)
     );
-    let (file, extent) = watch.model.info().recording.clone().unwrap();
+    let (file, extent) = model.info().recording.clone().unwrap();
     assert_eq!((file, extent.from_s, extent.to_s), (path, 0.0, 12.344));
-    assert_eq!(watch.model.series(Channel::Stylus).unwrap().at(1.0405), Some(40e-9));
-    assert!(watch.model.events().is_empty());
+    assert_eq!(model.series(Channel::Stylus).unwrap().at(1.0405), Some(40e-9));
+    assert!(model.events().marks.is_empty());
     let fan = [Channel::NeedLow, Channel::Need, Channel::NeedHigh];
-    let found = fan.map(|channel| watch.model.series(channel).unwrap().latest().unwrap().1);
+    let found = fan.map(|channel| model.series(channel).unwrap().latest().unwrap().1);
     assert_eq!(found, [1.5, 1.75, 2.5]);
-    assert_eq!(watch.samples(Channel::Need), 123);
+    assert_eq!(samples(&model, Channel::Need), 123);
 }
 
 #[test]
@@ -66,9 +50,9 @@ fn a_recording_that_was_cut_off_shows_what_is_whole_and_states_so() {
     recording(&path, 10_000);
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
-    let watch = open(&path);
-    assert!(sentence(&watch).contains("gripctl recover"), "{}", sentence(&watch));
-    assert!((2_000..8_000).contains(&watch.samples(Channel::Stylus)));
+    let model = loaded(&path);
+    assert!(sentence(&model).contains("gripctl recover"), "{}", sentence(&model));
+    assert!((2_000..8_000).contains(&samples(&model, Channel::Stylus)));
 }
 
 #[test]
@@ -76,18 +60,18 @@ fn damaged_parts_are_passed_over_counted_and_leave_gaps() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     let (chunks, _) = damaged(&path);
-    let watch = open(&path);
-    let stated = sentence(&watch);
+    let model = loaded(&path);
+    let stated = sentence(&model);
     assert!(
         stated.starts_with("loaded; 2 damaged parts were passed over, the first one:"),
         "{stated}"
     );
     assert!(stated.contains(&format!("damaged at byte {}:", chunks[20])), "{stated}");
-    assert_eq!(watch.samples(Channel::Stylus), 9_800);
+    assert_eq!(samples(&model, Channel::Stylus), 9_800);
     let reported =
         |mark: &&EventMark| mark.kind == EventKind::Gap && mark.text.contains("passed over");
-    assert_eq!(watch.model.events().iter().filter(reported).count(), 2);
-    assert_eq!(watch.model.events().gaps(Span::new(0.0, 10.0)).count(), 2);
+    assert_eq!(model.events().marks.iter().filter(reported).count(), 2);
+    assert_eq!(model.events().gaps.within(Span::new(0.0, 10.0)).count(), 2);
 }
 
 #[test]
@@ -96,10 +80,10 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
     let file = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
         fs::write(&path, bytes).unwrap();
-        let watch = open(&path);
-        assert!(matches!(watch.model.status(), SourceStatus::Failed { .. }), "{name}");
-        assert_eq!(watch.samples(Channel::Stylus), 0);
-        sentence(&watch)
+        let model = loaded(&path);
+        assert!(matches!(model.status(), SourceStatus::Failed { .. }), "{name}");
+        assert_eq!(samples(&model, Channel::Stylus), 0);
+        sentence(&model)
     };
     assert!(file("a.mcap", b"\x89PNG and more").contains("no MCAP file"));
     for table in ["time_s,height\n1,2\n2,2\n", "t_s,stylus,vibration\n1,2,3\n2,2,3\n"] {
@@ -134,7 +118,7 @@ fn what_is_no_recording_is_reported_in_a_sentence() {
         stated.contains("was not recorded by gripd") && stated.contains("gripctl import"),
         "{stated}"
     );
-    let gone = open(&folder.path().join("gone.mcap"));
+    let gone = loaded(&folder.path().join("gone.mcap"));
     assert!(sentence(&gone).contains("cannot be read"), "{}", sentence(&gone));
 }
 
@@ -160,10 +144,10 @@ fn a_huge_foreign_file_is_reported_in_a_sentence_and_not_read_into_memory() {
     csv(&path, 1000.0, 300_000, |_| "0.0000012".to_owned());
     let rows = fs::metadata(&path).unwrap().len();
     fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(rows + (1 << 30)).unwrap();
-    let watch = open(&path);
-    let stated = sentence(&watch);
+    let model = loaded(&path);
+    let stated = sentence(&model);
     assert!(
-        watch.samples(Channel::Stylus) > 100_000 && stated.contains("stand in the place of rows"),
+        samples(&model, Channel::Stylus) > 100_000 && stated.contains("stand in the place of rows"),
         "{stated}"
     );
 }
@@ -187,24 +171,22 @@ fn a_vibration_of_three_axes_has_no_metres_and_names_the_axis_that_is_shown() {
         text += &format!("{t_s:.6},{value},0,9.81\n");
     }
     fs::write(&path, text).unwrap();
-    let watch = open(&path);
-    let info = watch.model.info();
+    let model = loaded(&path);
+    let info = model.info();
     assert_eq!((info.unit(Channel::Stylus), info.name(Channel::Stylus)), ("", "vibration"));
     assert_eq!(info.stylus_title(), "Vibration, own units: vibration_x of 3 axes");
-    let page = grip_scope::report::grasp(&watch.model, Span::new(0.0, 3.0), "imu")
-        .unwrap()
-        .html()
-        .unwrap();
+    let page =
+        grip_scope::report::grasp(&model, Span::new(0.0, 3.0), "imu").unwrap().html().unwrap();
     assert!(page.contains("own units: vibration_x of 3 axes"));
     assert!(![">mm<", ">m<", "Stylus", ">stylus<"].iter().any(|text| page.contains(text)));
     let out = folder.path().join("view.csv");
-    let part = Part::of(&watch.model, Span::new(1.0, 2.0), &[Channel::Stylus]);
+    let part = Part::of(&model, Span::new(1.0, 2.0), &[Channel::Stylus]);
     export::csv(part, &out).unwrap();
     assert!(fs::read_to_string(&out).unwrap().starts_with("t_s,vibration\n"));
     let metres = folder.path().join("m.csv");
     csv(&metres, 1000.0, 3000, |row| format!("{}", 1e-7 * f64::from(row % 7)));
-    let watch = open(&metres);
-    let info = watch.model.info();
+    let model = loaded(&metres);
+    let info = model.info();
     assert_eq!((info.unit(Channel::Stylus), info.stylus_title()), ("m", "Stylus".to_owned()));
 }
 
@@ -214,15 +196,15 @@ fn every_rate_from_ten_hertz_to_twenty_kilohertz_is_shown() {
     for rate_hz in [10.0, 100.0, 317.0, 2200.0, 20_000.0] {
         let path = folder.path().join("x.csv");
         csv(&path, rate_hz, 3000, |row| format!("{}", 1e-7 * f64::from(row % 7)));
-        let watch = open(&path);
-        assert_eq!(watch.samples(Channel::Stylus), 3000, "{rate_hz}: {}", sentence(&watch));
-        assert!(watch.model.events().iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
-        assert!(!watch.model.spectrogram().is_empty());
+        let model = loaded(&path);
+        assert_eq!(samples(&model, Channel::Stylus), 3000, "{rate_hz}: {}", sentence(&model));
+        assert!(model.events().marks.iter().all(|mark| mark.kind != EventKind::Gap), "{rate_hz}");
+        assert!(!model.spectrogram().is_empty());
         // Below 20 Hz there is nothing that the detector could receive, and the window reports it.
-        let reported = watch.model.notices().any(|line| line.contains("only spectra"));
-        let derived = watch.model.series(Channel::Band0).is_some();
+        let reported = model.notices().any(|line| line.contains("only spectra"));
+        let derived = model.series(Channel::Band0).is_some();
         assert_eq!((derived, reported), (rate_hz >= 20.0, rate_hz < 20.0), "{rate_hz}");
-        assert_eq!(watch.model.series(Channel::Statistic).is_some(), derived);
+        assert_eq!(model.series(Channel::Statistic).is_some(), derived);
     }
 }
 
@@ -234,9 +216,9 @@ fn rows_before_a_bad_one_are_shown() {
         let bad = rows * 9 / 10;
         let text = |row| if row == bad { "many".to_owned() } else { "0.0000012".to_owned() };
         csv(&path, 10_000.0, rows, text);
-        let watch = open(&path);
-        assert_eq!(watch.samples(Channel::Stylus), u64::from(bad), "{}", sentence(&watch));
-        let stated = sentence(&watch);
+        let model = loaded(&path);
+        assert_eq!(samples(&model, Channel::Stylus), u64::from(bad), "{}", sentence(&model));
+        let stated = sentence(&model);
         assert!(
             stated.starts_with(&format!("loaded; only the first {bad} rows can be")),
             "{stated}"
@@ -264,10 +246,10 @@ fn a_large_table_comes_in_pieces_and_gaps_and_bad_readings_are_seen() {
     }
     drop(out);
     assert!(fs::metadata(&path).unwrap().len() > 2 * (4 << 20));
-    let watch = open(&path);
-    assert_eq!(watch.samples(Channel::Stylus), u64::from(rows) - 6);
-    assert_eq!((watch.model.health().huge, watch.model.health().nan), (6, 6));
-    let gaps = watch.model.events().iter().filter(|mark| mark.kind == EventKind::Gap);
+    let model = loaded(&path);
+    assert_eq!(samples(&model, Channel::Stylus), u64::from(rows) - 6);
+    assert_eq!((model.health().huge, model.health().nan), (6, 6));
+    let gaps = model.events().marks.iter().filter(|mark| mark.kind == EventKind::Gap);
     let texts: Vec<&str> = gaps.map(|mark| mark.text.as_str()).collect();
     assert_eq!(texts.len(), 1, "{texts:?}");
     assert!(texts[0].starts_with("5000 rows are missing"), "{texts:?}");
@@ -288,14 +270,14 @@ fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
         writeln!(out, "{:.3},{:e},2.5", f64::from(row) / 1000.0, height * noise).unwrap();
     }
     drop(out);
-    let watch = open(&path);
-    assert_eq!(watch.model.health().stray_states, 0, "{}", sentence(&watch));
+    let model = loaded(&path);
+    assert_eq!(model.health().stray_states, 0, "{}", sentence(&model));
     let scenes: Vec<Span> =
-        watch.model.events().doings(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
+        model.events().doings.within(Span::new(0.0, 14.0)).map(|stretch| stretch.span).collect();
     assert!(scenes[0].from_s < 0.1 && scenes[scenes.len() - 1].to_s > 13.9, "{scenes:?}");
     let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
     let slips: Vec<f64> =
-        watch.model.events().iter().filter(is_slip).map(|mark| mark.t_s).collect();
+        model.events().marks.iter().filter(is_slip).map(|mark| mark.t_s).collect();
     assert!(!slips.is_empty() && slips.iter().all(|t_s| (8.0..8.3).contains(t_s)), "{slips:?}");
 }
 
@@ -311,15 +293,14 @@ fn a_study_has_its_curves() {
     fs::write(&path, text).unwrap();
     let watch = study(&path);
     let study = watch.model.study().unwrap();
-    assert_eq!((study.title.as_str(), study.plots.len()), ("four nets", 1));
-    let plot = &study.plots[0];
-    let names: Vec<&str> = plot.curves.iter().map(|curve| curve.name.as_str()).collect();
-    assert_eq!(
-        (plot.title.as_str(), names),
-        ("v and F", vec!["M1 GD, train", "M1 GD, test", "L-BFGS, train", "L-BFGS, test"])
-    );
-    assert_eq!(plot.curves[1].points, [[0.0, 0.6], [1.0, 0.5], [4.0, 0.4]]);
-    assert_eq!(study.notes, ["It works."]);
+    assert_eq!((study.title.as_str(), study.results.len()), ("four nets", 1));
+    let result = &study.results[0];
+    let names: Vec<String> = result.nets.iter().map(StudyNet::name).collect();
+    assert_eq!(result.title, "v and F");
+    assert_eq!(names, ["M1 GD", "L-BFGS", "M4 SCG"]);
+    let curve = result.nets[0].curve.as_ref().unwrap();
+    assert_eq!((&curve.epoch[..], curve.test[1]), (&[0.0, 1.0, 4.0][..], Some(0.5)));
+    assert_eq!(study.summary, ["It works."]);
 }
 
 /// Times that are rounded hide the rate at the start of a table: it is that of the whole table here too, or slips would stand elsewhere
@@ -352,9 +333,9 @@ fn a_table_with_rounded_times_has_the_slips_that_a_replay_finds() {
     });
     let expected: Vec<f64> = starts.collect();
     let is_slip = |mark: &&EventMark| matches!(mark.kind, EventKind::Incipient | EventKind::Gross);
-    let watch = open(&path);
+    let model = loaded(&path);
     let found: Vec<f64> =
-        watch.model.events().iter().filter(is_slip).map(|mark| mark.t_s).collect();
+        model.events().marks.iter().filter(is_slip).map(|mark| mark.t_s).collect();
     assert!(expected.len() >= 2, "{expected:?}");
     assert_eq!(found, expected);
 }

@@ -2,6 +2,7 @@
 
 use core::time::Duration;
 use grip_record::mcap::{McapIndex, McapWriter, Record, SampleRecord};
+use grip_scope::source::load;
 use grip_scope::{Channel, Feed, Model, SourceHandle, SourceSpec};
 use grip_sim::mcu::peer;
 use slip_core::{PipelineState, Sample, units::Micros};
@@ -44,11 +45,17 @@ impl Watch {
         }
         panic!("it never came: {:?} {:?}", self.model.status(), self.model.channels().count());
     }
+}
 
-    pub(crate) fn samples(&self, channel: Channel) -> u64 {
-        let series = self.model.series(channel);
-        series.and_then(|series| series.stats(series.span()?)).map_or(0, |stats| stats.count)
-    }
+/// Finite samples of a channel.
+pub(crate) fn samples(model: &Model, channel: Channel) -> u64 {
+    let series = model.series(channel);
+    series.and_then(|series| series.stats(series.span()?)).map_or(0, |stats| stats.count)
+}
+
+/// The model of a file, read in this thread.
+pub(crate) fn loaded(path: &Path) -> Model {
+    load(path, Model::new(64 << 20))
 }
 
 #[expect(clippy::disallowed_methods, reason = "a test may wait for another thread")]

@@ -212,7 +212,7 @@ fn a_level_is_found_without_an_edge_and_again_behind_each_window() {
 
 #[test]
 fn states_that_come_behind_the_rows_of_their_time_are_not_missed() {
-    use grip_scope::feed::{BandPoint, DerivedBlock};
+    use grip_scope::feed::DerivedBlock;
     let mut model = Model::new(1 << 24);
     let rising = stylus(Condition::RisingEdge, 0.05, 0.1);
     let evidence = TriggerSettings { channel: Channel::OwnStatistic, level: 600.0, ..rising };
@@ -222,13 +222,13 @@ fn states_that_come_behind_the_rows_of_their_time_are_not_missed() {
         tenth(&mut model, number, None);
         // The rows are looked at before what is derived from them is there.
         hits.extend(trigger.poll(&model));
-        let point = |k: u64| BandPoint {
-            t_s: 0.1 * number as f64 + 0.01 * k as f64,
-            energy: [1.0; 6],
-            evidence_s: if (number, k) == (4, 3) { 900.0 } else { 0.1 },
-        };
-        let bands = (0..10).map(point).collect();
-        model.take(Feed::Derived(Box::new(DerivedBlock { bands, ..DerivedBlock::default() })));
+        let mut block = DerivedBlock::default();
+        for k in 0..10_u64 {
+            let evidence_s = if (number, k) == (4, 3) { 900.0 } else { 0.1 };
+            let t_s = 0.1 * number as f64 + 0.01 * k as f64;
+            block.put(t_s, [(Channel::OwnStatistic, evidence_s)]);
+        }
+        model.take(Feed::Derived(Box::new(block)));
         hits.extend(trigger.poll(&model));
     }
     assert!(hits.len() == 1 && near(&hits[0], 0.38, 0.48), "{hits:?}");
