@@ -180,13 +180,7 @@ fn sentence(path: &Path, result: Result<String, ExportError>) -> Message {
         Ok(what) => {
             Message { text: format!("Written: {} ({what})", path.display()), is_error: false }
         }
-        Err(error) => {
-            let (name, reported) = (path.display().to_string(), error.to_string());
-            // Some errors name the file themselves.
-            let text =
-                if reported.contains(&name) { reported } else { format!("{name}: {reported}") };
-            Message { text, is_error: true }
-        }
+        Err(error) => Message { text: error.about(path), is_error: true },
     }
 }
 

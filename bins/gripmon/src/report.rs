@@ -20,8 +20,8 @@ pub fn run(spec: SourceSpec, memory_bytes: usize, file: &Path) -> anyhow::Result
         bail!("{sentence}");
     }
     let span = model.span().with_context(|| format!("{name}: has no samples"))?;
-    export::html(report::grasp(&model, span, &name).as_ref(), file)?;
-    Ok(())
+    let written = export::html(report::grasp(&model, span, &name).as_ref(), file);
+    written.map(|_| ()).map_err(|error| anyhow::Error::msg(error.about(file)))
 }
 
 #[cfg(test)]

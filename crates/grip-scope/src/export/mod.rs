@@ -53,6 +53,15 @@ pub enum ExportError {
     Empty,
 }
 
+impl ExportError {
+    /// The sentence, which names the file once: some errors name it themselves.
+    #[must_use]
+    pub fn about(&self, path: &Path) -> String {
+        let (name, text) = (path.display().to_string(), self.to_string());
+        if text.contains(&name) { text } else { format!("{name}: {text}") }
+    }
+}
+
 /// Writes a page as one HTML file that needs nothing from elsewhere: the bytes of it.
 ///
 /// # Errors
@@ -79,4 +88,24 @@ pub fn fill<T>(
     let written = write(&mut file)?;
     file.finish()?;
     Ok(written)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ExportError, OutputError};
+    use std::path::Path;
+
+    #[test]
+    fn an_error_names_its_file_once() {
+        let file = Path::new("run-0001.csv");
+        let there = OutputError::Exists { file: file.to_owned(), has_force: false };
+        let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+        for error in [there.into(), ExportError::Empty, full.into()] {
+            let text = error.about(file);
+            assert!(
+                text.starts_with("run-0001.csv: ") && text.matches("run-0001").count() == 1,
+                "{text}"
+            );
+        }
+    }
 }
