@@ -192,14 +192,16 @@ fn files_of(path: &Path) -> Result<Vec<PathBuf>, ImportError> {
         (_, _, [first, ..]) => {
             let name = |file: &PathBuf| file.file_name().unwrap_or_default().display().to_string();
             let names: Vec<_> = others.iter().take(MOST_NAMED).map(name).collect();
+            let shell = |path: &Path| grip_record::shell(&path.display().to_string());
             format!(
-                "it is no bag; it holds {} files that may be recordings of their own ({}{}): `gripctl replay '{folder}'/*.{}` finds the \
-                 slips of each, `gripctl import '{}' -o run.csv` makes a recording of one",
-                others.len(),
+                "it is no bag; what may be a recording in it: {}{} (files: {}); `gripctl replay {}/*.{}` finds the slips of each, \
+                 `gripctl import {} -o run.csv` makes a recording of one",
                 names.join(", "),
                 if others.len() > MOST_NAMED { ", ..." } else { "" },
+                others.len(),
+                shell(path),
                 first.extension().unwrap_or_default().display(),
-                first.display()
+                shell(first)
             )
         }
         _ => "the folder holds neither .mcap nor .db3, and no other recording".to_owned(),

@@ -74,8 +74,9 @@ fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let alone = ["found.csv", "rest.csv"]
         .map(|file| format!("{file}\n{}", gripctl(folder.path(), &["replay", file]).done().out));
     assert_eq!(text, alone.concat());
-    let folders = "7 files that may be recordings of their own (all.csv, early.csv,";
-    gripctl(folder.path(), &["replay", "."]).refused(2, &[folders, "gripctl replay '.'/*.csv"]);
+    let folders = "what may be a recording in it: all.csv, early.csv,";
+    let ran = gripctl(folder.path(), &["replay", "."]);
+    ran.refused(2, &[folders, "(files: 7)", "`gripctl replay ./*.csv`"]);
     let plot = ["replay", "found.csv", "rest.csv", "--plot", "x.svg"];
     gripctl(folder.path(), &plot).refused(2, &["several files", "--plot"]);
 }
