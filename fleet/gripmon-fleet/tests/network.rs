@@ -16,7 +16,7 @@ use grip_scope::{Channel, EventKind, Model, SourceSpec, SourceStatus};
 use gripmon_fleet::Hall;
 use gripmon_fleet::grippers::{Column, Member, Roster, Uid};
 use gripmon_fleet::source::{FleetHandle, FleetPlace, GripperAt, Network};
-use rig::{Watch, pause};
+use rig::{Watch, pause, samples};
 use slip_core::units::Micros;
 use std::net::TcpListener;
 use std::path::Path;
@@ -177,8 +177,8 @@ fn one_gripper_of_a_network_is_a_source_without_samples() {
     watch.until(|| daemon.turn(), rowless);
     assert_eq!(*watch.model.status(), SourceStatus::Live);
     assert_eq!(watch.model.info().gripper.and_then(|gripper| gripper.force_max_n), Some(33.0));
-    assert!(watch.samples(Channel::Applied) > 5, "forces come with states");
-    assert_eq!(watch.samples(Channel::Stylus), 0);
+    assert!(samples(&watch.model, Channel::Applied) > 5, "forces come with states");
+    assert_eq!(samples(&watch.model, Channel::Stylus), 0);
     assert_eq!(watch.model.health().latest.as_deref().map(|health| health.slips), Some(3));
     daemon.report("the line was opened again");
     watch.until(
