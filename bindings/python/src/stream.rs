@@ -488,7 +488,7 @@ impl Pipeline {
         self.0.engine.need.to_pyarray(py)
     }
 
-    /// What the controller is doing: open, closing, settling, holding, slipping, fault or released.
+    /// What the controller is doing: open, closing, settling, holding, slipping, lost, fault or released.
     #[getter]
     fn state(&self) -> Option<&'static str> {
         self.0.engine.pipeline.grip_state().map(|state| state.name())

@@ -3,7 +3,7 @@
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping
 //!                Holding, Slipping --no usable slip sensor--> Fault --one again--> Holding
-//!                Holding, Slipping --no touch for lost_ms--> Holding, empty --touch--> Settling
+//!                Holding, Slipping --no touch for lost_ms--> Lost --touch--> Settling
 //!                any --release()--> Released --close_again()--> Open
 //! ```
 //!
@@ -232,6 +232,11 @@ impl GripController {
             GripState::Holding if self.touch.is_lost() => GripState::Lost,
             state => state,
         }
+    }
+
+    /// Whether the object was lost and is not touched again, whatever the sensors are worth now.
+    pub(crate) fn has_lost(&self) -> bool {
+        self.touch.is_lost() && matches!(self.state, GripState::Holding | GripState::Fault)
     }
 
     /// The commanded force (N).

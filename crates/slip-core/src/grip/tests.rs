@@ -493,6 +493,10 @@ fn a_lost_object_is_reported_once_and_keeps_the_force_until_it_is_touched_again(
         assert_eq!((grip.step(&air), grip.event()), (kept, None), "nothing slips in the air");
         assert!(grip.is_steady());
     }
+    // Sensors that fail then bring no object back.
+    let mut blind = grip;
+    blind.step(&GripInput { healthy: false, ..air });
+    assert_eq!((blind.state(), blind.has_lost()), (GripState::Fault, true));
     grip.step(&GripInput { slip: SlipNow::No, ..calm() });
     assert_eq!((grip.state(), grip.event()), (GripState::Settling, Some(GripEvent::Regrasped)));
     assert_eq!(grip.trials(), Trials { trials: 1, moved_m: 0.0 });

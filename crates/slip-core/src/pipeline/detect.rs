@@ -212,7 +212,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     /// What the object needs by its slips so far, with what the command allows.
     #[inline]
     pub(super) fn needed(&self, command: Option<Newtons>) -> Option<NeededForce> {
-        let lost = self.grip.as_ref().is_some_and(|grip| grip.state() == GripState::Lost);
+        let lost = self.grip.as_ref().is_some_and(|grip| grip.has_lost());
         self.load.needed(command?.0).filter(|_| !lost)
     }
 
