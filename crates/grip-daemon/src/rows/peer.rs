@@ -121,8 +121,16 @@ impl Peer {
                 let (count, from) = match socket.recv_from(input) {
                     Ok(received) => received,
                     Err(error) if is_nothing(&error) => return Ok(Received::Nothing),
-                    // An answer that found nobody.
-                    Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
+                    // An answer that found nobody, or no way.
+                    Err(error)
+                        if matches!(
+                            error.kind(),
+                            io::ErrorKind::ConnectionRefused
+                                | io::ErrorKind::HostUnreachable
+                                | io::ErrorKind::NetworkUnreachable
+                                | io::ErrorKind::PermissionDenied
+                        ) =>
+                    {
                         return Ok(Received::Nothing);
                     }
                     Err(error) => return Err(error),
@@ -149,9 +157,11 @@ impl Peer {
                 None => return false,
             },
             Self::Udp { sender, .. } if !is_source => *sender = None,
-            // What others send fills the queue of the system no more; where it cannot be so, `receive` leaves it out.
+            // What others send fills the queue of the system no more; where it cannot be so, `receive` leaves it out. A socket of every
+            // address stays as it is: connected, it would hear one of them alone.
             Self::Udp { socket, sender } => {
-                let _refused = sender.map(|sender| socket.connect(sender));
+                let one = socket.local_addr().is_ok_and(|local| !local.ip().is_unspecified());
+                let _refused = sender.filter(|_| one).map(|sender| socket.connect(sender));
             }
             Self::Stdin | Self::Expected(_) | Self::Fed(_) => return is_source,
         }
@@ -235,5 +245,24 @@ fn receive_stdin(input: &mut [u8]) -> io::Result<Received<'_>> {
 fn write_stdout(line: &[u8]) {
     if is_ready(stdout(), PollFlags::OUT) {
         let _lost = rustix::io::write(stdout(), line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Peer;
+    use std::net::UdpSocket;
+
+    /// Rows may come to any address of a socket that is bound to all of them, after the header too.
+    #[test]
+    fn only_a_socket_of_one_address_is_connected() {
+        let source = UdpSocket::bind("127.0.0.1:0").unwrap();
+        for (address, connected) in [("127.0.0.1:0", true), ("0.0.0.0:0", false)] {
+            let socket = UdpSocket::bind(address).unwrap();
+            let mut peer = Peer::Udp { socket, sender: source.local_addr().ok() };
+            assert!(peer.settle(true));
+            let Peer::Udp { socket, .. } = peer else { panic!("it stays what it is") };
+            assert_eq!(socket.peer_addr().is_ok(), connected, "{address}");
+        }
     }
 }
