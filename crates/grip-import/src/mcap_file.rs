@@ -24,9 +24,9 @@ pub(crate) fn read(
                 if Own::from_name(&channel.topic).is_some()
                     && channel.schema.starts_with("grip_msgs/")
                 {
-                    let name = file.display();
+                    let name = grip_record::shell(&file.display().to_string());
                     let what = format!(
-                        "it is a recording of gripd: `gripctl replay '{name}'` takes it as it is, `gripctl csv '{name}' -o run.csv` writes its samples"
+                        "it is a recording of gripd: `gripctl replay {name}` takes it as it is, `gripctl csv {name} -o run.csv` writes its samples"
                     );
                     return Err(ImportError::nothing(file, &what));
                 }

@@ -501,7 +501,7 @@ fn a_recording_of_gripd_is_sent_to_where_it_is_read() {
         .unwrap();
     writer.finish().unwrap();
     drop(writer);
-    let next = format!("gripctl replay '{}'", file.display());
+    let next = format!("gripctl replay {}", grip_record::shell(&file.display().to_string()));
     refused(&folder, &ImportOptions::default(), &[&next, "gripctl csv"]);
 }
 

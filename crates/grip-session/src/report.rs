@@ -349,7 +349,6 @@ fn is_measured(velocity: &Velocity) -> bool {
     velocity.source != SpeedSource::Gravity
 }
 
-/// In percent, never rounded up to certainty.
 /// Evidence of a slip over the wanted interval; beyond a thousand only that it is, since it may have thirty digits.
 #[must_use]
 pub fn statistic_text(statistic: f32) -> String {
