@@ -238,6 +238,8 @@ def test_estop_and_clear() -> None:
     again = world.link()
     with pytest.raises(LinkClosed, match="refused: CONFIG: latched"):
         again.connect()
+    with pytest.raises(LinkClosed, match="no CONFIG is in force"):
+        next(again.samples(0.1))
     again.clear_fault(FaultCode.ESTOP)
     assert world.mcu.link.state == DeviceState.ARMED
 

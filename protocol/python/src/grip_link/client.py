@@ -223,6 +223,8 @@ class GripLink:
         while (self._clock_us() - start_us) / 1e6 < duration_s:
             if self.rows:
                 yield self.rows.popleft()
+            elif self.config is None:
+                raise LinkClosed("unarmed", "no CONFIG is in force, so no rows come")
             else:
                 self.poll(0.005)
 
