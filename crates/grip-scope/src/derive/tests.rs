@@ -3,6 +3,7 @@
 use super::Observer;
 use crate::channel::Channel;
 use crate::feed::DerivedBlock;
+use core::ops::Range;
 use grip_session::{HostConfig, model::default_estimator};
 use proptest::prelude::{Strategy, any, prop_assert, prop_oneof, proptest};
 use slip_core::Signal;
@@ -46,15 +47,15 @@ fn derive(samples: &[Sample]) -> DerivedBlock {
 }
 
 /// Values of a channel in a span of time (s).
-fn values(block: &DerivedBlock, channel: Channel, (from_s, to_s): (f64, f64)) -> Vec<Option<f32>> {
+fn values(block: &DerivedBlock, channel: Channel, span: &Range<f64>) -> Vec<Option<f32>> {
     let of = block.values.iter().filter(|of| of.channel == channel);
-    of.filter(|of| (from_s..to_s).contains(&of.t_s)).map(|of| of.value).collect()
+    of.filter(|of| span.contains(&of.t_s)).map(|of| of.value).collect()
 }
 
 #[test]
 fn a_slide_passes_the_interval_and_rest_is_milliseconds() {
     let block = derive(&slide());
-    let [rest, slides] = [(0.0, 1.0), (1.021, 2.0)];
+    let [rest, slides] = &[0.0..1.0, 1.021..2.0];
     let evidence = |span| values(&block, Channel::OwnStatistic, span);
     assert!(evidence(rest).len() > 200 && evidence(slides).len() > 15);
     let interval_s = config().detector.interval_s;
@@ -90,7 +91,7 @@ fn evidence_holds_its_own_value_and_what_the_network_states_of_it() {
         Channel::SlipSpeed,
         Channel::SlipSpeedSigma,
     ];
-    let curves = curves.map(|channel| values(&block, channel, (0.0, 2.0)));
+    let curves = curves.map(|channel| values(&block, channel, &(0.0..2.0)));
     let points = (0..curves[0].len()).map(|k| curves.each_ref().map(|curve| curve[k]));
     let known: Vec<_> = points.filter(|p| p[0].is_some() && p[3].is_some()).collect();
     assert!(known.len() > 20, "{}", known.len());
