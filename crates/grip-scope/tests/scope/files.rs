@@ -160,6 +160,15 @@ fn csv(path: &Path, rate_hz: f64, rows: u32, value: impl Fn(u32) -> String) {
     }
 }
 
+/// From -0.5 to 0.5, the same each time.
+fn noise() -> impl FnMut() -> f64 {
+    let mut seed = 1_u32;
+    move || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
+    }
+}
+
 /// A vibration is in a unit of its own: it is called neither a stylus nor metres, on the page neither, and exported as what it is.
 #[test]
 fn a_vibration_of_three_axes_has_no_metres_and_names_the_axis_that_is_shown() {
@@ -262,12 +271,10 @@ fn states_and_slips_of_a_slow_table_with_gaps_stand_where_they_belong() {
     let mut out = std::io::BufWriter::new(fs::File::create(&path).unwrap());
     writeln!(out, "t_s,stylus,force_n").unwrap();
     // 14 s at 1 kHz; 5 rows are missing every 1.5 s, and 4 s at once; from 8 s on it slips for 0.3 s.
-    let mut seed = 1_u32;
+    let mut noise = noise();
     for row in (0..14_000_u32).filter(|row| row % 1500 >= 5 && !(2000..6000).contains(row)) {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
         let height = if (8000..8300).contains(&row) { 1e-4 } else { 1e-7 };
-        writeln!(out, "{:.3},{:e},2.5", f64::from(row) / 1000.0, height * noise).unwrap();
+        writeln!(out, "{:.3},{:e},2.5", f64::from(row) / 1000.0, height * noise()).unwrap();
     }
     drop(out);
     let model = loaded(&path);
@@ -311,13 +318,11 @@ fn a_table_with_rounded_times_has_the_slips_that_a_replay_finds() {
     let path = folder.path().join("x.csv");
     let mut out = std::io::BufWriter::new(fs::File::create(&path).unwrap());
     writeln!(out, "Time (ms),ax").unwrap();
-    let mut seed = 1_u32;
+    let mut noise = noise();
     for row in 0..24_000_u32 {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        let noise = f64::from(seed >> 8) / f64::from(1 << 24) - 0.5;
         let slips = (12_000..13_500).contains(&row) || (18_000..19_500).contains(&row);
-        let height = if slips { 0.02 * 4.0 } else { 0.02 };
-        writeln!(out, "{:.4},{:.5}", f64::from(row) / 3.0, height * noise).unwrap();
+        let height = if slips { 0.08 } else { 0.02 };
+        writeln!(out, "{:.4},{:.5}", f64::from(row) / 3.0, height * noise()).unwrap();
     }
     drop(out);
     let recording =
