@@ -110,8 +110,8 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     /// of the columns. Features beyond the training range are used as they are and reported.
     ///
     /// # Errors
-    /// Any [`PredictError`]; `out` is then not written, except for [`PredictError::Overflow`], where the
-    /// targets before the named one are.
+    /// Any [`PredictError`]; `out` is then not written, except for [`PredictError::Overflow`], where it
+    /// holds nothing of use.
     pub fn predict(&self, raw: &[f32], out: &mut [f32]) -> Result<Coverage, PredictError> {
         self.predict_by(&self.network, raw, out)
     }
@@ -126,14 +126,12 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         let mut scaled = [0.0_f32; IO];
         let one = |axis: &Axis, value| (axis.scaled(value), axis.covers(value));
         let coverage = self.scale(raw, &mut scaled, |value| value, one)?;
-        let outputs = self.answers(network, &scaled)?;
-        let places = out.iter_mut().zip(outputs).zip(self.targets.axes());
-        for (target, ((place, output), axis)) in places.enumerate() {
-            let value = axis.raw(output);
-            if !value.is_finite() {
+        network.forward(scaled.get(..raw.len()).unwrap_or(&[]), out)?;
+        for (target, (place, axis)) in out.iter_mut().zip(self.targets.axes()).enumerate() {
+            *place = axis.raw(*place);
+            if !place.is_finite() {
                 return Err(PredictError::Overflow { target });
             }
-            *place = value;
         }
         Ok(coverage)
     }
@@ -148,10 +146,11 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
         let mut scaled = [0.0_f32; IO];
         let one = |axis: &Axis, value| (axis.column.scaled(value), axis.column.covers(value));
         let coverage = self.scale(raw, &mut scaled, rounded, one)?;
-        let outputs = self.answers(&self.network, &scaled)?;
-        for (target, ((place, output), axis)) in
-            out.iter_mut().zip(outputs).zip(self.targets.axes()).enumerate()
-        {
+        let mut outputs = [0.0_f32; WIDTH];
+        let (scaled, answers) = (scaled.get(..raw.len()), outputs.get_mut(..out.len()));
+        self.network.forward(scaled.unwrap_or(&[]), answers.unwrap_or(&mut []))?;
+        let places = out.iter_mut().zip(outputs).zip(self.targets.axes());
+        for (target, ((place, output), axis)) in places.enumerate() {
             *place = axis.column.raw(output.into());
             if !rounded(*place).is_finite() {
                 return Err(PredictError::Overflow { target });
@@ -169,17 +168,6 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
             return Err(ShapeError::Outputs { needed: targets, given: out });
         }
         Ok(())
-    }
-
-    fn answers(
-        &self,
-        network: &Network<W, WIDTH>,
-        scaled: &[f32; IO],
-    ) -> Result<[f32; WIDTH], ShapeError> {
-        let mut outputs = [0.0_f32; WIDTH];
-        let scaled = scaled.get(..self.inputs.axes().len()).unwrap_or(&[]);
-        network.forward(scaled, outputs.get_mut(..self.targets.axes().len()).unwrap_or(&mut []))?;
-        Ok(outputs)
     }
 
     /// The estimate of a model with one target, for the features `raw`.
