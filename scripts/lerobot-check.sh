@@ -14,7 +14,7 @@ export PYTHONPYCACHEPREFIX="$work/byte-code" HF_HOME="$work/hub" HF_HUB_OFFLINE=
 
 begin=$(date +%s)
 rm -rf "$work/so101"
-sed -n '/^```sh$/,/^```$/p; /^## With/q' "$root/bindings/lerobot/README.md" | sed "/^\`\`\`/d; s|/tmp/so101|$work/so101|g; s|[./]*/target|$target|" >"$work/first.sh"
+sed -n '/^```sh$/,/^```$/p; /^## With/q' "$root/bindings/lerobot/README.md" | sed "/^\`\`\`/d; s|[./]*/target|$target|; s|/tmp/so101|$work/so101|g" >"$work/first.sh"
 (cd "$root" && CARGO_TARGET_DIR="$target" sh -eux "$work/first.sh")
 echo "from a clone to the first slip: $(($(date +%s) - begin)) s"
 [ "${1:-}" != first ] || exit 0

@@ -1,7 +1,7 @@
 //! What happened, at the end.
 
 use grip_daemon::{HotCounters, recorder::RecorderCounters, rings::Dropped};
-use grip_session::rows::RowCounters;
+use grip_session::{replay, rows::RowCounters};
 use grip_sim::Truth;
 use serde::Serialize;
 use std::io::{self, Write as _};
@@ -46,6 +46,9 @@ pub(crate) struct Summary {
     bad_frames: u32,
     unusable_readings: u64,
     isolated_readings: u64,
+    /// What to say of forces that were left out.
+    #[serde(skip)]
+    forces: Option<String>,
     unrecorded_samples: u64,
     untold_notes: u64,
     reconnects: u64,
@@ -110,6 +113,7 @@ impl Summary {
             bad_frames: counters.frames.crc,
             unusable_readings: counters.health.unusable(),
             isolated_readings: counters.health.isolated,
+            forces: replay::forces(&counters.health),
             unrecorded_samples: unrecorded,
             untold_notes: service.others,
             reconnects: counters.reconnects,
@@ -160,6 +164,9 @@ impl Summary {
         }
         if self.isolated_readings > 0 {
             writeln!(out, "{} isolated wrong readings were replaced", self.isolated_readings)?;
+        }
+        if let Some(forces) = &self.forces {
+            writeln!(out, "{forces}")?;
         }
         if self.floor_lowered > 0 {
             writeln!(

@@ -116,12 +116,13 @@ impl HotCounters {
 
     /// Why readings could not be used: name and count.
     #[must_use]
-    pub fn unusable_readings(&self) -> [(&'static str, u64); 5] {
+    pub fn unusable_readings(&self) -> [(&'static str, u64); 6] {
         let health = &self.health;
         [
             ("not_finite", health.not_finite),
             ("saturated", health.saturated),
             ("glitch", health.glitches),
+            ("force", health.forces),
             ("other_channel", health.other_channels),
             ("time", health.time_faults),
         ]

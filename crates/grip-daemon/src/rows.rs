@@ -159,7 +159,7 @@ struct Thread<C> {
     /// This end of the line, and the other one until the board is ready.
     ours: Option<UnixStream>,
     theirs: Option<UnixStream>,
-    driven: Option<Drive>,
+    said: Said,
     ordered: Option<Order>,
     /// No more rows come.
     ended: bool,
@@ -219,7 +219,7 @@ impl Rows {
             wake,
             ours: Some(ours),
             theirs: Some(theirs),
-            driven: None,
+            said: Said::default(),
             ordered: None,
             ended: false,
             silent_us: None,
@@ -344,7 +344,7 @@ impl<C: Fn() -> u64> Thread<C> {
         if lost {
             // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.
             (self.ours, self.theirs) = (None, None);
-            (self.driven, self.ordered) = (None, None);
+            (self.said, self.ordered) = (Said::default(), None);
         }
         if gripper.present && self.ours.is_none() {
             let ends = line_ends();
@@ -457,7 +457,7 @@ impl<C: Fn() -> u64> Thread<C> {
         Ok(())
     }
 
-    /// Gives the program what its gripper is to do, where that has changed.
+    /// Gives the program what its gripper is to do, where that has changed or was said long ago.
     fn command(&mut self, now_us: u64) {
         let Some((t_us, drive)) = self.board.drive(now_us) else { return };
         if let Some(gripper) = self.gripper.as_ref().filter(|gripper| gripper.present) {
@@ -469,7 +469,7 @@ impl<C: Fn() -> u64> Thread<C> {
             if self.ordered.replace(order) != Some(order) {
                 let _sent = gripper.ends.orders.send(order);
             }
-        } else if self.gripper.is_none() && self.driven.replace(drive) != Some(drive) {
+        } else if self.gripper.is_none() && self.said.is_due(drive, now_us) {
             self.peer.command(&command_line(t_us, drive));
         }
     }
@@ -506,6 +506,27 @@ impl<C: Fn() -> u64> Thread<C> {
             let _waited = poll(&mut [], Some(&timespec(TURN)));
             left = left.saturating_sub(TURN);
         }
+    }
+}
+
+/// What the program was told, and when (us).
+#[derive(Debug, Default)]
+struct Said(Option<(Drive, u64)>);
+
+impl Said {
+    /// A command is said again after so long (us): a datagram is lost, a board behind a bridge starts anew.
+    const AGAIN: u64 = 1_000_000;
+
+    /// Whether `drive` is to be said now, which is then taken as done.
+    fn is_due(&mut self, drive: Drive, now_us: u64) -> bool {
+        let due = self.0.is_none_or(|(said, at_us)| {
+            said != drive
+                || (drive != Drive::Passive && now_us.saturating_sub(at_us) >= Self::AGAIN)
+        });
+        if due {
+            self.0 = Some((drive, now_us));
+        }
+        due
     }
 }
 
@@ -557,7 +578,7 @@ fn timespec(time: Duration) -> Timespec {
 
 #[cfg(test)]
 mod tests {
-    use super::{Drive, Rows, RowsAddress, command_line};
+    use super::{Drive, Rows, RowsAddress, Said, command_line};
     use crate::hot::Shared;
     use core::{sync::atomic::Ordering, time::Duration};
     use grip_session::config::Listen;
@@ -572,6 +593,26 @@ mod tests {
         assert_eq!(lines[0]["force_n"], 5.25);
         assert_eq!(lines[0]["t_s"], 1_700_000_000.000_001);
         assert_eq!((&lines[1]["mode"], &lines[2]["mode"]), (&"open".into(), &"passive".into()));
+    }
+
+    #[test]
+    fn a_command_is_said_where_it_changes_and_again_every_second() {
+        let mut said = Said::default();
+        let (held, more) = (Drive::Force(2450), Drive::Force(2460));
+        let turns = [
+            (Drive::Passive, 0, true),
+            (Drive::Passive, 5_000_000, false),
+            (held, 5_001_000, true),
+            (held, 6_000_999, false),
+            (held, 6_001_000, true),
+            (more, 6_002_000, true),
+            (more, 7_001_999, false),
+            (Drive::Open, 7_002_000, true),
+            (Drive::Open, 8_002_000, true),
+        ];
+        for (drive, now_us, due) in turns {
+            assert_eq!(said.is_due(drive, now_us), due, "{drive:?} at {now_us}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use core::fmt;
 use std::collections::BTreeMap;
 
 use crate::find::Use;
-use slip_core::units::Micros;
+use slip_core::{sample::FURTHER_AXES, units::Micros};
 
 /// From here on a finite reading is counted as huge: beyond any 32-bit counter, and no length, force or speed
 /// of a gripper in SI units.
@@ -44,6 +44,8 @@ pub struct Notes {
     pub uses: Vec<Use>,
     /// Whether rows at the end of the file are lost.
     pub cut: bool,
+    /// What the axes of stylus or vibration show at the end of their range.
+    pub(crate) ends: [RangeEnd; 1 + FURTHER_AXES],
     /// What else is to be known: of the clock, of lines that were left out.
     pub remarks: Vec<String>,
 }
@@ -76,6 +78,48 @@ impl Notes {
         let short: usize = count(&|step| step > 0 && twice(step) < u128::from(median));
         self.irregular_steps = self.gaps + short;
         self.measured_rate_hz = Some(steps.rate_near(median));
+    }
+}
+
+/// The largest magnitude of an axis: where it is read again and again, the sensor can show no more.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RangeEnd {
+    last: f32,
+    most: f32,
+    least_step: f32,
+    /// Readings with the largest magnitude without another between them, and how often there were [`RangeEnd::RUN`].
+    run: usize,
+    runs: usize,
+}
+
+impl RangeEnd {
+    /// So many readings in a row, so often, show an end of the range.
+    const RUN: usize = 3;
+    const RUNS: usize = 3;
+    /// A sensor with fewer steps up to there is coarse: its readings repeat anyhow.
+    const STEPS: f32 = 32.0;
+
+    /// Takes the next reading.
+    pub(crate) fn push(&mut self, value: f32) {
+        let (size, step) = (value.abs(), (value - self.last).abs());
+        if step > 0.0 && (self.least_step == 0.0 || step < self.least_step) {
+            self.least_step = step;
+        }
+        self.last = value;
+        if size > self.most {
+            *self = Self { most: size, run: 1, runs: 0, ..*self };
+        } else if size == self.most {
+            self.run += 1;
+            self.runs += usize::from(self.run == Self::RUN);
+        } else {
+            self.run = 0;
+        }
+    }
+
+    /// The largest magnitude, where it is an end of the range.
+    fn reached(&self) -> Option<f32> {
+        let fine = self.most >= Self::STEPS * self.least_step;
+        (self.runs >= Self::RUNS && fine).then_some(self.most)
     }
 }
 
@@ -154,6 +198,11 @@ impl fmt::Display for Notes {
         {
             phrases.push(format!("rate given: {given} Hz, by the times: {measured} Hz"));
         }
+        if let Some(most) = self.ends.iter().find_map(RangeEnd::reached) {
+            phrases.push(format!(
+                "stylus or vibration stops at {most} again and again: where that is the end of its range, slips look weaker than they are"
+            ));
+        }
         if self.trailing_comma {
             phrases.push("every line ends with a comma".to_owned());
         }
@@ -205,6 +254,30 @@ mod tests {
             notes.to_string(),
             "repeated times: 1; irregular steps: 2; gaps: 1; longest step: 0.003000 s"
         );
+    }
+
+    #[test]
+    fn a_range_that_ends_is_reported() {
+        let noise = |i: u16| {
+            let mixed = (u64::from(i) + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            0.06 * (mixed >> 48) as f32 / 65_536.0 - 0.03
+        };
+        let slip = |i: u16| if i % 1000 < 200 { 20.0 } else { 1.0 };
+        let reached = |of: &dyn Fn(u16) -> f32| {
+            let mut end = RangeEnd::default();
+            (0..4000).for_each(|i| end.push(of(i)));
+            end.reached()
+        };
+        let loud = |i| slip(i) * noise(i);
+        assert_eq!(reached(&|i| loud(i).clamp(-0.15, 0.15)), Some(0.15));
+        assert_eq!(reached(&|i| (9.81 + loud(i)).min(10.0)), Some(10.0));
+        // What does not end; a coarse sensor, its magnitude, one that is dead, one that jams once.
+        assert_eq!(reached(&loud), None);
+        assert_eq!(reached(&|i| (200.0 * noise(i)).round()), None);
+        assert_eq!(reached(&|i| (200.0 * noise(i)).round().abs()), None);
+        assert_eq!(reached(&|_| 0.5), None);
+        assert_eq!(reached(&|i| if i < 3000 { noise(i) } else { 1.0 }), None);
     }
 
     #[test]

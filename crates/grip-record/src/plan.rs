@@ -237,6 +237,9 @@ impl Plan {
                     (None, Some(rate_hz)) if stamps.len() > 1 => Some(Pace::at_rate(rate_hz)),
                     (pace, _) => pace,
                 };
+                if let (Some(pace), None, None) = (&self.pace, rate_hz, options.time_unit) {
+                    self.found.notes.extend(unit.doubt(name, pace.period_ns));
+                }
                 self.unit = Some(unit);
             }
             // With a rate, and for want of another meaning: rows are counted, or never in order.

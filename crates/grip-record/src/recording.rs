@@ -312,6 +312,10 @@ fn sample_of(
     if sample.reference.is_none() {
         sample.reference_axes = Default::default();
     }
+    if layout.stylus.is_some() {
+        let axes = notes.ends.iter_mut().zip(sample.vibration());
+        axes.filter(|(_, value)| value.is_finite()).for_each(|(end, value)| end.push(value));
+    }
     sample.arrival = arrival(row, layout)?;
     Ok(sample)
 }

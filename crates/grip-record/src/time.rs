@@ -72,9 +72,7 @@ impl TimeUnit {
         }
         let middle = steps.len() / 2;
         let (_, &mut step, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
-        let fits = |unit: &Self| RATES.contains(&(1e9 / (step * unit.ns())));
-        let fitting: Vec<Self> = Self::ALL.into_iter().filter(fits).collect();
-        match fitting.as_slice() {
+        match Self::fitting(step).as_slice() {
             [unit] => Ok(*unit),
             [] => Err(format!(
                 "have a usual step of {step}, which gives 20 to 50,000 Hz in no unit; give --rate HZ"
@@ -90,6 +88,29 @@ impl TimeUnit {
                 ))
             }
         }
+    }
+
+    /// The units in which this step between rows gives a rate that a recording may have.
+    fn fitting(step: f64) -> Vec<Self> {
+        let fits = |unit: &Self| RATES.contains(&(1e9 / (step * unit.ns())));
+        Self::ALL.into_iter().filter(fits).collect()
+    }
+
+    /// What to say of a column of times `name` in this unit, rows `period_ns` apart, where only others give a rate that a recording
+    /// may have.
+    pub(crate) fn doubt(self, name: &str, period_ns: f64) -> Option<String> {
+        let step = period_ns / self.ns();
+        let fitting = Self::fitting(step);
+        if fitting.is_empty() || fitting.contains(&self) {
+            return None;
+        }
+        let other = |unit: Self| format!("{} ({:.1} Hz)", unit.name(), 1e9 / (step * unit.ns()));
+        let others = fitting.into_iter().map(other).collect::<Vec<_>>().join(" or ");
+        let rate_hz = 1e9 / period_ns;
+        Some(format!(
+            "{name:?} in {} gives {rate_hz:.3} Hz; where its numbers are in another unit: --time-unit {others}",
+            self.name()
+        ))
     }
 
     /// A time in this unit, in ns; `None` where it finds no room.
@@ -260,6 +281,24 @@ mod tests {
         assert!(of(0.0, 28.0).unwrap_err().contains("--time-unit"));
         assert!(of(0.0, 1e10).unwrap_err().contains("--rate"));
         assert!(of(1.0, 0.0).unwrap_err().contains("never go on"));
+    }
+
+    #[test]
+    fn a_stated_unit_that_gives_no_rate_is_doubted() {
+        let doubt = |unit: TimeUnit, step: f64| unit.doubt("Zeit (s)", step * unit.ns());
+        assert_eq!(
+            doubt(TimeUnit::Seconds, 0.2).unwrap(),
+            "\"Zeit (s)\" in s gives 5.000 Hz; where its numbers are in another unit: --time-unit ms (5000.0 Hz)"
+        );
+        assert!(
+            doubt(TimeUnit::Seconds, 28.0).unwrap().ends_with("ms (35.7 Hz) or us (35714.3 Hz)")
+        );
+        assert!(doubt(TimeUnit::Millis, 1e-3).unwrap().ends_with("--time-unit s (1000.0 Hz)"));
+        for (unit, step) in
+            [(TimeUnit::Seconds, 1e-3), (TimeUnit::Millis, 0.2), (TimeUnit::Seconds, 1e10)]
+        {
+            assert_eq!(doubt(unit, step), None, "{step} {}", unit.name());
+        }
     }
 
     proptest::proptest! {

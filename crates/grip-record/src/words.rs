@@ -6,6 +6,19 @@ pub(crate) fn plain(name: &str) -> String {
     last.split(['(', '[', '{']).next().unwrap_or_default().trim().replace([' ', '-'], "_")
 }
 
+/// An acceleration in English, and in the languages of [`is_time`](crate::time::is_time).
+const ACCELERATION: [&str; 9] = [
+    "acceleration",
+    "accel",
+    "acc",
+    "accelerometer",
+    "beschleunigung",
+    "acc\u{e9}l\u{e9}ration",
+    "aceleraci\u{f3}n",
+    "accelerazione",
+    "versnelling",
+];
+
 /// The group and the axis of an acceleration, such as `/imu.linear_acceleration` and `x`.
 pub(crate) fn acceleration(name: &str) -> Option<(String, char)> {
     let bare = name.split(['(', '[', '{']).next().unwrap_or_default().trim();
@@ -16,15 +29,18 @@ pub(crate) fn acceleration(name: &str) -> Option<(String, char)> {
     let stem = bare.get(..bare.len() - 1)?.trim_end_matches(['.', '_', ' ', '-']);
     let lower = stem.to_lowercase();
     let word = lower.rsplit(['.', '_', '/', ' ']).next().unwrap_or_default();
-    let is = ["acceleration", "accel", "acc", "accelerometer", "a"].contains(&word)
+    let is = word == "a"
+        || ACCELERATION.contains(&word)
         || (word == "linear" && lower.contains("accel"));
     is.then(|| (stem.to_owned(), axis))
 }
 
 /// Whether a name without a number is that of a vibration signal.
 pub(crate) fn is_vibration(name: &str) -> bool {
-    const WORDS: [&str; 12] = [
+    const WORDS: [&str; 10] = [
         "vibration",
+        "vibraci\u{f3}n",
+        "vibrazione",
         "vib",
         "vibro",
         "piezo",
@@ -32,21 +48,29 @@ pub(crate) fn is_vibration(name: &str) -> bool {
         "microphone",
         "audio",
         "sound",
-        "accel",
-        "acc",
-        "acceleration",
-        "accelerometer",
     ];
     let plain = plain(name);
     let stem = plain.strip_suffix("raw").unwrap_or(&plain).trim_end_matches(['_', ',']);
-    WORDS.contains(&stem)
+    WORDS.contains(&stem) || ACCELERATION.contains(&stem)
 }
 
 /// Whether it is that of the normal force of a finger.
 pub(crate) fn is_force(name: &str) -> bool {
     let plain = plain(name);
     let stem = plain.strip_suffix("_n").or_else(|| plain.strip_suffix("_mn")).unwrap_or(&plain);
-    ["force", "normal_force", "grip_force", "finger_force"].contains(&stem)
+    const WORDS: [&str; 10] = [
+        "force",
+        "normal_force",
+        "grip_force",
+        "finger_force",
+        "kraft",
+        "normalkraft",
+        "greifkraft",
+        "fuerza",
+        "forza",
+        "kracht",
+    ];
+    WORDS.contains(&stem)
 }
 
 /// The group and the number of a taxel, such as `/tactile.data` and 3.
@@ -73,8 +97,8 @@ pub(crate) fn motion(name: &str) -> Option<String> {
     let is_axis = ["x", "y", "z"].contains(&axis.to_lowercase().as_str());
     let group = if is_axis { start } else { bare };
     let word = group.rsplit(separators).next().unwrap_or_default().to_lowercase();
-    let words = ["acceleration", "accel", "acc", "accelerometer", "imu"];
-    words.contains(&without_number(&word)).then(|| group.to_owned())
+    let word = without_number(&word);
+    (word == "imu" || ACCELERATION.contains(&word)).then(|| group.to_owned())
 }
 
 /// Whether it is that of a sensor on the robot, which feels its motion and no slip: a word says so, and none names a finger.
@@ -123,6 +147,9 @@ mod tests {
         assert_eq!(acceleration("ax"), Some(("a".to_owned(), 'x')));
         assert_eq!(acceleration("acc_z [m/s2]"), Some(("acc".to_owned(), 'z')));
         assert_eq!(acceleration("/a.accel.linear.x"), Some(("/a.accel.linear".to_owned(), 'x')));
+        let theirs = acceleration("Beschleunigung x (m/s\u{b2})");
+        assert_eq!(theirs, Some(("Beschleunigung".to_owned(), 'x')));
+        assert_eq!(acceleration("Acc\u{c9}l\u{e9}ration_Z").map(|(_, axis)| axis), Some('z'));
         for name in ["gyro_x", "max", "/imu.angular_velocity.x", "x", "force_x"] {
             assert_eq!(acceleration(name), None, "{name}");
         }
@@ -135,6 +162,7 @@ mod tests {
                 && is_vibration("vibration, raw")
                 && !is_vibration("vibes")
         );
+        assert!(is_vibration("Beschleunigung [g]") && is_force("Normalkraft (N)"));
         assert!(is_force("Force [mN]") && is_force("normal_force_n") && !is_force("/w.force.x"));
     }
 

@@ -66,7 +66,7 @@ fn windows_files_and_untidy_headers_read_the_same() {
 
 #[test]
 fn unknown_columns_and_trailing_commas_are_noted() {
-    let recording = read("t_s,odd,stylus,\n0,x,1,\n1,y,2,\n");
+    let recording = read("t_s,odd,stylus,\n0,x,1,\n0.001,y,2,\n");
     assert_eq!(recording.notes.ignored_columns, ["odd (text)"]);
     assert!(recording.notes.trailing_comma);
     assert_eq!(

@@ -6,7 +6,7 @@ use slip_core::{
     ConfigError, Pipeline, PipelineConfig, Sample, Signal, StageCounters, Step,
     alarm::Method,
     detector::SlipDetector,
-    health::{HealthConfig, HealthCounters},
+    health::{FORCE_MOST, HealthConfig, HealthCounters},
     units::Hertz,
 };
 use std::sync::Arc;
@@ -80,6 +80,17 @@ fn sample_rate(recording: &Recording, config: &HostConfig) -> f32 {
 
 /// What a recording that ends while its noise floor is still being learned does not show.
 pub const LEARNING: &str = "ends before its noise floor is learned, so that the signal shows no slip; begin with stillness, 0.2 s of it, some seconds at low rates";
+
+/// What to say of forces that were left out because no finger of the gripper meets them.
+#[must_use]
+pub fn forces(health: &HealthCounters) -> Option<String> {
+    let forces = health.forces;
+    (forces > 0).then(|| {
+        format!(
+            "{forces} normal forces of more than {FORCE_MOST} times grip.f_max_n were left out: are they in mN, or in counts?"
+        )
+    })
+}
 
 /// Every step of a recording, in order.
 #[derive(Debug)]

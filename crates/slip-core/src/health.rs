@@ -64,6 +64,8 @@ pub struct HealthCounters {
     /// Readings of the stylus or the reference that leapt out of a quiet stretch and back: isolated wrong ones
     /// ([`isolated`](crate::isolated)). The sensor works and nothing is missing, so they are not among the unusable ones.
     pub isolated: u64,
+    /// Normal forces that no finger of this gripper meets ([`FORCE_MOST`]), taken as absent: another unit than N.
+    pub forces: u64,
     /// NaN, infinite or impossible readings of the other channels, taken as absent.
     pub other_channels: u64,
     /// Samples not later than the one before, ignored.
@@ -76,12 +78,15 @@ impl HealthCounters {
     /// Readings of any channel, and samples, that could not be used; without the isolated ones.
     #[must_use]
     pub fn unusable(&self) -> u64 {
-        self.not_finite + self.saturated + self.glitches + self.other_channels + self.time_faults
+        let stylus = self.not_finite + self.saturated + self.glitches;
+        stylus + self.forces + self.other_channels + self.time_faults
     }
 }
 
 /// Largest force (N), travel and speed (m, m/s) and reading of any other channel (own units) that can be meant.
 const FORCE_LIMIT_N: f32 = 1e4;
+/// A normal force of so many times the largest that is ever commanded is in mN or in counts: the controller would follow it.
+pub const FORCE_MOST: f32 = 5.0;
 const TRAVEL_LIMIT: f32 = 1e3;
 const OTHER_LIMIT: f32 = ANY;
 
@@ -127,6 +132,8 @@ pub struct HealthCheck {
     saturated_run: u32,
     /// As far as single readings show.
     readings: SensorHealth,
+    /// Largest normal force that can be meant (N).
+    most_n: f32,
     /// While the first stylus has failed.
     stand_in: Option<StandIn>,
     drift: DriftWatch,
@@ -157,6 +164,7 @@ impl HealthCheck {
             bad_run: 0,
             saturated_run: 0,
             readings: SensorHealth::Good,
+            most_n: FORCE_LIMIT_N,
             stand_in: None,
             drift: DriftWatch::new(config.drift),
             drifting: false,
@@ -169,6 +177,12 @@ impl HealthCheck {
     #[must_use]
     pub fn uncalibrated(config: HealthConfig, rate: Hertz) -> Self {
         Self { uncalibrated: true, ..Self::new(config, rate) }
+    }
+
+    /// The same for a gripper that is never commanded more than `f_max_n` (N).
+    #[must_use]
+    pub fn of_gripper(self, f_max_n: f32) -> Self {
+        Self { most_n: FORCE_LIMIT_N.min(FORCE_MOST * f_max_n), ..self }
     }
 
     /// What was counted so far.
@@ -261,7 +275,7 @@ impl HealthCheck {
     #[inline]
     fn others_pass(&self, sample: &Sample) -> bool {
         let within = |value: Option<f32>, limit: f32| value.is_none_or(|v| v.abs() <= limit);
-        within(sample.normal_force_n, FORCE_LIMIT_N)
+        within(sample.normal_force_n, self.most_n)
             && within(sample.tangential_n, FORCE_LIMIT_N)
             && within(sample.travel_m, TRAVEL_LIMIT)
             && within(sample.velocity_m_s, TRAVEL_LIMIT)
@@ -304,7 +318,7 @@ impl HealthCheck {
             t: sample.t,
             stylus,
             stylus_axes,
-            normal_force_n: self.other(sample.normal_force_n, FORCE_LIMIT_N),
+            normal_force_n: self.force(sample.normal_force_n),
             tangential_n: self.other(sample.tangential_n, FORCE_LIMIT_N),
             travel_m: self.other(sample.travel_m, TRAVEL_LIMIT),
             velocity_m_s: self.other(sample.velocity_m_s, TRAVEL_LIMIT),
@@ -348,11 +362,18 @@ impl HealthCheck {
         true
     }
 
-    /// The reading, or what stands in for it: a vector with one bad component is a bad reading.
+    /// The reading, or what stands in for it. An axis without a number stays where it was while another one tells: a broken wire
+    /// of one axis takes no slip from the others. A vector beyond the range is a bad reading as a whole.
     #[inline]
     fn stylus(&mut self, sample: &Sample, after_gap: bool) -> Vector {
-        let x = sample.vibration();
         let held = self.guard.last();
+        let mut x = sample.vibration();
+        if x.iter().any(|axis| axis.is_finite() && *axis != 0.0) {
+            for (axis, held) in x.iter_mut().zip(held).filter(|(axis, _)| !axis.is_finite()) {
+                *axis = held;
+                self.counters.not_finite += 1;
+            }
+        }
         if self.last_t.is_none() {
             self.changed_at = sample.t;
         }
@@ -417,6 +438,14 @@ impl HealthCheck {
         } else {
             SensorHealth::Good
         }
+    }
+
+    #[inline]
+    fn force(&mut self, force_n: Option<f32>) -> Option<f32> {
+        let force_n = self.other(force_n, FORCE_LIMIT_N)?;
+        let meant = force_n.abs() <= self.most_n;
+        self.counters.forces += u64::from(!meant);
+        meant.then_some(force_n)
     }
 
     #[inline]

@@ -163,6 +163,9 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     if summary.learning {
         output::remark(file.display(), replay::LEARNING);
     }
+    if let Some(forces) = replay::forces(&health) {
+        output::remark(file.display(), forces);
+    }
     report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })
 }

@@ -31,6 +31,35 @@ fn bad_readings_are_replaced_and_counted() {
     assert_eq!(check.health(), SensorHealth::Good, "four in a row are not yet a failure");
 }
 
+/// A broken wire, a driver that fills up with NaN: of a sensor with one axis everything is lost, of one with three an axis.
+#[test]
+fn an_axis_without_a_number_leaves_the_others() {
+    let mut check = check();
+    let reading =
+        |i: u16, [stylus, y, z]: [f32; 3]| Sample { stylus_axes: [y, z], ..at(i, stylus) };
+    let wave = |i: u16, k: f32| 1e-6 * libm::sinf(f32::from(i) * 1.3 + k);
+    for i in 0..2000 {
+        let whole = [wave(i, 0.0), wave(i, 1.0), wave(i, 2.0)];
+        let broken = match i {
+            1000..1500 => [f32::NAN, whole[1], whole[2]],
+            1500.. => [whole[0], f32::NAN, f32::INFINITY],
+            _ => whole,
+        };
+        let out = check.check(&reading(i, broken)).unwrap().vibration();
+        for (axis, shown) in broken.into_iter().enumerate() {
+            let last = if axis == 0 { 999 } else { 1499 };
+            let wanted = if shown.is_finite() { shown } else { wave(last, axis as f32) };
+            assert_eq!(out[axis], wanted, "{i}, axis {axis}");
+        }
+        assert_eq!(check.health(), SensorHealth::Good, "{i}");
+    }
+    assert_eq!(check.counters().not_finite, 1500);
+    for i in 2000..2010 {
+        check.check(&reading(i, [f32::NAN; 3]));
+    }
+    assert_eq!(check.health(), SensorHealth::Failed);
+}
+
 #[test]
 fn a_real_step_is_accepted_after_a_while() {
     let mut check = check();
@@ -102,6 +131,30 @@ fn other_channels_turn_absent() {
     let out = check.check(&sample).unwrap();
     assert_eq!((out.normal_force_n, out.travel_m, out.velocity_m_s), (None, None, Some(0.1)));
     assert_eq!(check.counters().other_channels, 2);
+}
+
+/// In mN a light grip reads 2000: the controller would follow it to the largest force.
+#[test]
+fn a_force_that_no_finger_meets_is_absent() {
+    let mut check = check().of_gripper(60.0);
+    let mut force = |i, force_n| {
+        let sample = Sample { normal_force_n: Some(force_n), ..at(i, 1e-6 * f32::from(i)) };
+        match check.passes(&sample) {
+            Passed::Not => check.check(&sample).unwrap().normal_force_n,
+            Passed::AsItIs => sample.normal_force_n,
+            Passed::As(sample) => sample.normal_force_n,
+        }
+    };
+    for (i, given, wanted) in [
+        (0, 2.0, Some(2.0)),
+        (1, 299.0, Some(299.0)),
+        (2, 2000.0, None),
+        (3, -301.0, None),
+        (4, 3.0, Some(3.0)),
+    ] {
+        assert_eq!(force(i, given), wanted);
+    }
+    assert_eq!((check.counters().forces, check.counters().unusable()), (2, 2));
 }
 
 #[test]

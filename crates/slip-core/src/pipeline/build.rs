@@ -35,11 +35,12 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         config.check()?;
         let rate_hz = config.sample_rate.0;
         let contact_n = config.grip.unwrap_or_default().contact_n;
+        let health = match config.signal {
+            Signal::Displacement => HealthCheck::new(config.health, config.sample_rate),
+            Signal::Vibration => HealthCheck::uncalibrated(config.health, config.sample_rate),
+        };
         Ok(Self {
-            health: match config.signal {
-                Signal::Displacement => HealthCheck::new(config.health, config.sample_rate),
-                Signal::Vibration => HealthCheck::uncalibrated(config.health, config.sample_rate),
-            },
+            health: config.grip.map_or(health, |grip| health.of_gripper(grip.f_max_n)),
             contact: Contact::new(contact_n),
             detector: SlipDetector::new(
                 &config.detector,
