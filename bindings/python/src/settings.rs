@@ -7,7 +7,7 @@ use crate::{
     output::json_of,
 };
 use grip_record::{Recording, StylusKind};
-use grip_session::{HostConfig, HostEstimator, model, replay};
+use grip_session::{HostConfig, HostConfigError, HostEstimator, model, replay};
 use pyo3::{prelude::*, types::PyDict};
 use slip_core::{Pipeline, PipelineConfig};
 use std::{
@@ -18,9 +18,9 @@ use std::{
 /// A file, or a dictionary with its keys.
 #[derive(FromPyObject)]
 pub(crate) enum Config<'py> {
-    #[pyo3(transparent)]
+    #[pyo3(transparent, annotation = "dict")]
     Table(Bound<'py, PyDict>),
-    #[pyo3(transparent)]
+    #[pyo3(transparent, annotation = "path")]
     File(PathBuf),
 }
 
@@ -62,9 +62,30 @@ pub(crate) fn host_config(config: Option<Config<'_>>) -> PyResult<HostConfig> {
                 .map_err(|error| refused(format!("config: {error}")))?;
             let text =
                 toml::to_string(&value).map_err(|error| refused(format!("config: {error}")))?;
-            HostConfig::parse(Path::new("config"), &text).map_err(refused)
+            HostConfig::parse(Path::new("config"), &text)
+                .map_err(|error| refused(in_dictionary(&error, &text)))
         }
     }
+}
+
+/// What is wrong with a dictionary, by its keys: the user has never seen `text`, which was made of it.
+fn in_dictionary(error: &HostConfigError, text: &str) -> String {
+    let (place, message) = match error {
+        HostConfigError::Parse { place, message, .. } => (place, message.clone()),
+        HostConfigError::Value { place, source, .. } => (place, source.to_string()),
+        other => return other.to_string(),
+    };
+    let lines = text.lines().take(place.at.map_or(0, |(line, _)| line));
+    let (mut table, mut key) = ("", "");
+    for line in lines {
+        match line.strip_prefix('[') {
+            Some(name) => (table, key) = (name.trim_end_matches(']'), ""),
+            None => key = line.split_once(" = ").map_or("", |(key, _)| key),
+        }
+    }
+    let keys = table.split('.').chain([key]).filter(|key| !key.is_empty());
+    let path: String = keys.map(|key| format!("[\"{key}\"]")).collect();
+    format!("config{path}: {message}")
 }
 
 impl Settings {

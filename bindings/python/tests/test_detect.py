@@ -169,6 +169,15 @@ def test_settings_come_from_a_dictionary_or_a_file(tmp_path: Path) -> None:
     assert by_table.events == by_file.events != detect(x, RATE).events
     with pytest.raises(ValueError, match="unknown field `dtector`"):
         detect(x, RATE, config={"dtector": {}})
+    for config, message in [
+        ({"baud": 9600, "detector": {"threshold": 3}}, r'config\["detector"\]\["threshold"\]: unknown field'),
+        ({"grip": {"f_max_n": -3}}, r'config\["grip"\]\["f_max_n"\]: grip.f_max_n = -3 is outside'),
+        ({"baud": "x"}, r'config\["baud"\]: '),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            detect(x, RATE, config=config)
+    with pytest.raises(TypeError, match="dict | path"):
+        detect(x, RATE, config=3)
 
 
 def test_long_calls_release_the_gil() -> None:

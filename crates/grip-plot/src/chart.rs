@@ -9,6 +9,8 @@ pub enum Scale {
     /// Evenly.
     #[default]
     Linear,
+    /// The same, from 0 to 100 whatever is shown.
+    Percent,
     /// By decades; every number must be positive.
     Log,
 }
@@ -26,6 +28,11 @@ impl Axis {
     /// An evenly divided axis.
     pub fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), scale: Scale::Linear }
+    }
+
+    /// An axis of shares (%).
+    pub fn percent(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Percent }
     }
 
     /// An axis divided by decades.
@@ -218,7 +225,7 @@ impl Chart {
             return Err(PlotError::MixedBars(self.title.clone()));
         }
         let fits = |value: f64, axis: &Axis| {
-            value.is_finite() && (axis.scale == Scale::Linear || value > 0.0)
+            value.is_finite() && (axis.scale != Scale::Log || value > 0.0)
         };
         for layer in &self.layers {
             if let Some(&(x, y)) =

@@ -89,6 +89,9 @@ fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
             .with_y_axis_max(max)
             .with_y_tick_step(step)
             .with_y_tick_format(power_of_ten()),
+        None if chart.y.scale == Scale::Percent => {
+            layout.with_y_axis_min(0.0).with_y_axis_max(105.0).with_y_tick_step(20.0)
+        }
         None => layout,
     };
     (plots, layout)
@@ -97,7 +100,7 @@ fn picture(chart: &Chart) -> (Vec<Plot>, Layout) {
 /// Exponents where a logarithmic axis begins and ends, and the decades from tick to tick. The library's own
 /// logarithmic axes end at 1e-10, so points are placed by their exponents.
 fn decades(chart: &Chart, axis: &Axis, of: fn(&(f64, f64)) -> f64) -> Option<(f64, f64, f64)> {
-    if axis.scale == Scale::Linear {
+    if axis.scale != Scale::Log {
         return None;
     }
     let exponents = chart.layers.iter().flat_map(|layer| &layer.points).map(|p| of(p).log10());
@@ -120,7 +123,7 @@ fn power_of_ten() -> TickFormat {
 
 fn place(value: f64, axis: &Axis) -> f64 {
     match axis.scale {
-        Scale::Linear => value,
+        Scale::Linear | Scale::Percent => value,
         Scale::Log => value.log10(),
     }
 }

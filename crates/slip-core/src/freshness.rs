@@ -124,7 +124,7 @@ impl Freshness {
     /// leaves at its end.
     #[must_use]
     #[inline]
-    pub fn late_s(&self) -> f32 {
+    pub fn line_late_s(&self) -> f32 {
         seconds(self.longest)
     }
 }
@@ -252,7 +252,7 @@ mod tests {
         let mut give = |t: u64, at: u64| {
             let (t, at) = (Micros(1000 * t), Micros(1000 * at));
             fresh.arrive(Some(Arrival { at, age: at.since(t) }), t);
-            fresh.late_s()
+            fresh.line_late_s()
         };
         let batches: Vec<f32> = (1..=160).map(|t: u64| give(t, t.next_multiple_of(16))).collect();
         assert!(batches.iter().all(|late_s| (0.013..=0.016).contains(late_s)), "{batches:?}");

@@ -1,4 +1,6 @@
-//! The data path on one page: `Sample -> health -> scene -> detect -> fuse -> event -> observe -> estimate -> control -> Step`.
+//! The data path on one page: `Sample -> health -> level (pads that sink) -> scene -> detect -> fuse -> event -> sensors judged -> observe
+//! -> estimate -> need and load weighed -> control -> Step`. While nothing slips a guard does less (`rested` in `detect.rs`): it ends, with what
+//! it has computed, at `detect` or behind `fuse`.
 //!
 //! [`Pipeline::handle`] costs a fixed time, allocates nothing, takes no lock, does not panic and reads no
 //! clock; the same samples give the same steps everywhere.
@@ -101,7 +103,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
                         let levelled = self.sink.level(&safe);
                         self.stages(levelled.as_ref().unwrap_or(&safe), taxels, before, Rested::Not)
                     }
-                    None => self.unchanged(sample.t, 0.0),
+                    None => self.step_so_far(sample.t, 0.0),
                 };
             }
         };
@@ -109,7 +111,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let sample = levelled.as_ref().unwrap_or(sample);
         // The guard: where nothing happens, few stages look at a sample.
         match self.rested(sample, taxels) {
-            Rested::Quiet { statistic } => self.unchanged(sample.t, statistic),
+            Rested::Quiet { statistic } => self.step_so_far(sample.t, statistic),
             rested => self.stages(sample, taxels, before, rested),
         }
     }
@@ -125,7 +127,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     ) -> Step {
         // Scene and detection, where the rest has not just ended with one.
         let (dt, stylus, detection) = match rested {
-            Rested::Ended { dt, stylus, detection } => (dt, stylus, detection),
+            Rested::Woken { dt, stylus, detection } => (dt, stylus, detection),
             Rested::Not | Rested::Quiet { .. } => {
                 let dt = self.since_last(sample.t);
                 self.enter_scene(sample, dt);
@@ -140,9 +142,9 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let statistic = detection.map_or(0.0, |detection| detection.statistic);
         let slips = self.slip.is_some() || self.config.no_skip;
         // Evidence, while the object slips: force and travel only as far as they are believed.
-        let believed = if slips { &self.believe(sample, dt, stylus, begins) } else { sample };
+        let believed = if slips { &self.judge_sensors(sample, dt, stylus, begins) } else { sample };
         // One step, made where the caller wants it: an event is large, and rare.
-        let mut step = self.unchanged(sample.t, statistic);
+        let mut step = self.step_so_far(sample.t, statistic);
         if event.is_some() {
             step.event = event;
         }
@@ -221,7 +223,8 @@ pub struct Step {
     pub velocity: Option<Velocity>,
     /// The network's answer to these features.
     pub estimate: Option<ForceEstimate>,
-    /// What the object in hand needs, and what the command allows; `None` where nothing is known of it.
+    /// What the object in hand needs, and what the command allows, by the posterior of [`load`](crate::load), which commands nothing (the
+    /// controller has its own, [`need`](crate::need)); `None` where nothing is known of it.
     pub need: Option<NeededForce>,
     /// The commanded force; `None` in a pipeline that only observes.
     pub command: Option<Newtons>,

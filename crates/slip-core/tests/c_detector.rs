@@ -94,6 +94,8 @@ fn in_rust(rate_hz: f32, min_rms: f32, readings: &[f32]) -> Steps {
     readings.iter().map(&mut step).collect()
 }
 
+const SAME: &str = "protocol/arduino/src/slip_detector.c has the detector, its thresholds and its floor once more: change both";
+
 /// Asserts that both agree; gives how often the state changed.
 fn compare(name: &str, rate_hz: f32, min_rms: f32, readings: &[f32]) -> usize {
     let (c, rust) =
@@ -103,16 +105,15 @@ fn compare(name: &str, rate_hz: f32, min_rms: f32, readings: &[f32]) -> usize {
         let ((c_state, c_statistic, c_noise), (state, statistic, noise)) = (in_c, in_rust);
         assert_eq!(
             c_state, state,
-            "{name}: reading {at} of {rate_hz} Hz, statistic {c_statistic} and {statistic}; protocol/arduino/src/slip_detector.c has \
-             thresholds of its own"
+            "{name}: reading {at} of {rate_hz} Hz, statistic {c_statistic} and {statistic}: {SAME}"
         );
         assert!(
             (c_statistic - statistic).abs() <= 1e-5 * statistic.abs() + 1e-12,
-            "{name}: reading {at}, {c_statistic} and {statistic}"
+            "{name}: reading {at}, {c_statistic} and {statistic}: {SAME}"
         );
         assert!(
             (c_noise - noise).abs() <= 1e-5 * noise,
-            "{name}: reading {at}, {c_noise}, {noise}"
+            "{name}: reading {at}, {c_noise}, {noise}: {SAME}"
         );
     }
     rust.windows(2).filter(|pair| pair[0].0 != pair[1].0).count()

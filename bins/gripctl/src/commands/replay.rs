@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{StylusKind, outputs::OutputPath};
+use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
 use grip_session::{
     exit::{self, Exit, WrongArgument, escape},
     replay,
@@ -59,10 +59,16 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     }
 }
 
+/// Lists of a labelled folder, which a pattern for its recordings takes along.
+const LISTS: [&str; 3] = ["labels.csv", "phases.csv", "alarms.csv"];
+
 /// Recordings one after the other, each under its name. One that cannot be used stops none of the others.
 fn tables(args: &ReplayArgs, files: &[PathBuf]) -> anyhow::Result<Exit> {
     let mut exit = Exit::Done;
-    for file in files {
+    let is_list = |file: &&PathBuf| {
+        file.file_name().is_some_and(|name| LISTS.iter().any(|list| name == *list))
+    };
+    for file in files.iter().filter(|file| !is_list(file)) {
         if !args.json {
             output::line(&escape(&file.display().to_string()))?;
         }
@@ -139,12 +145,8 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     })?;
     bar.finish_and_clear();
     if let Some((picture, plot)) = picture.zip(plot) {
-        let signal = match recording.channels.stylus {
-            StylusKind::Displacement => Some("stylus (m)"),
-            StylusKind::Vibration => Some("vibration (its own unit)"),
-            StylusKind::Absent => None,
-        };
-        output::draw(&picture.chart(&recording.name, signal), plot)?;
+        let signal = signal(&recording.channels);
+        output::draw(&picture.chart(&recording.name, signal.as_deref()), plot)?;
     }
     let health = replay.health_counters();
     let duration_s = span.map_or(0.0, |[first, last]| last.as_seconds() - first.as_seconds());
@@ -168,6 +170,18 @@ fn table(args: &ReplayArgs, file: &Path, plot: Option<&OutputPath>) -> anyhow::R
     }
     report(&summary, recording.rate_hz, args.json)?;
     Ok(if summary.lost > 0 || recording.notes.cut { Exit::DataLost } else { Exit::Done })
+}
+
+/// What the picture shows of the sensor, with its unit.
+fn signal(channels: &ChannelSet) -> Option<String> {
+    match (channels.stylus, channels.axes.as_slice()) {
+        (StylusKind::Displacement, _) => Some("stylus (m)".to_owned()),
+        (StylusKind::Vibration, [first, rest @ ..]) if !rest.is_empty() => {
+            Some(format!("{first} of {} axes (own unit)", rest.len() + 1))
+        }
+        (StylusKind::Vibration, _) => Some("vibration (own unit)".to_owned()),
+        (StylusKind::Absent, _) => None,
+    }
 }
 
 /// The last line.

@@ -53,15 +53,17 @@ pub(super) fn write<'a>(
     Ok(())
 }
 
-/// Share of the onsets that are found (%) over the false alarms per minute without slip, with a circle where the table has a detector. A
-/// logarithmic axis has no place for no alarm at all: such points stand at half the smallest rate that the rest could show. Every other line is
-/// dashed, so that two that coincide are both seen.
+/// Share of the onsets that are found (%) over the false alarms per minute without slip: the most that any threshold finds with so many of
+/// them, since a higher one may cut one long alarm into several; and a mark where the table has a detector. A logarithmic axis has no place for
+/// no alarm at all: such points stand at half the smallest rate that the rest could show. Lines and marks differ, so that two that coincide are
+/// both seen.
 fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
     let x = Axis::log(
         "false alarms per minute without slip; where there is none, half of one is drawn",
     );
-    let y = Axis::linear("onsets found (%)");
-    let mut chart = Chart::new("Found against false alarms (ROC); circles: as configured", x, y);
+    let y = Axis::percent("onsets found (%)");
+    let title = "Found against false alarms (ROC): the best thresholds; marks: as configured";
+    let mut chart = Chart::new(title, x, y);
     let place = |alarms: f64, rest_s: f64, found: usize, onsets: usize| {
         let per_min = 60.0 / rest_s;
         let shown = onsets > 0 && per_min.is_finite();
@@ -69,23 +71,44 @@ fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
         shown.then(|| ((alarms * per_min).max(0.5 * per_min), percent))
     };
     let lines = [Mark::Line, Mark::DashedLine].into_iter().cycle();
-    for ((score, points), line) in scores.iter().zip(lines) {
+    let marks = [Mark::Circles, Mark::Triangles, Mark::TrianglesDown].into_iter().cycle();
+    for ((score, points), (line, mark)) in scores.iter().zip(lines.zip(marks)) {
         let at = |point: &Point| {
             let found = point.onsets - point.missed - point.inside;
             place(f64::from(point.false_alarms), point.rest_s, found, point.onsets)
         };
         let (total, [rest_s, _, alarms]) = (score.total(guard_ms), without_slip(score));
         let found = total.onsets - total.missed - total.inside;
-        let circle = place(alarms, rest_s, found, total.onsets).into_iter().collect();
+        let own = place(alarms, rest_s, found, total.onsets).into_iter().collect();
+        let own = |name| Layer::line(name, own).drawn_as(mark);
         let name = total.detector;
-        if points.is_empty() {
-            chart = chart.with(Layer::markers(name, circle));
+        chart = if points.is_empty() {
+            chart.with(own(name))
         } else {
-            let curve = points.iter().filter_map(at).collect();
-            chart = chart
-                .with(Layer::line(name, curve).drawn_as(line))
-                .with(Layer::markers("", circle));
-        }
+            let curve = Layer::line(name, front(points.iter().filter_map(at).collect()));
+            chart.with(curve.drawn_as(line)).with(own(""))
+        };
     }
     chart
+}
+
+/// Of points with a cost and a worth those that no other one of at most that cost exceeds, by cost.
+fn front(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    let mut most = f64::NEG_INFINITY;
+    points.retain(|(_, worth)| {
+        let better = *worth > most;
+        most = most.max(*worth);
+        better
+    });
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_threshold_that_finds_less_at_more_alarms_is_not_drawn() {
+        let points = vec![(1.2, 80.0), (12.0, 60.0), (1.2, 70.0), (0.5, 0.0), (20.0, 100.0)];
+        assert_eq!(super::front(points), [(0.5, 0.0), (1.2, 80.0), (20.0, 100.0)]);
+    }
 }

@@ -59,13 +59,16 @@ fn a_recording_that_ends_before_its_floor_is_known_says_so() {
 #[test]
 fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let folder = score::folder();
-    let files = ["labels.csv", "found.csv", "rest.csv"];
+    fs::write(folder.path().join("notes.csv"), "what,when\nfound,noon\n").unwrap();
+    // What a pattern takes along: the labels, which are no recording, and what somebody put there.
+    let files = ["labels.csv", "notes.csv", "found.csv", "rest.csv"];
     let ran = gripctl(folder.path(), &[&["replay", "--json"], &files[..]].concat());
     assert_eq!(
-        (ran.code, ran.err.contains("labels.csv")),
-        (2, true),
+        (ran.code, ran.err.contains("notes.csv"), ran.err.contains("labels.csv")),
+        (2, true, false),
         "the others are read: {ran:?}"
     );
+    fs::remove_file(folder.path().join("notes.csv")).unwrap();
     let lines = ran.json();
     let summaries = lines.iter().filter(|line| line["type"] == "summary");
     let slips: Vec<_> = summaries.map(|line| (&line["file"], &line["slips"])).collect();
@@ -74,6 +77,7 @@ fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let alone = ["found.csv", "rest.csv"]
         .map(|file| format!("{file}\n{}", gripctl(folder.path(), &["replay", file]).done().out));
     assert_eq!(text, alone.concat());
+    gripctl(folder.path(), &["replay", "labels.csv", "found.csv"]).done();
     let folders = "what may be a recording in it: all.csv, early.csv,";
     let ran = gripctl(folder.path(), &["replay", "."]);
     ran.refused(2, &[folders, "(files: 7)", "`gripctl replay ./*.csv`"]);

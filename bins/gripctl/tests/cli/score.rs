@@ -147,7 +147,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
     let drawn = fs::read_to_string(folder.path().join("c.svg")).unwrap();
-    assert!(drawn.contains("(ROC)") && drawn.contains("circles: as configured"), "{drawn}");
+    assert!(drawn.contains("(ROC)") && drawn.contains("marks: as configured"), "{drawn}");
     let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
     let onsets_missed = ["stylus", "travel"]
@@ -247,6 +247,8 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
     assert_eq!(found, [3.0, 2.0, 1.0, 0.0, 1.0], "{}", of("total"));
     fs::write(folder.path().join("alarms.csv"), "recording,begin_s,end_s\nall,2,1\n").unwrap();
     score("own").refused(2, &["alarms.csv", "line 2", "after begin_s"]);
+    // Nobody asked for it.
+    score("default").done();
 }
 
 #[test]

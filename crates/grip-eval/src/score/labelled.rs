@@ -4,7 +4,7 @@
 //! wherever it is needed, a few recordings at a time: a folder of any size takes as much memory as [`Memory`] states; a
 //! recording that is larger than [`Memory::open`] takes its own in place of that.
 
-use super::{ScoreError, companions};
+use super::{Decides, Detector, ScoreError, companions};
 use grip_record::{
     Channel, ChannelSet, CsvError, CsvOptions, Label, LabelError, LabelKind, Phase, Recording,
     StylusKind, Taxels, Travel, read_alarms, read_labels, read_phases, read_recording,
@@ -191,11 +191,11 @@ pub(super) struct Recordings {
 }
 
 impl Recordings {
-    /// Reads and checks all of them; the rest before an onset ends `guard_ms` before it.
+    /// Reads and checks all of them, as far as `detectors` want it; the rest before an onset ends `guard_ms` before it.
     pub(super) fn load(
         directory: &Path,
         options: &CsvOptions,
-        companions: bool,
+        detectors: &[Detector],
         guard_ms: f64,
         memory: Memory,
     ) -> Result<Self, ScoreError> {
@@ -207,7 +207,10 @@ impl Recordings {
             return Err(ScoreError::Unlabelled { file: labels });
         }
         let all_phases = read_phases(&directory.join("phases.csv"))?;
-        let all_alarms = read_alarms(&directory.join("alarms.csv"))?;
+        let companions = detectors.iter().any(|detector| detector.companions);
+        let own = detectors.iter().any(|detector| detector.decides == Decides::Own);
+        let all_alarms =
+            if own { read_alarms(&directory.join("alarms.csv"))? } else { Default::default() };
         let mut named: Vec<(Label, Vec<Micros>)> = Vec::new();
         for label in read_labels(&labels).map_err(|error| labels_error(&labels, error))? {
             match named.iter_mut().find(|(first, _)| first.recording == label.recording) {

@@ -159,8 +159,7 @@ fn compare_within(
     detectors: &[Detector],
     task: &Task<'_>,
 ) -> Result<Vec<Result<Score, ScoreError>>, ScoreError> {
-    let companions = detectors.iter().any(|detector| detector.companions);
-    let folder = Recordings::load(directory, options, companions, task.rules.guard_ms, memory)?;
+    let folder = Recordings::load(directory, options, detectors, task.rules.guard_ms, memory)?;
     let configure = |first: &Labelled| {
         let configured =
             replay::pipeline_config(folder.open_rest(first)?.recording(false), task.config, true);

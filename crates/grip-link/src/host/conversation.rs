@@ -129,6 +129,7 @@ impl Conversation {
         self.announced = to;
         (from != to).then_some(HostEvent::State { from, to })
     }
+
     /// Acts on a frame; what is to be passed on with its contents is returned, the rest becomes a notice.
     pub(super) fn on_frame(&mut self, now_us: u64, frame: &Frame<'_>) -> Option<HostEvent> {
         self.take_frame(now_us, frame).unwrap_or_else(|_short| {

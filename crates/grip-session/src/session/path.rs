@@ -137,7 +137,7 @@ impl Session {
     }
 }
 
-/// The sample of a row; `NaN` in an optional channel means that there is no reading.
+/// The sample of a row; `NaN` in an optional channel means that there is no reading. The link carries one axis of a stylus.
 fn sample_of(row: &Row<'_>, t: Micros) -> Sample {
     let mut sample = Sample { t, ..Sample::default() };
     // The first column of a kind counts: it comes last.

@@ -35,7 +35,10 @@ fn documented(table: &str) -> Vec<&'static str> {
 
 #[test]
 fn the_documented_file_is_the_default() {
-    assert_eq!(parse(DOCUMENTED).unwrap(), HostConfig::default());
+    let documented = parse(DOCUMENTED).unwrap();
+    let changes = HostConfig::default().diff(&documented);
+    assert!(changes.is_empty(), "docs/gripd.toml has another value than the program: {changes:?}");
+    assert_eq!(documented, HostConfig::default());
 }
 
 #[test]

@@ -59,8 +59,8 @@ pub struct GripInput {
     pub rise_s: Option<f32>,
     /// Whether the sample is too old to raise the force on it.
     pub stale: bool,
-    /// How late this sample arrived (s); 0 where that is not known.
-    pub late_s: f32,
+    /// How old this sample was when it arrived (s); 0 where that is not known.
+    pub age_s: f32,
     /// Whether the moved distance is measured.
     pub travel: bool,
     /// Measured normal force (N).

@@ -542,7 +542,7 @@ impl GripController {
         self.settle_s += dt_s;
         self.drive.settle(input.applied_n, dt_s);
         if self.settle_s >= 1e-3 * self.config.settle_ms {
-            self.drive.settled(input.applied_n, input.late_s, self.config.close_rate_n_s);
+            self.drive.settled(input.applied_n, input.age_s, self.config.close_rate_n_s);
             self.hold(self.command_n);
         }
     }

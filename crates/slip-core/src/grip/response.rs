@@ -364,7 +364,7 @@ impl SlipResponse {
             self.aim(config, self.envelope_n);
         }
         if evident && command_n >= self.target_n {
-            let rate = self.growth_per_s(config, input, drive.delayed_s(input.late_s));
+            let rate = self.growth_per_s(config, input, drive.delayed_s(input.age_s));
             let grown_n = self.target_n + self.target_n.max(1.0) * rise_s * rate;
             let most_n = if input.undecided { UNDECIDED * self.base_n } else { f32::INFINITY };
             if rate > 0.0 {
@@ -438,7 +438,7 @@ impl SlipResponse {
         }
         let under_force =
             self.disobeyed_s >= CONTRADICTED_S && moved_m - self.obeyed_m >= SLIDES_ON_M;
-        let late = (drive.delayed_s(input.late_s) / FOLLOWS_S).max(1.0);
+        let late = (drive.delayed_s(input.age_s) / FOLLOWS_S).max(1.0);
         let followed = moved_m - self.slid_from_m >= late * FOLLOWS_M;
         self.refuted = under_force || followed;
     }
@@ -446,7 +446,7 @@ impl SlipResponse {
     /// Whether what the estimates asked for is there, measured or by the time that it takes.
     fn has_arrived(&self, input: &GripInput, drive: &Drive) -> bool {
         let measured = input.applied_n.is_some_and(|force_n| force_n >= ARRIVED * self.target_n);
-        measured && self.standing_s >= STANDS_S || self.standing_s >= drive.wait_s(input.late_s)
+        measured && self.standing_s >= STANDS_S || self.standing_s >= drive.wait_s(input.age_s)
     }
 
     /// By what share of itself the target grows in a second where no estimate shows how far, and a force is felt after `delay_s` (s).

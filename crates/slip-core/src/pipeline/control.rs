@@ -38,7 +38,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let complete = felt && self.health.health() == SensorHealth::Good;
         let impaired = stylus && !complete || !self.fusion.healthy();
         #[expect(clippy::cast_possible_truncation, reason = "the controller limits both")]
-        let (dt_s, late_s) = (
+        let (dt_s, age_s) = (
             dt.as_seconds() as f32,
             sample.arrival.map_or(0.0, |arrival| arrival.age.as_seconds() as f32),
         );
@@ -51,7 +51,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
             travel_sigma_m: self.observation.travel_sigma_m(),
             rise_s: self.freshness.rise_s(),
             stale: self.freshness.is_stale(),
-            late_s,
+            age_s,
             travel: travel.is_some(),
             applied_n: sample.normal_force_n,
             touching: self.contact.is_touching(),

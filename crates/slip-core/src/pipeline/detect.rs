@@ -186,7 +186,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
 
     // Always: a step is large, and made where the caller wants it (instructions on a Cortex-M4: idle 1950 -> 1570).
     #[inline(always)]
-    pub(super) fn unchanged(&self, t: Micros, statistic: f32) -> Step {
+    pub(super) fn step_so_far(&self, t: Micros, statistic: f32) -> Step {
         let command = self.grip.map(|grip| Newtons(grip.command_n()));
         Step {
             t,
@@ -267,7 +267,7 @@ pub(super) enum Rested {
         statistic: f32,
     },
     /// The rest ends: the stages up to the detection have looked at the sample.
-    Ended {
+    Woken {
         /// Time since the sample before.
         dt: Micros,
         /// Statistic and state of the stylus, where it counts.
@@ -342,7 +342,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.compare_force(sample);
         if self.health.health() != SensorHealth::Good {
             let stylus = self.detect(sample);
-            return Rested::Ended { dt, stylus, detection: self.fuse(sample, &[], stylus) };
+            return Rested::Woken { dt, stylus, detection: self.fuse(sample, &[], stylus) };
         }
         let stylus = self.step_detector(sample);
         if self.detector.is_moving() {
@@ -363,7 +363,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     fn ask(&mut self, sample: &Sample, dt: Micros, stylus: Option<(f32, SlipState)>) -> Rested {
         let detection = self.fuse(sample, &[], stylus);
         if detection.is_some_and(|detection| detection.state != SlipState::Quiet) {
-            return Rested::Ended { dt, stylus, detection };
+            return Rested::Woken { dt, stylus, detection };
         }
         Rested::Quiet { statistic: detection.map_or(0.0, |detection| detection.statistic) }
     }

@@ -126,7 +126,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         self.turns = Turns::default();
         self.velocity.begin();
         self.friction.begin();
-        let line_s = self.freshness.late_s();
+        let line_s = self.freshness.line_late_s();
         let modelled_n = self.grip.as_mut().map_or(0.0, |grip| {
             let command_n = grip.command_n();
             grip.drive_mut().begin(command_n, sample.normal_force_n, line_s);
@@ -203,7 +203,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 
     /// The sample of a slip with its force and its travel as far as they are believed; stylus and travel are compared.
-    pub(super) fn believe(
+    pub(super) fn judge_sensors(
         &mut self,
         sample: &Sample,
         dt: Micros,
@@ -259,7 +259,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
         let motion = self.course.motion(sample.t);
         let speeds_up = motion.and_then(|motion| motion.acceleration_m_s2).is_some_and(|a| a > 0.0);
         let drive = grip.drive_mut();
-        Some(drive.measure(sample.normal_force_n, dt_s, self.freshness.late_s(), speeds_up))
+        Some(drive.measure(sample.normal_force_n, dt_s, self.freshness.line_late_s(), speeds_up))
     }
 
     /// The travel (m) to measure a slip with: as far as it is believed, and not where it is so coarse that the stylus alone knows better.

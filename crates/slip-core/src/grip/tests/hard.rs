@@ -135,7 +135,7 @@ fn stopped(
         samples.push_back((if seen > 0 { SlipNow::Evident } else { SlipNow::No }, force_n));
         let (slip, applied_n) = samples.pop_front().unwrap_or((SlipNow::No, held_n));
         let applied_n = Some(applied_n);
-        commands.push_back(grip.step(&GripInput { slip, applied_n, late_s, ..calm() }));
+        commands.push_back(grip.step(&GripInput { slip, applied_n, age_s: late_s, ..calm() }));
         let lag_ms = f32::from(lag_ms);
         force_n += (commands.pop_front().unwrap_or(held_n) - force_n) / lag_ms;
         peak_n = peak_n.max(force_n);
