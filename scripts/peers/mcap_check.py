@@ -114,11 +114,12 @@ def check_cuts(gripctl: str, whole: Path, cuts: int) -> None:
     saved_least = None
     for number in range(cuts):
         length = dice.randrange(head, len(bytes_of))
-        cut = whole.with_name("cut.mcap")
+        cut, recovered = whole.with_name("cut.mcap"), whole.with_name("recovered.mcap")
         cut.write_bytes(bytes_of[:length])
-        done = subprocess.run([gripctl, "recover", cut, "--json"], capture_output=True, text=True)
+        recover = [gripctl, "recover", cut, "-o", recovered, "--force", "--json"]
+        done = subprocess.run(recover, capture_output=True, text=True)
         assert done.returncode in (0, 3), done
-        saved = check_again(cut)
+        saved = check_again(recovered)
         kept = [message for message in messages[: len(saved)]]
         assert [m.data for _, _, m, _ in saved] == [m.data for _, _, m, _ in kept], f"cut {number} at {length}"
         # Everything in chunks that lie wholly before the cut was flushed before it.
