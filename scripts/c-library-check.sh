@@ -100,7 +100,7 @@ $valgrind "$work/ros-plain"
 if "$work/detect-plain" nan </dev/null 2>"$work/said"; then exit 1; fi
 grep -q 'sample_rate_hz = NaN is outside 20 to 50000' "$work/said"
 # The stack that docs/c.md names; without optimization it is more.
-[ "$profile" = dev ] || (ulimit -s 400 && "$work/grip-plain")
+[ "$profile" = dev ] || (ulimit -s 600 && "$work/grip-plain")
 "$work/fuzz-plain" 100000
 "$work/fuzz-asan" 20000 7
 $valgrind "$work/fuzz-plain" 2000 77

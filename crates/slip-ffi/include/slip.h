@@ -441,7 +441,7 @@ const char *slip_error_text(int32_t status);
 //
 // Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
 // belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory`
-// leaks. Needs 400 kB of stack. Traps of floating point must be masked, here and in slip_push().
+// leaks. Needs 600 kB of stack. Traps of floating point must be masked, here and in slip_push().
 //
 // Each pointer is NULL or points to what its type names, for as many bytes as given; the texts end with a zero byte.
 enum slip_status slip_create(void *memory,

@@ -59,7 +59,7 @@ pub extern "C" fn slip_error_text(status: i32) -> *const c_char {
 ///
 /// Why it fails is written to `why` as a sentence, as far as `why_size` bytes hold it; `why` may be NULL. A pipeline
 /// belongs to one thread at a time, must not be copied, and ends with slip_destroy(): one that is still in `memory`
-/// leaks. Needs 400 kB of stack. Traps of floating point must be masked, here and in slip_push().
+/// leaks. Needs 600 kB of stack. Traps of floating point must be masked, here and in slip_push().
 ///
 /// # Safety
 /// Each pointer is NULL or points to what its type names, for as many bytes as given; the texts end with a zero byte.
