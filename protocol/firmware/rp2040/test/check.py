@@ -115,7 +115,13 @@ class Board:
         link = GripLink(stream, config, clock_us=now, silence_s=5.0)
         begin = time.monotonic()
         try:
-            link.connect()
+            try:
+                link.connect()
+            except LinkClosed as closed:
+                # A sensor that is dead from the start on is a fault before anybody listens.
+                if not (closed.code == "refused" and link.ident and link.ident.fault):
+                    raise
+                link.clear_fault(link.ident.fault)
             while time.monotonic() - begin < timeout_s:
                 link.poll(0.005)
         except LinkClosed:
