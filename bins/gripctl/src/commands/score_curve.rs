@@ -53,8 +53,8 @@ pub(super) fn write<'a>(
     Ok(())
 }
 
-/// Share of the onsets that are found (%) over the false alarms per minute without slip: the most that any threshold finds with so many of
-/// them, since a higher one may cut one long alarm into several; and a mark where the table has a detector. A logarithmic axis has no place for
+/// Share of the onsets that are found (%) over the false alarms per minute without slip, of a threshold or of one above it, which may cut one
+/// long alarm into several; and a mark where the table has a detector. A logarithmic axis has no place for
 /// no alarm at all: such points stand at half the smallest rate that the rest could show. Lines and marks differ, so that two that coincide are
 /// both seen.
 fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
@@ -62,7 +62,7 @@ fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
         "false alarms per minute without slip; where there is none, half of one is drawn",
     );
     let y = Axis::percent("onsets found (%)");
-    let title = "Found against false alarms (ROC): the best thresholds; marks: as configured";
+    let title = "Found against false alarms (ROC); marks: as configured";
     let mut chart = Chart::new(title, x, y);
     let place = |alarms: f64, rest_s: f64, found: usize, onsets: usize| {
         let per_min = 60.0 / rest_s;
@@ -85,30 +85,29 @@ fn chart(scores: &[(&Score, Vec<Point>)], guard_ms: f64) -> Chart {
         chart = if points.is_empty() {
             chart.with(own(name))
         } else {
-            let curve = Layer::line(name, front(points.iter().filter_map(at).collect()));
+            let curve = Layer::line(name, rising(points.iter().filter_map(at).collect()));
             chart.with(curve.drawn_as(line)).with(own(""))
         };
     }
     chart
 }
 
-/// Of points with a cost and a worth those that no other one of at most that cost exceeds, by cost.
-fn front(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
-    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+/// Points from the lowest threshold to the highest, each with the most false alarms of its own and of all above it.
+fn rising(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut most = f64::NEG_INFINITY;
-    points.retain(|(_, worth)| {
-        let better = *worth > most;
-        most = most.max(*worth);
-        better
-    });
+    for (alarms, _) in points.iter_mut().rev() {
+        most = most.max(*alarms);
+        *alarms = most;
+    }
     points
 }
 
 #[cfg(test)]
 mod tests {
     #[test]
-    fn a_threshold_that_finds_less_at_more_alarms_is_not_drawn() {
-        let points = vec![(1.2, 80.0), (12.0, 60.0), (1.2, 70.0), (0.5, 0.0), (20.0, 100.0)];
-        assert_eq!(super::front(points), [(0.5, 0.0), (1.2, 80.0), (20.0, 100.0)]);
+    fn a_line_never_turns_back() {
+        let points = vec![(1.2, 100.0), (12.0, 90.0), (0.5, 80.0), (0.6, 20.0), (0.5, 0.0)];
+        let drawn = [(12.0, 100.0), (12.0, 90.0), (0.6, 80.0), (0.6, 20.0), (0.5, 0.0)];
+        assert_eq!(super::rising(points), drawn);
     }
 }

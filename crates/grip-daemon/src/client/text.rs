@@ -187,7 +187,7 @@ pub fn event(event: &EventReport) -> String {
             }
             for (what, causes) in [("ruled out", ruled_out), ("possible", possible)] {
                 if !causes.is_empty() {
-                    text += &format!(", {what}: {}", causes.join(" "));
+                    text += &format!(", {what}: {}", causes.join(" and ").replace('_', " "));
                 }
             }
             let values = [
