@@ -375,7 +375,7 @@ impl MovedDistance {
         if self.state == SlipState::Quiet {
             self.longest = self.longest.max(self.equal);
             let most_m = LEVEL_SIGMAS * self.sigma_m.max(self.config.resolution_m);
-            self.level_m += LEVEL * (position_m - self.level_m).clamp(-most_m, most_m);
+            self.level_m += LEVEL * (position_m - self.level_m).max(-most_m).min(most_m);
         }
         self.decide(t, position_m);
     }

@@ -289,6 +289,10 @@ impl<const H: usize> Bank<H> {
                 let ramp_s = if searched { 0.0 } else { ramp.s };
                 let mut need_ln = first_ln;
                 for _ in 0..grid.forces {
+                    // There are as many: nothing can panic.
+                    if h >= H {
+                        break;
+                    }
                     let need = exp(need_ln);
                     let over = need / from_n;
                     let broke = from_n * ratio / need;
@@ -674,7 +678,7 @@ impl<const H: usize> Bank<H> {
             for w in &mut mode.w {
                 *w *= per_sum;
             }
-            for w in mode.w.chunks_exact(forces) {
+            for w in mode.w.chunks_exact(forces.max(1)) {
                 for (sum, w) in whole.iter_mut().zip(w) {
                     *sum += w;
                 }

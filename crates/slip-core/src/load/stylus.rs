@@ -275,7 +275,7 @@ impl Stylus {
 
     /// Nothing is known to move from here on.
     pub(super) fn rest(&mut self) {
-        let mean = if self.kept > 0 { self.means[self.at] } else { f32::NAN };
+        let mean = if self.kept > 0 { self.means[self.at % KEPT] } else { f32::NAN };
         self.low = mean;
         self.high = mean;
     }
@@ -289,7 +289,7 @@ impl Stylus {
         if self.kept == 0 {
             return false;
         }
-        let middle = self.means[self.at];
+        let middle = self.means[self.at % KEPT];
         if self.low.is_nan() {
             self.low = middle;
             self.high = middle;

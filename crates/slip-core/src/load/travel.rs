@@ -154,7 +154,7 @@ impl Travel {
         self.filled = 0.0;
         self.news = false;
         let held = self.sensor.read_s.is_some();
-        let before = if self.kept > 0 { self.means[self.at] } else { 0.0 };
+        let before = if self.kept > 0 { self.means[self.at % KEPT] } else { 0.0 };
         let mean = if filled <= 0.0 {
             None
         } else if held {
@@ -197,7 +197,7 @@ impl Travel {
 
     /// Distance since the rest (m), as of the last block.
     pub(super) fn y(&self) -> f32 {
-        if self.kept > 0 { self.means[self.at] } else { 0.0 }
+        if self.kept > 0 { self.means[self.at % KEPT] } else { 0.0 }
     }
 
     fn range(&self, s: f32) -> f32 {
