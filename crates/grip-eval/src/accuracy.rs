@@ -1,4 +1,4 @@
-//! An estimator and generated objects that its training never saw in; how often it reports the adequate force out.
+//! Accuracy of an estimator: how often it reports the adequate force, on generated objects that its training never saw.
 //!
 //! Each row is a slip of an object of its own: mass, friction, surface and force are drawn for it. Another seed than
 //! [`TRAINING_SEED`] therefore holds out by object.

@@ -1,4 +1,4 @@
-//! Scores of blocks without slip in; the limits and chances that a certified alarm stands on out.
+//! Limits and chances that a certified alarm stands on, from scores of blocks without slip.
 //!
 //! For each band, at rest and in motion ([`ScoreLaw`]; the alarm itself is [`Evidence`]):
 //!

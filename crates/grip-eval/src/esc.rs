@@ -1,4 +1,4 @@
-//! Irregularities in, the lines of every reading of E_sc out. Names and units of the JSON fields are a contract.
+//! Output lines of every reading of E_sc, from irregularities. Names and units of the JSON fields are a contract.
 
 use serde::Serialize;
 use slip_core::esc::{Esc, EscSums, Flag, Reading, Trial, literal::PreciseSum};

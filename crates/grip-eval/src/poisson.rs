@@ -1,4 +1,4 @@
-//! A count of independent events in, the interval its mean lies in out; a rank among independent values in, the chance to pass it out.
+//! Interval of the mean of a count of independent events, and chance to pass a rank among independent values.
 
 use statrs::distribution::{Beta, ContinuousCDF, Gamma};
 

@@ -1,4 +1,4 @@
-//! Frames of rest in, what the taxels show there out.
+//! Readings of the taxels in frames of stillness.
 
 use grip_record::{Channel, Recording};
 use grip_session::calibration::TaxelRest;

@@ -1,4 +1,4 @@
-//! Training data in, comparisons of learners out: the study of the four nets, and what lies beyond them.
+//! Comparisons of learners on training data: the study of the four nets, and what lies beyond them.
 //!
 //! ```text
 //! grip_sim rows -> Condition::sets -> a learner -> Sets::score -> a Report: JSON, one page, figures

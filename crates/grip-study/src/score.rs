@@ -1,4 +1,4 @@
-//! Answers and true forces in, errors and shares of correct answers out.
+//! Errors and shares of correct answers, from answers and true forces.
 //!
 //! The source study counts "correct responses" without saying how near is correct. So every definition in use stands
 //! beside the others.

@@ -1,4 +1,4 @@
-//! A condition and a seed in, rows to train and test on out; a learner in, its scores out.
+//! Rows to train and test on, by condition and seed, and the scores of a learner on them.
 
 use crate::{Condition, Score, StudyError, score};
 use grip_sim::generator::{Row, rows};

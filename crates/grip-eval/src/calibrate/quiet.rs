@@ -1,4 +1,4 @@
-//! Rest in which something happened in, the part of it that is as quiet as its quietest quarter out.
+//! The quiet part of a stillness in which something happened: what is as quiet as its quietest quarter.
 
 use super::{PART_S, PARTS, RestMeter, Vector, measure};
 use slip_core::{ConfigError, PipelineConfig, detector::BANDS};

@@ -1,4 +1,4 @@
-//! The blocks that the detector decides on in, the slack with which noise of their kind keeps the wanted interval out.
+//! Slack of the detector, from the blocks it decides on: with it, noise of their kind keeps the wanted false-alarm interval.
 
 use crate::poisson;
 use grip_session::calibration::StylusCalibration;

@@ -1,4 +1,4 @@
-//! Rows, a share and a seed in, rows to train on and rows to test on out, with no object or gripper on both sides.
+//! Split of rows by a share and a seed into rows to train on and rows to test on, with no object or gripper on both sides.
 
 use super::row::Row;
 use mlp::train::{Split, SplitError};

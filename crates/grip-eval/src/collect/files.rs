@@ -1,4 +1,4 @@
-//! Folders and files in, recordings in the order in which they go on out.
+//! Search for recordings in folders and files, in the order in which they go on.
 
 use grip_record::{
     CsvError, LabelError,

@@ -1,4 +1,4 @@
-//! Recordings of many grippers in, rows for a learner of the adequate force out.
+//! Rows for a learner of the adequate force, from recordings of many grippers.
 //!
 //! A recording does not know the adequate force. It knows the force F1 of one finger at which an object began to slip, which was too little,
 //! and the force F2 at which it then stayed for a stated time, which was enough. So

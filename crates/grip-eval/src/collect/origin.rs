@@ -1,4 +1,4 @@
-//! What a recording, its folders and its labels state of gripper and object in, the names for a row out.
+//! Names of gripper and object for a row, from what a recording, its folders and its labels state of them.
 
 use grip_record::Label;
 use grip_session::recording::{ABOUT, CONFIG_NAME, OBJECT};

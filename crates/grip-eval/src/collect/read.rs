@@ -1,4 +1,4 @@
-//! Recordings in, the rows of all of them out, with a count of what was left out and why.
+//! Reader of recordings: the rows of all of them, with a count of what was left out and why.
 
 use super::{
     files::{CollectError, Recorded, find},

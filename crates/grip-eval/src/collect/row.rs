@@ -1,4 +1,4 @@
-//! A slip and where it was recorded in, a line of the training file out.
+//! Row of the training file: a slip and where it was recorded.
 
 use super::watch::MeasuredSlip;
 use slip_core::estimate::{Feature, KAPPA};

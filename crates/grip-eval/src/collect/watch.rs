@@ -1,4 +1,4 @@
-//! Samples with what the pipeline made of them in, slips whose force is known from both sides out.
+//! Selection of slips whose force is known from both sides, from samples with what the pipeline made of them.
 
 use slip_core::{
     Phase, Sample, SlipReport, Step,

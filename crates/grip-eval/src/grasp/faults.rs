@@ -1,4 +1,4 @@
-//! A sensor, its fault, when it begins and how the object slides in; what becomes of the object, with gripd and with an oracle, out.
+//! Experiment on sensor faults by sensor, fault, onset and kind of slip: what becomes of the object, with gripd and with an oracle.
 //!
 //! The object, the drive and the lift are drawn by the seed: mass 0.15 to 1.0 kg (uniform in the logarithm), friction 0.25 to 0.5, Ra 0.4
 //! to 6.3 um, drive lag 5 or 20 ms, lift in 0.05, 0.3 or 0.5 s; the sensors are those of the default scene: stylus, normal force and

@@ -1,4 +1,4 @@
-//! Bytes of a gripper and the time in, frames for it out: whoever commands the force.
+//! Interface of whoever commands the force: bytes of a gripper and the time to frames for it.
 
 use grip_link::frame::MAX_WIRE;
 use grip_session::{

@@ -1,4 +1,4 @@
-//! A scene in; what gripd makes of it with an incident, and what an oracle makes of it, out: what the tables of faults and stalls share.
+//! Experiment on a scene with an incident, gripd beside an oracle: what the tables of faults and stalls share.
 
 use super::{
     baseline::{Baseline, Oracle},

@@ -1,4 +1,4 @@
-//! The name of a law of grip force in, the hand that follows it out.
+//! Grip force controllers by name, each with the hand that follows it.
 
 use super::{
     baseline::{Baseline, Fft, Fixed, ForceLaw, Oracle, Pr2},

@@ -1,4 +1,4 @@
-//! Frames and the time at which they were sent in; frames in order, later, and some of them not at all, out.
+//! Model of the line between gripper and host: frames in order, later than they were sent, and some of them not at all.
 
 use super::laboratory::micros;
 use crate::dice::Dice;

@@ -1,4 +1,4 @@
-//! Grasps of the same objects by several laws in, the rows of a table of grippers and sensors out.
+//! Rows of a table of grippers and sensors, from grasps of the same objects by several controllers.
 //!
 //! A cell is a gripper with a set of sensors ([`grip_sim::scene::Part`]). In it every law grasps the objects of the same seeds over the same
 //! drive, line and sensors. What the oracle loses, no controller that waits for the slip can be asked to hold; so each law has a count of

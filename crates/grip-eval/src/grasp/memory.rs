@@ -1,4 +1,4 @@
-//! Objects that are grasped again and again in; what the memory of gripd changes out.
+//! Series of grasps of the same objects: what the memory of gripd changes.
 //!
 //! Each object is grasped ten times under one name, each time at another place of its surface and with other noise. Then another
 //! object stands under that name, for two grasps. Beside it the same grasps without memory.

@@ -1,4 +1,4 @@
-//! Objects, a law of grip force, sensors and trouble in; what became of each object, and their totals, out.
+//! Simulated grasps of objects by controller, sensors and stress: what became of each object, and their totals.
 //!
 //! A grasp runs in lockstep, faster than real time: the simulated microcontroller and a [`Hand`] exchange the bytes they would exchange
 //! over a serial port ([`play()`]). The hand is a session of gripd or one of the older laws of grip force ([`Law`]); both have the

@@ -1,4 +1,4 @@
-//! A scene, a hand and a line between them in; what became of the object out.
+//! Simulation of a grasp with a scene, a hand and a line between them: what became of the object.
 
 use super::{
     hand::Hand,

@@ -1,4 +1,4 @@
-//! A scene in; what the pipeline measured of each slip, what it made of that, and what was needed, out: rows that networks are trained and judged on.
+//! Features, estimate and needed force of each slip of a scene: rows that networks are trained and judged on.
 //!
 //! Unlike the rows of `grip_sim::generator` these come from sensors with noise, through drive and line, and no formula has made them.
 

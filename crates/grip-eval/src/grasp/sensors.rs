@@ -1,4 +1,4 @@
-//! The name of a sensor set in; a scene whose gripper has these sensors, and the settings that go with them, out.
+//! Sensor sets by name: a scene whose gripper has these sensors, and the settings that go with them.
 
 use grip_session::config::HostConfig;
 use grip_sim::SceneConfig;

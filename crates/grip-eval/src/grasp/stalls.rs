@@ -1,4 +1,4 @@
-//! Where and how long nothing gets through in the middle of a slip in; what becomes of the object out.
+//! Experiment on stalls in the middle of a slip: what becomes of the object, by place and length of the stall.
 //!
 //! The stall begins when the object first slips faster than 1 mm/s at more than half the needed force. Either the line holds all frames of
 //! the gripper and then delivers them at once, none lost; or gripd does not run, and up to 64 KiB wait for it. The device goes on in

@@ -1,4 +1,4 @@
-//! The name of a trouble in; a scene and a line that have it out.
+//! Stress conditions by name, applied to a scene and a line.
 
 use super::{
     laboratory::micros,

@@ -1,4 +1,4 @@
-//! Single grasps in, what they come to out.
+//! Results of single grasps, and their totals.
 
 use crate::score::Quantiles;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! A simulated scene and the settings of a gripper in; what became of the object out.
+//! Simulation of a grasp with a scene and the settings of a gripper: what became of the object.
 //!
 //! One grasp of gripd over a line without fault; [`crate::grasp`] has older laws, other sensors and trouble too. The same scene
 //! and settings give the same grasp, byte for byte.

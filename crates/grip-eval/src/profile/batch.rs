@@ -1,4 +1,4 @@
-//! A whole profile in, its peaks, valleys and irregularities out: the streaming extraction over a slice of
+//! Peaks, valleys and irregularities of a whole profile: the streaming extraction over a slice of
 //! heights at equal steps, and the choice of the hysteresis that the slice allows.
 
 use slip_core::irregularity::{Irregularity, IrregularityExtractor, Turn, TurnFinder};

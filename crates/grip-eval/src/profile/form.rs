@@ -1,4 +1,4 @@
-//! A height profile in, its form out: the least-squares polynomial through all heights.
+//! The form of a height profile: the least-squares polynomial through all heights.
 
 /// The least-squares polynomial of `degree` through `heights` at equal steps, as long as `heights` and in their unit. Degree 0
 /// is their mean, 1 a line, 2 an arc; a degree that the heights do not determine is lowered to one that they do.

@@ -1,4 +1,4 @@
-//! A height profile in; its form, waviness and roughness, irregularities and every reading of E_sc out.
+//! Evaluation of a height profile: its form, waviness and roughness, irregularities and every reading of E_sc.
 //!
 //! The parameters of the roughness are those of the profile without half a lambda_c at either end, where the mean line knows one
 //! side only, as far as a sampling length is left; everything else is of the whole profile.

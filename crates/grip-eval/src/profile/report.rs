@@ -1,4 +1,4 @@
-//! An evaluated profile in, the line for machines out. Names and units of the JSON fields are a contract.
+//! Machine-readable line of an evaluated profile. Names and units of the JSON fields are a contract.
 
 use super::{Evaluation, ProfileOptions};
 use crate::esc::{EscLine, readings};

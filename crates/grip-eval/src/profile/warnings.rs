@@ -1,4 +1,4 @@
-//! A profile and its evaluation in, what speaks against the numbers out, in words.
+//! Warnings about an evaluated profile: what speaks against the numbers, in words.
 
 use super::{Evaluation, ProfileOptions, count};
 use core::cmp::Ordering;

@@ -1,4 +1,4 @@
-//! A roughness profile in, the mean width of its elements out.
+//! The mean width of the elements of a roughness profile.
 
 /// Width of profile elements by crossing the mean line, in steps.
 ///

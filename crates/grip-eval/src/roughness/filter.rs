@@ -1,4 +1,4 @@
-//! A height profile in, its mean line out.
+//! The mean line of a height profile.
 
 /// alpha = sqrt(ln 2 / pi) of ISO 16610-21: a sine of the cutoff wavelength passes with 50 %.
 const ALPHA: f64 = 0.469_718_639_349_825_66;

@@ -1,4 +1,4 @@
-//! A height profile in; its mean line, and the parameters of its roughness and waviness, out.
+//! The mean line of a height profile, and the parameters of its roughness and waviness.
 //!
 //! [`ProfileFilter`] gives the mean line, the long waves of a profile; the profile minus its mean line is the
 //! roughness profile, and [`Roughness::measure`] gives Ra, Rq, Rz and RSm of that. The mean line less the form is the waviness

@@ -1,4 +1,4 @@
-//! A height profile in, the deviation of its white noise out.
+//! The standard deviation of the white noise in a height profile.
 
 /// Deviation of the white noise in `heights`, from the median of `|z[i-1] - 2 z[i] + z[i+1]|` over 0.6745 sqrt 6.
 ///

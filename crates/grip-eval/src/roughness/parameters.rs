@@ -1,4 +1,4 @@
-//! A roughness or waviness profile in, its amplitude and spacing parameters out.
+//! Amplitude and spacing parameters of a roughness or waviness profile.
 
 use super::elements::Elements;
 

@@ -1,4 +1,4 @@
-//! A roughness profile in, its strongest wavelength out.
+//! The strongest wavelength of a roughness profile.
 
 use core::f64::consts::TAU;
 

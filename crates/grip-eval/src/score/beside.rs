@@ -1,4 +1,4 @@
-//! A sample and the pipeline that took it in; the statistic of a test that is no part of the pipeline, and its alarms, out.
+//! Test beside the pipeline and no part of it: its statistic and its alarms, from each sample and the pipeline that took it.
 
 use super::{esc_test::EscTest, network_test::NetworkTest};
 use grip_record::Phase;

@@ -1,4 +1,4 @@
-//! Alarms and the time without slip in, both by cause out.
+//! Breakdown of alarms and of the time without slip by cause.
 
 use super::interval::{self, Interval};
 use grip_record::Phase;

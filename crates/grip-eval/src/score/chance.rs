@@ -1,4 +1,4 @@
-//! As many alarms as a detector raised, thrown at random into the same recordings, in; how many slips they would find out.
+//! Slips found by chance: by as many alarms as a detector raised, thrown at random into the same recordings.
 //!
 //! Of N alarms in recordings of T seconds in all, at least one falls into a window of w seconds with the probability
 //! 1 - (1 - w/T)^N. The number of windows that are hit has the sum of these as its mean; for the probability of so many or more

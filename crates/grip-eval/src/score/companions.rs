@@ -1,4 +1,4 @@
-//! A recording and the files beside it in, one recording with a travel channel and a taxel array out.
+//! Join of a recording with the files beside it: one recording with a travel channel and a taxel array.
 //!
 //! A reading of a companion goes to the first sample that is not earlier, so that nothing is known before its time.
 

@@ -1,4 +1,4 @@
-//! The statistic of each recording in; false alarms, misses and latency at every threshold out.
+//! False alarms, misses and latency at every threshold, from the statistic of each recording.
 //!
 //! At `threshold` h an alarm is a statistic above h times the configured threshold. 1 is the working point. What a recording does after its first alarm counts only in rest, where the alarms of
 //! one stretch are those that lie more than [`APART_S`] apart.

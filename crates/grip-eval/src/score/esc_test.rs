@@ -1,4 +1,4 @@
-//! The scattered energy of the last milliseconds in, a evidence over the wanted interval out: slip detection as the source study has it.
+//! Slip detection as the source study has it: its statistic is the scattered energy of the last milliseconds over a threshold.
 //!
 //! ```text
 //! stylus -> vibration band -> over its noise -> irregularities (delta, s) of the last 10 ms -> |E_sc| / threshold

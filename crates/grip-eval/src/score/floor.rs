@@ -1,4 +1,4 @@
-//! Labelled rest in, what a detector may know of it before it is scored out.
+//! Noise of labelled stillness, as far as a detector may know it before it is scored.
 //!
 //! A recording is scored with what the rest of *other* materials reports; what a calibration or the configuration states goes before that. Where
 //! there is no such rest the pipeline learns its floors as it does live, from the earlier samples of the same recording.

@@ -1,4 +1,4 @@
-//! Counts and latencies in, 95 % confidence intervals out.
+//! 95 % confidence intervals of counts and latencies.
 //!
 //! Shares: the exact binomial interval (Clopper and Pearson 1934). Rates: the exact Poisson interval (Garwood 1936). Quantiles:
 //! percentile bootstrap (Efron 1979), 2000 draws, seeded. Recordings of one material are alike, so whole materials are drawn

@@ -1,4 +1,4 @@
-//! One labelled recording in, its alarms held against its label out.
+//! Comparison of the alarms in one labelled recording with its label.
 
 use super::{
     Alarm, Decides, Detector, FileNotes, FloorFrom, LATE_S, RecordingScore, ScoreError,

@@ -1,4 +1,4 @@
-//! A folder with `labels.csv` in, its checked recordings with their labels and companions out.
+//! The checked recordings of a folder with `labels.csv`, with their labels and companions.
 //!
 //! Small folders stay in memory, and of larger ones the labelled rest as far as it fits. What does not is read again
 //! wherever it is needed, a few recordings at a time: a folder of any size takes as much memory as [`Memory`] states; a

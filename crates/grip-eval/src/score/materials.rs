@@ -1,4 +1,4 @@
-//! The scores of single recordings in, one row for each material out.
+//! Scores by material: one row for each, from the scores of single recordings.
 
 use super::{Quantiles, RecordingScore, Score};
 use serde::Serialize;

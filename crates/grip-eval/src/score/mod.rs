@@ -1,4 +1,4 @@
-//! Labelled recordings in; latency, misses and false alarms out.
+//! Scores of labelled recordings: latency, misses and false alarms.
 //!
 //! An alarm is the first notice of a slip. For a recording with an onset:
 //!

@@ -1,4 +1,4 @@
-//! Labelled levels of the detector's bands in, a small network and its statistic out: slip detection by a network.
+//! Slip detection by a small network: it learns from labelled levels of the detector's bands and gives a statistic.
 //!
 //! ```text
 //! ln(energy / floor) of each band -> 8 tanh neurons -> two scores -> logit L = score of slip - score of rest

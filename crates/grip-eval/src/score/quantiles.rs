@@ -1,4 +1,4 @@
-//! Values in, their median and 95 % quantile out.
+//! Median and 95 % quantile of values.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The results of single recordings in, their sums with intervals out.
+//! Results of single recordings, and their sums with intervals.
 
 use super::{
     Alarm, CauseScore, Chance, Detector, Point, Quantiles,

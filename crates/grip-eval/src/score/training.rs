@@ -1,4 +1,4 @@
-//! Labelled recordings in, what the network of `nn` may learn from them out.
+//! Training data for the network of `nn`: what it may learn from labelled recordings.
 //!
 //! Rest up to onset - guard, slip from the onset on; what lies between may be either and is left out. A recording that slides from the
 //! first sample on would learn its floor on the slide: it teaches only where the floor is known beforehand.

@@ -1,4 +1,4 @@
-//! One set of training, validation and test rows in, every learner side by side out.
+//! Comparison of every learner side by side, on one set of training, validation and test rows.
 
 use core::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Rows of data and one setting in, several nets with the mean and the spread of their answers out.
+//! Ensemble of nets of one setting on rows of data, with the mean and the spread of their answers.
 
 use mlp::train::{
     ColumnSpec, DataSet, EnsembleFile, FileError, Fit, FitConfig, Interval, LargeModel, ModelFile,

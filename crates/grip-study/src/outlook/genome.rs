@@ -1,4 +1,4 @@
-//! A list of small numbers in, the shape and training of a net out.
+//! Genome of a net: a list of small numbers for its shape and training.
 
 use core::fmt;
 

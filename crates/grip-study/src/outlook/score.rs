@@ -1,4 +1,4 @@
-//! Any learner and a data set in, the errors of its predictions out.
+//! Errors of the predictions of any learner on a data set.
 
 use mlp::train::{DataSet, DataSetError, FileError, FitError, Scaling, SettingError};
 use mlp::train::{metrics::r_squared, split::SplitError};

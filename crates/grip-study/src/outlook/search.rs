@@ -1,4 +1,4 @@
-//! Training and validation rows in, the net that a genetic algorithm finds out.
+//! Search for a net by a genetic algorithm, on training and validation rows.
 //!
 //! A genome is the widths of one or two hidden layers, their activation function, the trainer and the weight decay
 //! ([`Genome`]). Its cost is the validation error of the best epoch, averaged over a few starts, times

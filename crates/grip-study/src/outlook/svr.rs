@@ -1,4 +1,4 @@
-//! Rows of data in, support vector regression with a Gaussian kernel out.
+//! Support vector regression with a Gaussian kernel on rows of data.
 //!
 //! For features x scaled to [-1, 1] the prediction is `b + sum w_i exp(-gamma |x - x_i|^2)` over the support vectors x_i; one
 //! such machine a target. Fitted by sequential minimal optimisation (`smartcore`), which stops after 50,000 steps whether

@@ -1,4 +1,4 @@
-//! A number of rows and a seed in, rows of a smooth noisy surface out, for the tests.
+//! Rows of a smooth noisy surface by number and seed, for the tests.
 
 use mlp::train::DataSet;
 use rand_chacha::ChaCha8Rng;

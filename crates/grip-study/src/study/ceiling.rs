@@ -1,4 +1,4 @@
-//! A condition in, the share of answers that the best possible learner would get right out.
+//! The share of answers that the best possible learner would get right under a condition.
 //!
 //! Two estimates, both honest lower bounds since each answers rows that had no part in making it; the higher one counts:
 //!

@@ -1,4 +1,4 @@
-//! A study in, how far each condition and definition of correct is from the published figures out.
+//! Distance of each condition and definition of correct in a study from the published numbers.
 
 use super::{ConditionResult, NETS, Study};
 use crate::Tolerance;

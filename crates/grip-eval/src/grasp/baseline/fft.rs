@@ -1,4 +1,4 @@
-//! Blocks of the stylus in, a force that rises by a step with every block that vibrates out (Holweg et al. 1996).
+//! Controller that raises the force by a step with every block of the stylus that vibrates (Holweg et al. 1996).
 //!
 //! The energy of the band that a slip fills, over blocks of 128 samples that do not overlap, is compared with that of the stylus in the air; each
 //! block beyond the threshold raises the force by the same step, and nothing lowers it.

@@ -1,4 +1,4 @@
-//! Nothing in, always the same force out.
+//! Controller with one constant force.
 
 use super::ForceLaw;
 use slip_core::Sample;

@@ -1,4 +1,4 @@
-//! Bytes of a gripper in, commands of an older law out: the link of gripd without its pipeline.
+//! Hand of an older controller, from bytes of a gripper to commands: the link of gripd without its pipeline.
 
 use super::ForceLaw;
 use crate::grasp::hand::Hand;

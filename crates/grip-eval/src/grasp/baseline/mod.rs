@@ -1,4 +1,4 @@
-//! Samples in, the grip force of an older law out: what others do, on the same gripper.
+//! Older grip force controllers, for comparison with gripd on samples of the same gripper.
 //!
 //! | law | idea | published as |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! The truth in, the force that an object will need from the first sample of its slip on out: a bound for every controller.
+//! Oracle, a bound for every controller: from the first sample of a slip on it applies the force that the object will need in truth.
 
 use super::ForceLaw;
 use crate::grasp::play::Setup;

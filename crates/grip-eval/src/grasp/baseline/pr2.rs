@@ -1,4 +1,4 @@
-//! The high-passed stylus in, a force that grows by a share with every slip out (Romano et al. 2011).
+//! Controller that raises the force by a share with every slip in the high-passed stylus (Romano et al. 2011).
 //!
 //! Slip is where the vibration exceeds a threshold that grows with the grip force; the force is then multiplied by 1.08 and never falls.
 //! The published gripper reads its pads at 24 Hz; here the law decides every [`STEP_S`], which is what a fast sensor would allow.
