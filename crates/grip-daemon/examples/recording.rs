@@ -1,4 +1,4 @@
-//! A simulated grasp in, its recording out, and the processor time that the recorder takes: `recording SCENE SECONDS FILE`.
+//! Benchmark of the recorder on a simulated grasp: the recording, and the processor time it takes: `recording SCENE SECONDS FILE`.
 //!
 //! The grasp runs first and is kept; then it is recorded five times, to the file and beside it, and the fastest counts.
 

@@ -1,4 +1,4 @@
-//! Items and counters in; what is known of the daemon right now out: the one source of metrics, status and dumps.
+//! State of the daemon right now, from items and counters: the one source of metrics, status and dumps.
 
 use crate::{
     counters::HotCounters,

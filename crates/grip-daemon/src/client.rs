@@ -1,4 +1,4 @@
-//! A daemon's address in; its messages out, one after the other, and requests to it: what gripctl and other programs use.
+//! Client of a daemon by its address, for gripctl and other programs: its messages, one after the other, and requests to it.
 //!
 //! [`ClientLink`] has no socket; [`Client`] is one at its socket. Neither reads a clock: how long to wait is an argument.
 

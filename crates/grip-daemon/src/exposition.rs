@@ -1,4 +1,4 @@
-//! Numbers in, the text format 0.0.4 of Prometheus out.
+//! Writer of numbers in the text format 0.0.4 of Prometheus.
 //!
 //! Source: the exposition formats page of the Prometheus documentation. By hand: docs/decisions/0056-watching.md.
 

@@ -1,4 +1,4 @@
-//! Times in, a histogram of fixed buckets out: small enough to be copied once a second, fine enough for quantiles.
+//! Histogram of times with fixed buckets: small enough to be copied once a second, fine enough for quantiles.
 
 /// Times below this (ns) share the first bucket.
 const LEAST: u64 = 1 << LEAST_BITS;

@@ -1,4 +1,4 @@
-//! Bytes of a gripper and the time in; force commands, recordings, messages for clients and figures out: what runs inside gripd.
+//! The inside of gripd: force commands, recordings, messages for clients and metrics from the bytes of a gripper and the time.
 //!
 //! One hot thread is paced by the data; what it has to report goes as [`Item`]s through bounded rings to threads that may wait.
 

@@ -1,4 +1,4 @@
-//! The board in, the page that Prometheus reads out. Names are a contract: dashboards use them.
+//! The page that Prometheus reads, from the board. Names are a contract: dashboards use them.
 
 use crate::{board::Board, exposition::Exposition};
 use grip_link::host::LinkState;

@@ -1,4 +1,4 @@
-//! The path of a request and the board in; the page out.
+//! Pages of the HTTP server, from the path of a request and the board.
 
 use crate::{
     board::Board,

@@ -1,4 +1,4 @@
-//! Where a gripper may be in; open lines to it, one after the other, out: the thread that finds ports, because that may take its time.
+//! The thread that finds ports, because that may take its time: open lines to a gripper, one after the other, from where it may be.
 
 use crate::hot::{Lost, Shared};
 use core::{sync::atomic::Ordering, time::Duration};

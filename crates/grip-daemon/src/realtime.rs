@@ -1,4 +1,4 @@
-//! What the hot thread asks of the system in; what it was granted, and what would grant the rest, out.
+//! Requests of the hot thread to the system: what it was granted, and what would grant the rest.
 //!
 //! Nothing here is needed for correct work: it keeps other programs, page faults and sleeping timers from delaying an answer. All of
 //! it works without root where the limits RTPRIO and MEMLOCK are raised, as the unit of the package does.

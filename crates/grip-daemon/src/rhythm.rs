@@ -1,4 +1,4 @@
-//! Times of frames in; when the next one is due, for a loop that does not sleep then, out.
+//! Prediction of when the next frame is due, from the times of frames: a loop does not sleep then.
 
 /// When frames of samples come.
 #[derive(Clone, Copy, Debug, Default)]

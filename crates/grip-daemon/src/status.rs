@@ -1,4 +1,4 @@
-//! The board in, what `gripctl status` and people with `curl` read out: one JSON object. Names and units are a contract.
+//! One JSON object of the board, for `gripctl status` and people with `curl`. Names and units are a contract.
 
 use crate::{
     board::{Board, ClientCounts, Grant, RecordingState},

@@ -1,4 +1,4 @@
-//! Messages of gripd in, what is known of it with the names of the JSON fields out.
+//! Report of what is known of gripd, from its messages, with the names of the JSON fields.
 
 use grip_link::message::daemon::{NoticeKind, ToClient, Welcome, WelcomeFlags};
 use grip_link::message::{Kind, Versions};

@@ -1,4 +1,4 @@
-//! What is known of gripd in, lines for people out.
+//! Lines for people about what is known of gripd.
 
 use super::report::{DaemonReport, Report};
 use grip_session::report::statistic_text;

@@ -1,4 +1,4 @@
-//! Samples in, payloads of ROWS out: built once for all clients that want every n-th sample.
+//! Batches of samples as payloads of ROWS: built once for all clients that want every n-th sample.
 
 use grip_link::frame::MAX_PAYLOAD;
 use grip_link::message::MAX_ELEMENTS;

@@ -1,4 +1,4 @@
-//! The board of the daemon in, HEALTH for its clients out.
+//! The message HEALTH for clients, from the board of the daemon.
 
 use crate::Board;
 use grip_link::message::daemon::{

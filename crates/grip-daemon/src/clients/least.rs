@@ -1,4 +1,4 @@
-//! Least forces that clients ask for in, each with its client; the one that stands, in its turn, out.
+//! Least forces that clients ask for, each with its client: the one that stands, and its turn to be passed on.
 //!
 //! The largest stands. One ends when its client takes it back, and never by the end of a connection: a program that crashes lets
 //! nothing fall. What such a client has left stands until a client that has asked for nothing before asks, any asks for 0, or the object

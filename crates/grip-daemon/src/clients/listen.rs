@@ -1,4 +1,4 @@
-//! An address in, listening and connected sockets out.
+//! Listening and connected sockets of an address.
 
 use core::time::Duration;
 use grip_session::config::Listen;

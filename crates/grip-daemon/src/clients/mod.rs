@@ -1,4 +1,4 @@
-//! Items of the hot thread and connections in; frames for every client, and the commands of those that may, out.
+//! Server for clients at their connections: frames for each from items of the hot thread, and the commands of those that may.
 //!
 //! [`ClientSession`] is one client without a socket. [`Clients`] are all of them at their sockets: nothing here ever waits for a
 //! client. What a slow one does not fetch in time is dropped for it, samples first and frame by frame, and it is reported how

@@ -1,4 +1,4 @@
-//! Payloads in, whole frames for one client out: bounded, and what finds no room is counted.
+//! Send queue of one client, payloads as whole frames: bounded, and what finds no room is counted.
 
 use grip_link::frame::{self, Header, MAX_WIRE};
 use grip_link::message::daemon::DroppedClass;

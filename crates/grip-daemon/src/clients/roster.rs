@@ -1,4 +1,4 @@
-//! Messages in, frames for those who want to receive them out; what a newcomer must know is kept.
+//! Publisher of messages as frames for their subscribers; what a newcomer must know is kept.
 
 use super::batch::{Batch, Row};
 use super::{Class, Client, ClientSession};

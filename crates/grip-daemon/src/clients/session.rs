@@ -1,4 +1,4 @@
-//! Bytes of one client in, what it asks for out; messages in, bytes for it out. No socket and no clock.
+//! Session of one client: what it asks for, from its bytes, and messages as bytes for it. No socket and no clock.
 
 use super::outbox::{Class, Outbox, REPORTED};
 use core::cmp::Ordering;

@@ -1,4 +1,4 @@
-//! Chunks of the wire in, the last frames of one direction out, in memory that was taken once.
+//! Ring of the last frames of one direction, from chunks of the wire, in memory that was taken once.
 
 use core::fmt;
 use grip_link::{

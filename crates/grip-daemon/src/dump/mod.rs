@@ -1,4 +1,4 @@
-//! Items in; on a fault a text file with the last frames of both directions and the state of the daemon out, for a person.
+//! Dump on a fault, for a person: a text file with the last frames of both directions and the state of the daemon, from items.
 //!
 //! The memory is taken once and filled on the service thread. Files are rare by design: one in 10 s, 50 in a run.
 

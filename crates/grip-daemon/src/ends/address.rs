@@ -1,4 +1,4 @@
-//! Names such as `robotiq:2f-85:/dev/ttyUSB0,activate` in, what they mean out.
+//! Addresses of ends, from names such as `robotiq:2f-85:/dev/ttyUSB0,activate`.
 
 use super::{RowsAddress, RowsAddressError};
 use core::fmt;

@@ -1,4 +1,4 @@
-//! Orders in, readings out: a board with a motor, on a line of its own.
+//! A board with a motor as an end, on a line of its own: takes orders, gives readings.
 //!
 //! Commands are repeated as long as there are any, well within their life. Without orders the board holds by itself.
 

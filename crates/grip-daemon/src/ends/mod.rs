@@ -1,4 +1,4 @@
-//! Ports of a sensor and of a gripper in; rows and orders, as the thread of the rows knows them, out: two ends on two lines.
+//! Two ends on two lines, a sensor and a gripper at their ports: rows and orders, as the thread of the rows knows them.
 //!
 //! Each end has a thread of its own, which speaks its protocol and reopens its line. A sensor sends rows as another program would, in
 //! datagrams over a socket pair; a gripper takes orders and shows its state. The thread of the rows joins them to one board, so that

@@ -1,4 +1,4 @@
-//! Orders in, readings out: a gripper of Robotiq as an end.
+//! A gripper of Robotiq as an end: takes orders, gives readings.
 
 use super::{
     GripperUpdate,

@@ -1,4 +1,4 @@
-//! Texts such as `rows:tcp:127.0.0.1:7750` in, checked addresses out.
+//! Checked addresses of rows, from texts such as `rows:tcp:127.0.0.1:7750`.
 
 use core::{fmt, net::SocketAddr, str::FromStr};
 use grip_session::config::Listen;

@@ -1,4 +1,4 @@
-//! A board that measures, on a line of its own, in; datagrams of its rows out.
+//! A board that measures as an end, on a line of its own: its rows as datagrams.
 //!
 //! The board is asked for its samples over the ordinary link. Its rows go on by their numbers; what a new start of the board or a lost
 //! line left out is counted by the clock of this computer.

@@ -1,4 +1,4 @@
-//! Bytes of a TSF-85 in, datagrams of rows out: the fingertips as an end.
+//! The fingertips TSF-85 as an end: their bytes as datagrams of rows.
 
 use super::line::{Condition, End};
 use grip_robotiq::tsf85::{Checksum, Tsf85, Tsf85Config};

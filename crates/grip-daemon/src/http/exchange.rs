@@ -1,4 +1,4 @@
-//! One connection without its socket: bytes and the time in, the answer and the end of patience out.
+//! One connection without its socket, driven by bytes and the time: its answer and its timeouts.
 
 use super::request::{Content, Page, Parsed, Refusal, parse};
 

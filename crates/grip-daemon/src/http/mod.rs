@@ -1,4 +1,4 @@
-//! Bytes of an HTTP/1.1 client in, one answer out, and the connection is over: as much of the protocol as a scraper and one page need.
+//! HTTP/1.1 server with one answer to a connection: as much of the protocol as a scraper and one page need.
 //!
 //! Sans-IO, but for [`HttpServer`]. GET and HEAD of a path; every answer states `Connection: close`. Sources: RFC 9110 (methods,
 //! status codes), RFC 9112 (request line, field lines).

@@ -1,4 +1,4 @@
-//! The bytes that came so far in; what is asked for, or why it is refused, out.
+//! Parser of the bytes that came so far: what is asked for, or why it is refused.
 
 use core::net::IpAddr;
 use std::borrow::Cow;

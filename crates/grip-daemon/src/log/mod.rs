@@ -1,4 +1,4 @@
-//! Sentences with their weight in; lines for a terminal, a file or the journal out. A sentence that comes again and again is reported
+//! Log of sentences with their level, as lines for a terminal, a file or the journal. A sentence that comes again and again is reported
 //! once, then counted.
 //!
 //! `tracing` was weighed: a service thread that states something now and then needs no spans, and its subscriber costs more code

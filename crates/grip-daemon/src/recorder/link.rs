@@ -1,4 +1,4 @@
-//! Updates of the link in, kind and JSON of a Link message out.
+//! Kind and JSON of a Link message, from updates of the link.
 
 use crate::LinkNote;
 use grip_session::{config::Uid, session::explain};

@@ -1,4 +1,4 @@
-//! What leaves the hot thread and the time in, recordings on disk out: MCAP with everything, or CSV with the samples.
+//! Recorder of what leaves the hot thread, to files on disk: MCAP with everything, or CSV with the samples.
 //!
 //! The recorder starts no thread and reads no clock: whoever runs it calls [`Recorder::take`] for each item and
 //! [`Recorder::tick`] some times a second. Whatever goes wrong with a file stops the recording and nothing else: it is reported once

@@ -1,4 +1,4 @@
-//! A wanted file and a number in, a file that nobody has written yet out.
+//! Names of files that nobody has written yet, from a wanted file and a number.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;

@@ -1,4 +1,4 @@
-//! Samples in, CSV files out, one for each pipeline.
+//! Writer of samples to CSV files, one for each pipeline.
 
 use super::{RecorderError, name};
 use grip_record::{ChannelSet, CsvWriter, StylusKind};

@@ -1,4 +1,4 @@
-//! Items in, one MCAP file out, with everything in it that a replay needs.
+//! Writer of items to one MCAP file, with everything in it that a replay needs.
 
 use super::{About, RecorderError, link, name};
 use crate::{Beginning, Item, LinkNote};

@@ -1,4 +1,4 @@
-//! Where rows come from, opened: bytes of it in, lines back out, without waiting for either.
+//! Opened source of rows: bytes from it and lines back to it, without waiting for either.
 
 use super::{RowsAddress, RowsFault};
 use crate::clients::{ListenError, Listener, Stream};
