@@ -1,4 +1,4 @@
-//! An error in; the exit code of the contract and the text for the person at the keyboard out.
+//! Exit code of the contract for an error, and its text for the person at the keyboard.
 
 use crate::{config::HostConfigError, model::ModelError, tape::TapeError};
 use core::error::Error;

@@ -1,4 +1,4 @@
-//! What a gripper can do, as its data sheet or its own words declare it, in; settings of the controller that it can follow, out.
+//! What a gripper can do, as its data sheet or the gripper itself declares it, and the controller settings that it can follow.
 
 use slip_core::grip::GripConfig;
 

@@ -1,4 +1,4 @@
-//! Events of grasps in; what is known of objects, and the force to grasp the next one with, out.
+//! Memory of objects from events of grasps: what is known of them, and the force to grasp the next one with.
 //!
 //! An object has a name, which a client gives. With each grasp whose needed force was found ([`GripEvent::Found`]) its figures are
 //! learned: needed force, ratio of static and kinetic friction, and what the stylus feels of its surface. The next grasp of that name begins with what is known

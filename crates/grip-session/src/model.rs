@@ -1,4 +1,4 @@
-//! A model file or the name of a built-in model in, the force estimator or the reason against it out.
+//! The force estimator of a model file or of the name of a built-in model, or the reason against it.
 //!
 //! | built in | inputs | |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Events and beginnings in, the records of an MCAP file out, and back: what daemon and toolbox must agree on.
+//! Conversion of events and beginnings to the records of an MCAP file and back: what daemon and toolbox must agree on.
 
 use crate::{config::THRESHOLDS, report::Event, session::Beginning, tape::TapeError};
 use grip_record::{

@@ -1,4 +1,4 @@
-//! A recording in, the steps the pipeline makes of it out.
+//! Replay of a recording: the steps the pipeline makes of it.
 
 use crate::{config::HostConfig, model::HostEstimator};
 use grip_record::{Channel, Recording, StylusKind, Taxels};

@@ -1,4 +1,4 @@
-//! Pipeline steps in, events out; an event in, its line for people or machines out. Names and units of the JSON fields are a contract.
+//! Events of pipeline steps, and their lines for people or machines. Names and units of the JSON fields are a contract.
 //!
 //! An event holds codes and numbers; its words are made where it is shown.
 

@@ -1,4 +1,4 @@
-//! What a slip showed and a second model in, both estimates of its adequate force out. The second model moves nothing.
+//! Comparison of a second model with the estimate in force after a slip: the adequate force by both. The second model moves nothing.
 
 use crate::{model::HostEstimator, report::EventLog};
 use grip_link::message::daemon::{Estimates, Unsure};

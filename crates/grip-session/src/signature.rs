@@ -1,4 +1,4 @@
-//! A model file and the public keys of those who may sign one in; who has signed it, or why it is refused, out.
+//! Check of a signed model file against the public keys of those who may sign one: who has signed it, or why it is refused.
 //!
 //! A signed model is one text: the model, and behind it the four lines of its [minisign](https://jedisct1.github.io/minisign/) signature over
 //! every byte before them. So it travels, is kept and is recorded as one file with one SHA-256. On a disk the signature lies beside the

@@ -1,4 +1,4 @@
-//! Messages of gripd in, the objects that stand for them in JSON out. Names and units of the fields are a contract: what has a unit ends in it.
+//! Messages of gripd as objects in JSON. Names and units of the fields are a contract: what has a unit ends in it.
 #![expect(missing_docs, reason = "a field is what the message's field of that name is")]
 
 use crate::config::Uid;

@@ -1,4 +1,4 @@
-//! A running alarm in, whether it has the steady level of a machine out.
+//! Detector of the steady level of a machine in a running alarm.
 //!
 //! A slip stops, or its level goes up and down with speed and surface. A machine that began after the floor was learned,
 //! or that strikes again and again, keeps one level: the alarm never ends, and only a calibration beside the machine

@@ -1,4 +1,4 @@
-//! MCAP recordings in, the events that the pipeline makes of them out, beside those that were recorded.
+//! Replay of MCAP recordings: the events that the pipeline makes of them, beside those that were recorded.
 
 use crate::{
     model::{HostEstimator, ModelError, default_estimator, parse_estimator},

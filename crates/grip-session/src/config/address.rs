@@ -1,4 +1,4 @@
-//! Texts such as `tcp:127.0.0.1:7747` in, checked addresses and identities out.
+//! Checked addresses and identities, from texts such as `tcp:127.0.0.1:7747`.
 
 use core::{fmt, net::SocketAddr, str::FromStr};
 use serde::{Deserialize, Deserializer, Serialize};

@@ -1,4 +1,4 @@
-//! A configuration that is legal in, what looks unintended about it out.
+//! Warnings about a configuration that is legal: what looks unintended about it.
 
 use super::{HostConfig, address::Listen, keys::RealtimeMode, layers::Setting};
 

@@ -1,4 +1,4 @@
-//! Two configurations in, the keys that differ and which of them a running gripd can take over out.
+//! Difference of two configurations: the keys that differ, and which of them a running gripd can take over.
 
 use super::{HostConfig, error::HostConfigError, error::Place, error::ValueError};
 use core::fmt;

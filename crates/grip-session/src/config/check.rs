@@ -1,4 +1,4 @@
-//! Merged settings in, the first value that cannot be out.
+//! Check of merged settings: the first value that cannot be.
 
 use super::{HostConfig, LinkConfig, RecordingConfig, error::ValueError};
 use slip_core::{ConfigError, Signal, units::Hertz};

@@ -1,4 +1,4 @@
-//! The texts of configuration files in, checked settings or the line and column of the mistake out.
+//! Checked settings from the texts of configuration files, or the line and column of the mistake.
 
 mod address;
 pub mod advice;

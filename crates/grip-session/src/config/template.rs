@@ -1,4 +1,4 @@
-//! The name of recordings with its place in; the name of one file out.
+//! Template for the names of recordings, with a placeholder; it gives the name of one file.
 
 use crate::utc;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Measurements of one property in; its value with its uncertainty out.
+//! Estimate of one property from its measurements: its value with its uncertainty.
 
 use serde::{Deserialize, Serialize};
 

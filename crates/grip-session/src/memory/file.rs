@@ -1,4 +1,4 @@
-//! A file of objects in, a memory out, and back.
+//! File of the memory: its objects, read and written.
 
 use super::{LONGEST_NAME, MOST_OBJECTS, Memory, Object};
 use std::{

@@ -1,4 +1,4 @@
-//! Bytes of rows and bytes of the host in; frames to the host and the force for a gripper out: a virtual board, sans-IO.
+//! Virtual board, sans-IO: frames to the host and the force for a gripper from bytes of rows and bytes of the host.
 
 mod gripper;
 mod ident;

@@ -1,4 +1,4 @@
-//! When rows came in; a device clock that runs in the time of the rows, out.
+//! Device clock that runs in the time of the rows, from when they came.
 //!
 //! The clock runs with the host's. It goes forward at once where a row is ahead of it, and slows down where every row of a second was
 //! behind it: so it follows a source that is fast or slow, and a row that is late stays late. Rows that stay behind by more than

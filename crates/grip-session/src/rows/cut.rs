@@ -1,4 +1,4 @@
-//! Bytes in any pieces in; one row of values after the other out, or what is wrong with it.
+//! Parser of bytes in any pieces into rows of values, one after the other, or what is wrong with one.
 
 use super::header::{Header, RowFormat};
 

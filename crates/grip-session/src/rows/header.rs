@@ -1,4 +1,4 @@
-//! The first line of the rows in; their columns, rate and format out.
+//! Parser of the first line of the rows: their columns, rate and format.
 
 use crate::replay;
 use core::str::FromStr;

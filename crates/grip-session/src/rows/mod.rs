@@ -1,4 +1,4 @@
-//! Rows of numbers that another program sends, in; frames of the link out: a program with samples, as a board with sensors.
+//! Rows of numbers that another program sends, as frames of the link: a program with samples, as a board with sensors.
 //!
 //! A header of one line names columns and rate, `vibration,force_n,rate=1600`. Rows follow, as CSV or as packed f32. A
 //! [`RowBoard`] answers the host as a device does, so that nothing else knows where the samples come from.

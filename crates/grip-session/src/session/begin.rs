@@ -1,4 +1,4 @@
-//! What a pipeline knows in; the beginning of the one that follows it, and what is asked of the gripper for it, out.
+//! Beginning of a pipeline from what the one before it knows, and what is asked of the gripper for it.
 
 use super::{Session, SessionError, pace::SlewLimiter};
 use crate::{config::HostConfig, replay::stylus_config};

@@ -1,4 +1,4 @@
-//! The reason why a link closed in, a sentence for people out.
+//! Sentences for people about the reason why a link closed.
 
 use grip_link::{host::CloseReason, message::Kind};
 

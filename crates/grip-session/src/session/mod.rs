@@ -1,4 +1,4 @@
-//! Bytes from a gripper and the time in; force commands for it, events and the state of the link out.
+//! Session with a gripper: force commands, events and the state of the link from its bytes and the time.
 //!
 //! Joins the link and the pipeline, sans-IO: the daemon drives it with a serial port and a clock, the
 //! grasp runs with a simulated gripper and simulated time, and both execute the same lines.

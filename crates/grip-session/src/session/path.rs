@@ -1,4 +1,4 @@
-//! Rows of a frame in, steps of the pipeline out, one at a time; with what clients set and what the gripper reports of its own motion.
+//! Path of a frame's rows through the pipeline, one step at a time; with what clients set and what the gripper reports of its own motion.
 
 use super::{Session, Update};
 use crate::report::Event;
@@ -164,7 +164,7 @@ fn taxels_of<'a>(row: &Row<'_>, frame: &'a mut [f32]) -> &'a [f32] {
     if taxels.iter().all(|value| value.is_nan()) { &[] } else { taxels }
 }
 
-// What clients ask for in; what of it stands, and when a stop is sent again, out.
+// Client set points.
 
 /// A stop is sent this often until the gripper reports that it has stopped (us).
 const STOP_EVERY_US: u64 = 20_000;

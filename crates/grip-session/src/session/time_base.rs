@@ -1,4 +1,4 @@
-//! Ticks and numbers of rows in; a pipeline time that only goes forward, and the state of the device's clock, out.
+//! Pipeline time that only goes forward, from ticks and numbers of rows, and the state of the device's clock.
 //!
 //! Device time is followed as long as it is plausible beside the row numbers and the host's clock. A row whose tick does not follow, while
 //! its number does, is timed by its number at the configured rate; ticks are followed again once they have run for [`RUN_US`]. A row

@@ -1,4 +1,4 @@
-//! Files and flags from the lowest to the highest in; one configuration, and where each of its values stands, out.
+//! Merge of files and flags from the lowest to the highest: one configuration, and where each of its values stands.
 //!
 //! Flags win over the environment, that over `./gripd.toml`, the user's and `/etc/gripd/gripd.toml`; each layer replaces single
 //! keys of the ones below it. Tables are merged, everything else (arrays too) is replaced as a whole. Each file is read and checked

@@ -1,4 +1,4 @@
-//! What a gripper on a line of its own shows, in; its column of the rows, out.
+//! State of a gripper on a line of its own, and its column of the rows.
 
 use super::BoardOptions;
 use crate::rows::Header;

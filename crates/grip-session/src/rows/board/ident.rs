@@ -1,4 +1,4 @@
-//! A header in; the board that it is to the host, out.
+//! The board that a header is to the host.
 
 use super::{BoardOptions, gripper::shows_force};
 use crate::rows::header::Header;
