@@ -1,4 +1,4 @@
-//! Force target in, force of one finger on the object out.
+//! Model of the drive: the force of one finger on the object for a force target.
 //!
 //! The fingers first travel to the object; from touch on the set point follows the target at a limited slew
 //! rate and the force follows the set point with a first-order lag, integrated exactly.

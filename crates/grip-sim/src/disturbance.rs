@@ -1,4 +1,4 @@
-//! A scene's motion level in, what the robot's own motion adds to the stylus and to the motion reference out.
+//! Disturbance by the robot's own motion at a scene's motion level: what it adds to the stylus and to the motion reference.
 //!
 //! Sources, all in metres at the stylus and at level 1:
 //! - structural resonances at 14, 31, 72, 155, 420, 850 Hz (damping ratios 0.04 to 0.02; rms 3, 2, 1.2, 0.6,

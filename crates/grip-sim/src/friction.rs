@@ -1,4 +1,4 @@
-//! Relative speed and normal force in, tangential force of one finger out.
+//! Friction of one finger: the tangential force at a relative speed and normal force.
 //!
 //! LuGre model (C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of
 //! systems with friction", IEEE Trans. Automatic Control 40(3), 1995): the pad's elastic shear is a bristle

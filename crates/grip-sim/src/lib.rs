@@ -1,4 +1,4 @@
-//! A scene and force targets in; noisy sensor samples, and the truth behind them, out.
+//! Simulator of grasps, driven by a scene and force targets: noisy sensor samples, and the truth behind them.
 //!
 //! Everything is seeded: the same scene, seed and targets give the same samples bit for bit on one machine.
 //! Time advances only when asked ([`Grasp::step_sample`]); no part reads a clock.

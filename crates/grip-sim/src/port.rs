@@ -1,4 +1,4 @@
-//! A virtual device, its pseudo-terminal and a clock in; a gripper that lives in real time out.
+//! A gripper that runs in real time: a virtual device at its pseudo-terminal, paced by a clock.
 
 mod simulator;
 

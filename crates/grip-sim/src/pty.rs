@@ -1,4 +1,4 @@
-//! Nothing or the path of a link in, a pseudo-terminal out: the virtual gripper's serial port.
+//! Pseudo-terminal, with a link to it where a path is given: the virtual gripper's serial port.
 //!
 //! The host opens [`Pty::port`] (or the link) as if it were a serial port; the virtual microcontroller reads and
 //! writes the other side without ever blocking. The line is raw: every byte passes unchanged. The

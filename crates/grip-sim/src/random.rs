@@ -1,4 +1,4 @@
-//! A seed and a purpose in, an independent stream of random numbers out.
+//! Independent streams of random numbers, by seed and purpose.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;

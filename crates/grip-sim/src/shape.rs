@@ -1,4 +1,4 @@
-//! Amplitude, wavelength, tilt and curvature in; the height of the waviness and form of a surface at any place out.
+//! Height of the waviness and form of a surface at any place, by amplitude, wavelength, tilt and curvature.
 //!
 //! Texture is form, waviness and roughness; [`crate::surface`] adds this to its asperities. Waviness is a sum of three waves,
 //! form is a parabola:

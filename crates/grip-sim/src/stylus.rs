@@ -1,4 +1,4 @@
-//! Height of the surface under the stylus in, displacement of the stylus out.
+//! Model of the stylus: its displacement over the height of the surface under it.
 //!
 //! A point mass m on a spring k and damper c towards the finger, and a one-sided contact k_c with its own
 //! damper c_c towards the surface (Kelvin-Voigt, no adhesion: the contact only pushes):

@@ -1,4 +1,4 @@
-//! Roughness and a seed in, a height profile h(x) of any length out.
+//! A height profile h(x) of any length, by roughness and seed.
 //!
 //! The profile is a row of asperities. The i-th has height delta_i above its valleys and spacing s_i and
 //! rises and falls as `h(u) = delta_i / 2 (1 - cos(2 pi u / s_i))`, so profile and slope are continuous.

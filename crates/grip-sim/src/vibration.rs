@@ -1,4 +1,4 @@
-//! Speed of sliding in, what an accelerometer in the finger shows out.
+//! Model of an accelerometer in the finger: what it shows at a speed of sliding.
 //!
 //! Sliding excites the finger with white noise whose size grows with a power of the speed. Two of its modes (300 Hz,
 //! quality 5; 900 Hz, quality 6) and a rest below 2 kHz answer, in shares that are drawn for each object; together they

@@ -1,4 +1,4 @@
-//! A configuration and a seed in, rows of training data for the force estimator out.
+//! Generator of training data for the force estimator: rows by configuration and seed.
 //!
 //! Each row is one trial grasp: an object too heavy for the trial force slips by the micro-displacement d, and
 //! what a sensor could know of that slip stands beside the force that would have been adequate. With F the

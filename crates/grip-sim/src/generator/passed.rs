@@ -1,4 +1,4 @@
-//! A surface and a path on it in, what its irregularities show out.
+//! Irregularities of a surface along a path on it, and what they show.
 
 use crate::stylus::StylusConfig;
 use crate::surface::Surface;

@@ -1,4 +1,4 @@
-//! An object, a trial force and a travel in, the simulated slip from its onset to that travel out.
+//! The simulated slip of an object under a trial force, from its onset to a given travel.
 
 use super::Slip;
 use crate::grasp::{Grasp, LANDING_M};

@@ -1,4 +1,4 @@
-//! An object in, a stretch of sliding as the pipeline measures it out: any force from far too light to
+//! A stretch of sliding of an object as the pipeline measures it: any force from far too light to
 //! braking hard, any speed, 4 to 40 ms long.
 //!
 //! A trial grasp starts from rest with too little force; a gripper that has begun to answer the slip presses

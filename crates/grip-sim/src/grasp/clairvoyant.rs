@@ -1,4 +1,4 @@
-//! A scene and a controller that knows everything in, whether even that one keeps the object out.
+//! Controller that knows everything: whether even that one keeps the object of a scene.
 //!
 //! Bounds what any real controller may be asked: it applies the trial force, sees the first slip however
 //! small, and after a fixed delay commands 1.2 times the needed force. What it drops cannot be held with that

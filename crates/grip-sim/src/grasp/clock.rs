@@ -1,4 +1,4 @@
-//! A sample rate in, time stamps that do not drift out.
+//! Clock of a sample rate, with time stamps that do not drift.
 
 use slip_core::units::Micros;
 

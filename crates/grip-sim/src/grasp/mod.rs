@@ -1,4 +1,4 @@
-//! A scene and a force target for each sample period in; sensor samples and the truth out.
+//! Simulation of a grasp, driven by a force target for each sample period: sensor samples and the truth of a scene.
 //!
 //! Two equal fingers press an object of mass m with force N each. A support carries it until the lift and then
 //! hands its weight over in a ramp r(t) from 0 to 1. Both fingers see the same load, so one friction

@@ -1,4 +1,4 @@
-//! True values in, one noisy [`Sample`] out.
+//! Sensor model: one noisy [`Sample`] of the true values.
 //!
 //! Styli and forces carry white Gaussian noise. The moved distance stands for an optical displacement
 //! sensor or a roller with encoder: Gaussian jitter, then rounding to its resolution (1 um by default).

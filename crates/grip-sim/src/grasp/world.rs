@@ -1,4 +1,4 @@
-//! A scene in; the constants of its run, and what acts on the object at a time, out.
+//! The constants of a scene's run, and what acts on the object at a time.
 
 use crate::actuator::ActuatorConfig;
 use crate::friction::LuGreConfig;

@@ -1,4 +1,4 @@
-//! A sample in, the sample that broken sensors show out.
+//! Model of broken sensors: the sample that they show.
 
 use crate::random::{self, Purpose};
 use crate::scene::{NoiseConfig, Scene};

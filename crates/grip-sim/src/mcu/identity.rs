@@ -1,4 +1,4 @@
-//! A scene in, what the device reports about itself out: channels, scales, limits, identity.
+//! What the device of a scene reports about itself: channels, scales, limits, identity.
 
 use crate::scene::{ACCELERATION_SPAN_M_S2, STYLUS_SPAN_M, Scene, SceneConfig};
 use grip_link::device::DeviceConfig;

@@ -1,4 +1,4 @@
-//! Bytes from the host and time in, bytes to the host out: a gripper's microcontroller around a simulated grasp.
+//! A gripper's microcontroller around a simulated grasp: bytes to the host, from bytes of the host and the time.
 //!
 //! The virtual device speaks the real protocol through [`grip_link::device::DeviceLink`], which also enforces limits
 //! and failsafe; the force it allows drives the [`Grasp`], whose samples go out in batches. Nothing here reads a

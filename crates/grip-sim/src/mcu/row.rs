@@ -1,4 +1,4 @@
-//! A sample in, one row of the channels the host asked for out, as i16 or f32.
+//! One row of a sample, in the channels the host asked for, as i16 or f32.
 
 use super::identity::{Reading, scale};
 use crate::scene::SceneConfig;

@@ -1,4 +1,4 @@
-//! Readings in, the fault of a gripper without a usable slip sensor out (rule R7 of the failsafe).
+//! Monitor of the readings: the fault of a gripper without a usable slip sensor (rule R7 of the failsafe).
 //!
 //! The stylus is out of use while it is dead, frozen or saturated. That is a fault only where no other slip sensor is left: a second stylus
 //! (judged as the first), the tangential force (not dead, not frozen) or the moved distance (not dead; at rest it repeats itself).

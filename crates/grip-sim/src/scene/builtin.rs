@@ -1,4 +1,4 @@
-//! A scene's name or path in, the scene out.
+//! Built-in scenes and scene files, by name or path.
 
 use super::{Scene, SceneError};
 use std::{borrow::Cow, path::Path};

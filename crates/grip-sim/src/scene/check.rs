@@ -1,4 +1,4 @@
-//! A scene configuration in, the first field that is out of its range out.
+//! Check of a scene configuration: the first field that is out of its range.
 
 use super::{SceneConfig, table::Ranged as _};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! A number or a distribution in, one value out.
+//! A quantity of a scene: a number or a distribution to draw it from.
 
 use crate::random;
 use rand_chacha::ChaCha8Rng;

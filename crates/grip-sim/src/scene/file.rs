@@ -1,4 +1,4 @@
-//! The name of a scene or of its file in; the scene, or what is wrong with it and where, out.
+//! Reader of a scene by its name or that of its file: the scene, or what is wrong with it and where.
 
 use super::{Scene, SceneError, load};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What happens to an object while it is held, as written in a scene in; mass, acceleration, pull and friction at any time out.
+//! Load of an object while it is held, as written in a scene: mass, acceleration, pull and friction at any time.
 //!
 //! All times count from the lift. With the mass m(t), the acceleration a(t) of the hand (up is positive), the pull P(t) along the
 //! fingers and the friction mu(t), each of two fingers needs

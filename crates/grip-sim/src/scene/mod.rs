@@ -1,4 +1,4 @@
-//! The name or TOML text of a scene in, a checked scene with its drawn object out.
+//! A checked scene with its drawn object, from its name or TOML text.
 //!
 //! [`SceneConfig`] is the text as written; a quantity may be a number or a distribution. [`Scene::new`] checks
 //! every range and draws the distributed quantities with the seed, so one file stands for many objects.

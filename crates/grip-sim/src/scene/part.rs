@@ -1,4 +1,4 @@
-//! The name or file of a gripper or of its sensors in; a scene that has it out.
+//! A gripper or its sensors by name or file, and a scene that has it.
 //!
 //! A part states some keys of a scene, as a scene file does, without `name`. What it states takes the place of what the scene states.
 
