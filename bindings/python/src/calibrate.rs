@@ -1,4 +1,4 @@
-//! Rows without slip in; a noise floor, slack and what they stand on out.
+//! Calibration with rows without slip: a noise floor, slack and what they stand on.
 
 use crate::{
     input::{Names, refused, unreadable, unwritable},

@@ -1,4 +1,4 @@
-//! Python objects in; checked numbers, names and times out. What is wrong becomes a Python exception with a sentence.
+//! Conversion of Python objects to checked numbers, names and times. What is wrong becomes a Python exception with a sentence.
 
 use core::fmt::Display;
 use numpy::{

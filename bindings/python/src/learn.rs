@@ -1,4 +1,4 @@
-//! Rows with targets in, a trained network out.
+//! Training of a network with rows and targets.
 
 use crate::{
     input::{Names, Number, numbers, refused, shape, unreadable, unwritable},

@@ -1,4 +1,4 @@
-//! NumPy arrays in; slip events, statistics, E_sc, force commands and simulated grasps out. Glue alone: every algorithm stands in the
+//! Python bindings on NumPy arrays: slip events, statistics, E_sc, force commands and simulated grasps. Glue alone: every algorithm stands in the
 //! crates below. Names, shapes and units are those of `python/slipgrip/_core.pyi`.
 
 mod calibrate;

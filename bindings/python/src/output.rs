@@ -1,4 +1,4 @@
-//! Events and tables in, Python dictionaries out, with the keys of the JSON lines of gripctl.
+//! Conversion of events and tables to Python dictionaries, with the keys of the JSON lines of gripctl.
 
 use crate::input::refused;
 use pyo3::{intern, prelude::*, sync::PyOnceLock, types::PyDict};

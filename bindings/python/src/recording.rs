@@ -1,4 +1,4 @@
-//! Files in, recordings as arrays out.
+//! Recordings as arrays, from files.
 
 use crate::{
     input::{Block, Names, exists, rate, refused, times},

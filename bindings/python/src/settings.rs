@@ -1,4 +1,4 @@
-//! The arguments `config`, `calibration` and `model` in, the settings of a pipeline out.
+//! Settings of a pipeline, from the arguments `config`, `calibration` and `model`.
 
 use crate::{
     calibrate::Calibration,

@@ -1,4 +1,4 @@
-//! A scene and force targets in, sensor rows and the truth out: what `slipgrip.GraspEnv` stands on.
+//! Simulated grasp, of a scene and force targets: sensor rows and the truth, the base of `slipgrip.GraspEnv`.
 
 use crate::input::{positive, refused};
 use grip_record::{Channel, ChannelSet, StylusKind};

@@ -1,4 +1,4 @@
-//! Rows in, events, statistics and force commands out.
+//! Detector and pipeline for rows: events, statistics and force commands.
 
 use crate::{
     input::{Block, Names, exists, refused, times},

@@ -1,4 +1,4 @@
-//! Irregularities or a height profile in, every reading of E_sc with its enclosure out.
+//! Every reading of E_sc with its enclosure, of irregularities or a height profile.
 
 use crate::{
     input::{positive, refused, vector},

@@ -1,4 +1,4 @@
-//! SHA-256 of models that were put in force here in, whether one of them comes again out: the way back, which no signature closes.
+//! Register of models that were put in force here, by SHA-256, to know one that comes again: the way back, which no signature closes.
 //!
 //! A model that was in force was taken by the rules of its time. The same bytes are taken again, also where `model_keys` was set since. Kept in
 //! the folder of dumps, where there is one, since gripfleet gives a gripd that starts the model it has accepted; else until gripd ends.

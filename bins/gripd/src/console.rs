@@ -1,4 +1,4 @@
-//! What happens in, lines for the person at the keyboard out: events on standard output, the rest on standard error.
+//! Lines for the person at the keyboard about what happens: events on standard output, the rest on standard error.
 
 use crate::clock::Clock;
 use grip_daemon::{

@@ -1,4 +1,4 @@
-//! Settings in, running threads out, and what they did at the end.
+//! Threads of the daemon, started with its settings, and what they did at the end.
 //!
 //! hot: bytes to commands. port: finds and opens lines. recorder: files. This thread: everything that people and programs see.
 

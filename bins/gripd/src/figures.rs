@@ -1,4 +1,4 @@
-//! What is known of the daemon in; what clients are sent when they come, and what their sockets report to the board, out.
+//! Reports about the daemon: what clients are sent when they come, and what their sockets report to the board.
 
 use crate::settings::Settings;
 use grip_daemon::{

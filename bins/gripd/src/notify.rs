@@ -1,4 +1,4 @@
-//! What the service manager wants to know in, its datagrams out; nothing where none asked.
+//! Notifier of the service manager: datagrams with what it wants to know; nothing where none asked.
 
 use core::time::Duration;
 use sd_notify::NotifyState;

@@ -1,4 +1,4 @@
-//! Items of the hot thread in, files out: the thread that may wait for a disk.
+//! Recorder of items of the hot thread in files: the thread that may wait for a disk.
 
 use crate::{
     clock::Clock,

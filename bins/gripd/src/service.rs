@@ -1,4 +1,4 @@
-//! Items of the hot thread in; lines, answers to clients, figures and dumps out: everything that people and programs see.
+//! Service of everything that people and programs see: lines, answers to clients, numbers and dumps, from items of the hot thread.
 
 mod models;
 mod objects;

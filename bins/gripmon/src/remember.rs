@@ -1,4 +1,4 @@
-//! The arrangement of the window in; its file out, when the window is closed and when the program is asked to end.
+//! Memory of the arrangement of the window: its file, written when the window is closed and when the program is asked to end.
 
 use crate::layout::{Layout, LayoutError};
 use signal_hook::iterator::Signals;

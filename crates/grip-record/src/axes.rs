@@ -1,4 +1,4 @@
-//! A header in, the columns of a vector (`vibration_x`, `vibration_y`, `vibration_z`) out.
+//! Columns of a vector (`vibration_x`, `vibration_y`, `vibration_z`) in a header.
 //!
 //! | columns | the vector |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Column names in, the fields of a `Sample` they fill out.
+//! Channels of a recording: column names and the fields of a `Sample` they fill.
 
 use std::collections::BTreeMap;
 

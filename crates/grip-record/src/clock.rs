@@ -1,4 +1,4 @@
-//! Stamps of rows in, the times of a recording out.
+//! Clock of a recording: its times, from the stamps of its rows.
 //!
 //! Stamps are whole nanoseconds. A counter of 32 bits that begins again is continued; stamps that count from 1970, or begin
 //! below 0, are moved to 0, but for those of a column `t_s`, which are the times of its labels too; rows whose stamps are

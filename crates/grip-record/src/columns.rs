@@ -1,4 +1,4 @@
-//! Columns of numbers in, a recording out: what readers of other formats give; or rows of them in, a sample each out.
+//! Recording from columns of numbers, as readers of other formats give them; or from rows of them, a sample each.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! A table in, its samples and what is odd about them out.
+//! Reader of a table: its samples, and what is odd about them.
 
 use std::borrow::Cow;
 use std::fs::File;

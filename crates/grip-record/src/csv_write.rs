@@ -1,4 +1,4 @@
-//! Samples in, a CSV recording out that reads back bit by bit the same.
+//! Writer of samples as a CSV recording that reads back bit by bit the same.
 
 use std::io::{self, Write};
 

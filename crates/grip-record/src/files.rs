@@ -1,4 +1,4 @@
-//! A path in, a regular file or its content out: nothing that people name is waited for, or read whole before its size is known.
+//! Reader of regular files, by their path: nothing that people name is waited for, or read whole before its size is known.
 
 use std::{
     fs::{self, File},

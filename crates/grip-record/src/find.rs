@@ -1,4 +1,4 @@
-//! Names and units of signals in, what each of them is in a recording out.
+//! Lookup of what each signal is in a recording, by its name and unit.
 //!
 //! 1. `--map OURS=NAME` states what a signal is. `NAME` may be a group: `--map vibration=/imu.linear_acceleration` takes its axes,
 //!    `--map pressure=/skin.data` its items as taxels.

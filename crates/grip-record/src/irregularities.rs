@@ -1,4 +1,4 @@
-//! A CSV file with `delta_m` and `s_m` in, a list of irregularities out.
+//! Reader of a list of irregularities, from a CSV file with `delta_m` and `s_m`.
 
 use std::path::Path;
 

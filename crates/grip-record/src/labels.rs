@@ -1,4 +1,4 @@
-//! `labels.csv` of a folder in, what is known about each of its recordings out.
+//! Reader of `labels.csv` of a folder: what is known about each of its recordings.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A label in, the row of `labels.csv` that describes it out; everything else in the file stays.
+//! Writer of the row of `labels.csv` that describes a label; everything else in the file stays.
 
 use std::io;
 use std::path::Path;

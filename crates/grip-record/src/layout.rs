@@ -1,4 +1,4 @@
-//! The names of columns in a recording in, the place of every channel in a row out.
+//! Layout of a row: the place of every channel, by the names of columns in a recording.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Files in, checked samples and labels out, and back: recordings of gripper sensors as CSV, and everything that leaves gripd as
+//! Reader and writer of checked samples and labels: recordings of gripper sensors as CSV, and everything that leaves gripd as
 //! MCAP ([`mcap`]).
 //!
 //! A recording is a table ([`grip_table`]) whose columns are found by name; other names, units and clocks are understood as

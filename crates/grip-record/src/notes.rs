@@ -1,4 +1,4 @@
-//! Samples in, counts of what is odd about them out; nothing here is an error.
+//! Counts of what is odd about samples; nothing here is an error.
 
 use core::fmt;
 

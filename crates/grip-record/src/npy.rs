@@ -1,4 +1,4 @@
-//! The header of an `.npy` in, where its numbers lie out; or the bytes of one column in, its numbers or texts out.
+//! Format `.npy`: the header, which states where the numbers lie, and the bytes of one column as numbers or texts.
 //!
 //! A header is a literal of Python, of so many bytes at most; it is read as the JSON that says the same.
 

@@ -1,4 +1,4 @@
-//! An `.npz` of NumPy in, its named columns out, and back.
+//! Reader and writer of the named columns of an `.npz` of NumPy.
 //!
 //! Each array of one dimension is a column under its name, as `numpy.savez(FILE, t_s=..., stylus=...)` or `savez_compressed`
 //! writes them. Of an array that nobody asks for only the name is read.

@@ -1,4 +1,4 @@
-//! Where numbers of a fixed size lie in a file in, rows of them out, a piece at a time: what WAV, NPY and NPZ are alike.
+//! Places of numbers of a fixed size in a file, and a reader of their rows, a piece at a time: what WAV, NPY and NPZ are alike.
 
 use std::fs::File;
 use std::io::{self, Read, Seek as _, SeekFrom};

@@ -1,4 +1,4 @@
-//! `phases.csv` of a folder in, what went on in its recordings beside slips out: the causes that an alarm can have.
+//! Reader of `phases.csv` of a folder: what went on in its recordings beside slips, the causes that an alarm can have.
 
 use std::path::{Path, PathBuf};
 

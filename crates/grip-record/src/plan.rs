@@ -1,4 +1,4 @@
-//! The header and the first rows of a table in, what its columns are and where its times come from out.
+//! Plan of a table, from its header and first rows: what its columns are and where its times come from.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A CSV file with `x_mm` and `height_um` in, a height profile at equal steps out.
+//! Height profile at equal steps, from a CSV file with `x_mm` and `height_um`.
 
 use core::ops::Range;
 use std::path::Path;

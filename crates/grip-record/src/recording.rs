@@ -1,4 +1,4 @@
-//! The cells of rows in, a recording out: what files of every kind share.
+//! A recording, gathered from the cells of rows: what files of every kind share.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `NAME_pose.csv` beside a recording in, the distance moved at any time out.
+//! Distance moved at any time, from `NAME_pose.csv` beside a recording.
 
 use std::path::{Path, PathBuf};
 

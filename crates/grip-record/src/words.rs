@@ -1,4 +1,4 @@
-//! Names that people give to signals in, what they mean by them out.
+//! Meaning of the names that people give to signals.
 
 /// The part of a name that states what it is: behind topic and fields, without its unit.
 pub(crate) fn plain(name: &str) -> String {

@@ -1,4 +1,4 @@
-//! A recording that is damaged in, what can be read of it out: the parts that cannot are passed over and counted.
+//! Damage in a recording: what can be read is read, and the parts that cannot are passed over and counted.
 
 use grip_record::mcap::{McapError, McapIndex, McapReader};
 use std::io::{Read, Seek};

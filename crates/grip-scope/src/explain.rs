@@ -1,4 +1,4 @@
-//! A slip in; what each method saw, and why the force moved, out: sentences made from the events and curves of the model.
+//! Explanation of a slip: what each method saw, and why the force moved, in sentences made from the events and curves of the model.
 
 use crate::feed::causes_text;
 use crate::format::with_unit;

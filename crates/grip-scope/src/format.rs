@@ -1,4 +1,4 @@
-//! Values and units in, short text of a steady width out.
+//! Format of values and units as short text of a steady width.
 
 /// Powers of ten that have a name.
 const PREFIXES: [(f64, &str); 9] = [

@@ -1,4 +1,4 @@
-//! A span of the model in; a page about the grasp in it out: numbers, curves, an explanation of each slip, events.
+//! Report of the grasp in a span of the model, as a page: numbers, curves, an explanation of each slip, events.
 
 use crate::channel::Channel;
 use crate::explain::{self, Explanation};

@@ -1,4 +1,4 @@
-//! Two times in, the stretch between them out.
+//! The stretch between two times.
 
 /// A stretch of time on the axis of the model (s); `from_s` is not above `to_s`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,4 +1,4 @@
-//! Bytes of a daemon's socket in, what is to be published of them out. No socket and no clock.
+//! Bridge from the bytes of a daemon's socket to what is to be published of them. No socket and no clock.
 
 use crate::{
     deploy::{ModelId, hex},

@@ -1,4 +1,4 @@
-//! Numbered events of one gripper in, as they come and as they are asked for again; each of them out once, in the order of the log.
+//! Receiver of numbered events of one gripper, as they come and as they are asked for again: each of them once, in the order of the log.
 
 use crate::id::EventId;
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! The number and time of an event in, 24 bytes out, and back.
+//! Number and time of an event, encoded in 24 bytes and decoded.
 
 use core::{fmt, str::FromStr};
 

@@ -1,4 +1,4 @@
-//! A message of one gripper in, the JSON object that stands for it on the network, in lines of gripfleet and in the archive, out.
+//! The JSON object that stands for a message of one gripper on the network, in lines of gripfleet and in the archive.
 
 use crate::{id::Stamp, key::Member, message::Message};
 use grip_link::message::daemon::ToClient;

@@ -1,4 +1,4 @@
-//! A site and a gripper in, the names under which its messages are published out, and back.
+//! Names under which the messages of a gripper at a site are published, made and parsed.
 //!
 //! `grip/v1/SITE/UID/state`, `.../events`, `.../health`, `.../samples` are publications, `.../alive` is the sign that the gripper's
 //! daemon is there, the others answer questions. Each event of an answer has a name of its own, `.../events/RUN/NUMBER`, and so has each

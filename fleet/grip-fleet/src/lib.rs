@@ -1,18 +1,18 @@
-//! Frames of a gripper's daemon in, names and events that survive a lost network out; and back, for those who watch many grippers.
+//! Publisher of frames of a gripper's daemon, as names and events that survive a lost network, and receiver for those who watch many grippers.
 //!
 //! What travels are the frames that clients of the daemon get at its socket (`protocol/CLIENTS.md`), unchanged, under names
 //! that [`Member::key`] makes. Nothing but the module `net` and the server in [`live`] knows a
 //! network:
 //!
-//! * [`Bridge`]: bytes of the daemon in, what is to be published out;
+//! * [`Bridge`]: what is to be published of the bytes of the daemon;
 //! * [`EventLog`]: events in, numbered once and kept as long as there is room, in memory or in a [`Spool`];
-//! * [`archive`]: events and HEALTH of many grippers in, MCAP files by day out, each event once through kills;
-//! * [`json`]: a message in, the JSON object that stands for it out;
-//! * [`live`]: messages of one daemon in, those of a live view for Foxglove out;
+//! * [`archive`]: events and HEALTH of many grippers as MCAP files by day, each event once through kills;
+//! * [`json`]: the JSON object that stands for a message;
+//! * [`live`]: messages of one daemon as those of a live view for Foxglove;
 //! * [`recordings`]: what a daemon has recorded, and copies of it elsewhere;
-//! * [`Follower`]: numbered events of one gripper in, each of them out once and in order, or the request for what is missing;
-//! * [`deploy`]: a model that comes to one gripper in, whether it may be tried, stays or goes back out;
-//! * [`rollout`]: many grippers and what each reports in, who gets a model next, and who gives it back, out;
+//! * [`Follower`]: receiver of the numbered events of one gripper, each of them once and in order, or the request for what is missing;
+//! * [`deploy`]: whether a model that comes to one gripper may be tried, stays or goes back;
+//! * [`rollout`]: who of many grippers gets a model next, and who gives it back, by what each reports;
 //! * [`ros`]: the same messages as the node of a ROS 2 gripper would report them.
 
 mod about;

@@ -1,4 +1,4 @@
-//! Events in, numbered once each; all that came after one of them out, as long as there was room.
+//! Log of events, numbered once each: it gives all that came after one of them, as long as there was room.
 
 use crate::{
     follower::Since,

@@ -1,4 +1,4 @@
-//! Bytes of one publication in, the daemon's message out.
+//! The daemon's message in the bytes of one publication.
 
 use grip_link::{
     cobs,

@@ -1,4 +1,4 @@
-//! Events in, kept over an end of the daemon; what an earlier run has left out.
+//! Store of events, kept over an end of the daemon, with what an earlier run has left.
 //!
 //! Two files stand for a gripper, `UID.0.events` and `UID.1.events`. Records are put behind the others in one of them until it has
 //! half of the room; then the other one begins anew. A file is `GRIPEV2\n`, its number (u64) and records: length of the frame (u16), number

@@ -1,4 +1,4 @@
-//! A connection to gripd in, publications on a network of many grippers out, on three threads: one keeps events and never waits for a network,
+//! Connection from gripd to publications on a network of many grippers, on three threads: one keeps events and never waits for a network,
 //! one talks to it, one looks after models. gripd serves the first as it serves any client; a network that is gone stops nothing.
 
 use crate::{

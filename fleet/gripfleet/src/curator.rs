@@ -1,5 +1,5 @@
-//! Orders from the network, and grasps and settings of gripd, in; answers and models for gripd out: the thread that may wait for a disk and for
-//! gripd. It ends a trial that nobody watches any more.
+//! Curator of models, by orders from the network, and grasps and settings of gripd: answers, and models for gripd. This thread may wait for a disk
+//! and for gripd. It ends a trial that nobody watches any more.
 
 use crate::{
     clock::{Clock, utc_ns},

@@ -1,4 +1,4 @@
-//! Questions for recordings in, their answers out, one piece at a time, so that nothing else waits for a disk or a file.
+//! Server of recordings: answers to questions for them, one piece at a time, so that nothing else waits for a disk or a file.
 
 use grip_fleet::{
     net::{NetError, Question},

@@ -1,4 +1,4 @@
-//! What is to be published in, a gripper on the network out. This thread may wait for the network; nobody waits for it.
+//! Publisher of a gripper on the network. This thread may wait for the network; nobody waits for it.
 
 use crate::{
     clock::Clock,

@@ -1,4 +1,4 @@
-//! Flags, environment and the configuration files of gripd in; what gripfleet runs with out.
+//! Settings of gripfleet, from flags, environment and the configuration files of gripd.
 
 use crate::cli::Cli;
 use grip_fleet::{Site, net::Network};

@@ -1,4 +1,4 @@
-//! A network of grippers in; a window with a table of all of them, and the ordinary view of the one that is opened, out.
+//! Window for a network of grippers: a table of all of them, and the ordinary view of the one that is opened.
 //!
 //! ```text
 //! thread of the network -> Hall { Roster } -> views -> Vec<TableAction> -> Table -> Request

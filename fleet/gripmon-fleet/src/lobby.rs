@@ -1,4 +1,4 @@
-//! The table without a system's window around it: roster and requests in, one frame and what is left to be done out.
+//! The table without a system's window around it: one frame from roster and requests, and what is left to be done.
 
 use super::hall::Hall;
 use super::table::{Table, TableAction};

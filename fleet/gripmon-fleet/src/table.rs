@@ -1,4 +1,4 @@
-//! What the user asks for in; which rows the table shows, in which order, and which one is chosen, out.
+//! State of the table, by what the user asks for: which rows it shows, in which order, and which one is chosen.
 
 use crate::grippers::{Column, Member, Roster, Row, Sorting, order};
 

@@ -1,4 +1,4 @@
-//! What a gripper is to do, as it is typed in; the same as it travels out. Of `gripctl command` and of `gripfleet command`.
+//! Arguments of `gripctl command` and of `gripfleet command`: what a gripper is to do, as it is typed in and as it travels.
 
 use clap::Subcommand;
 use grip_link::message::{

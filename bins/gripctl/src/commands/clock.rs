@@ -1,4 +1,4 @@
-//! The clocks of the toolbox: nothing in, time out. Everything else is given the time.
+//! The clocks of the toolbox. Everything else is given the time.
 
 use core::time::Duration;
 use rustix::time::{ClockId, clock_gettime};

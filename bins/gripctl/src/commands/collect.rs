@@ -1,4 +1,4 @@
-//! `gripctl collect`: recordings of many grippers in, rows for `gripctl train` out.
+//! `gripctl collect`: rows for `gripctl train`, from recordings of many grippers.
 
 use super::{checked, csv_options, host_config};
 use crate::{

@@ -1,4 +1,4 @@
-//! Names of columns and a file in, rows for a learner out.
+//! Rows for a learner, from a file and the names of its columns.
 
 use super::read;
 use crate::{cli::learn::ColumnArgs, output};

@@ -1,4 +1,4 @@
-//! `gripctl command`: what the gripper of a running gripd is to do in; whether gripd takes it, and what it does, out.
+//! `gripctl command`: a command for the gripper of a running gripd; whether gripd takes it, and what it does.
 
 use super::clock;
 use crate::{cli::CommandArgs, output};

@@ -1,4 +1,4 @@
-//! `gripctl doctor`: a port and this computer in; findings out, each with the command that fixes it.
+//! `gripctl doctor`: findings about a port and this computer, each with the command that fixes it.
 
 mod access;
 mod finding;

@@ -1,4 +1,4 @@
-//! C source of a model and the model in, how far they agree out: compiles the source with a driver and feeds both the same
+//! Comparison of a model with its C source, how far they agree: compiles the source with a driver and feeds both the same
 //! features.
 
 use anyhow::{Context as _, bail};

@@ -1,4 +1,4 @@
-//! Options of training rules in, their settings out.
+//! Settings of training rules, from their options.
 
 use crate::cli::learn::HyperArgs;
 use grip_session::exit::WrongArgument;

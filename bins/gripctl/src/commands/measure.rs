@@ -1,4 +1,4 @@
-//! A port in; a recording of its gripper at rest, and in motion where that is wanted, out. Nothing is commanded.
+//! Recording of the gripper at a port at rest, and in motion where that is wanted. Nothing is commanded.
 
 use super::{attach::Attached, checked};
 use crate::{cli::CalibrateArgs, output};

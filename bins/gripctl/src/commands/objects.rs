@@ -1,4 +1,4 @@
-//! `gripctl objects`: a memory of objects in, a table out. `gripctl object`: a name for the next object in, the answer of gripd out.
+//! `gripctl objects`: a table of a memory of objects. `gripctl object`: a name for the next object, and the answer of gripd.
 
 use super::command::{FORBIDDEN, PATIENCE, first, silent};
 use crate::{

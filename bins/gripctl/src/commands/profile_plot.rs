@@ -1,4 +1,4 @@
-//! A measured profile in, its picture with peaks and valleys out.
+//! Chart of a measured profile with peaks and valleys.
 
 use grip_eval::profile::Evaluation;
 use grip_plot::{Axis, Chart, Layer, Mark};

@@ -1,4 +1,4 @@
-//! The samples and steps of a replay in; a picture of signal and statistic with the slips shaded out.
+//! Chart of the samples and steps of a replay: signal and statistic with the slips shaded.
 
 use grip_plot::{Axis, Chart, Layer, Mark};
 use slip_core::{Phase, Sample, SlipReport, Step};

@@ -1,4 +1,4 @@
-//! `gripctl status`: the address of a gripd in; how it does, once, every second, or event by event out.
+//! `gripctl status`: how the gripd at an address does, once, every second, or event by event.
 
 use super::{clock, command::PATIENCE};
 use crate::{cli::StatusArgs, output};

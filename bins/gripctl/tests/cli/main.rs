@@ -1,4 +1,4 @@
-//! gripctl as a person or a script meets it: its arguments and files in, its output and exit code out.
+//! Tests of gripctl as a person or a script meets it: its arguments, files, output and exit code.
 #![expect(clippy::cognitive_complexity, reason = "every assertion counts as a branch")]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 

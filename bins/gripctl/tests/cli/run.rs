@@ -1,4 +1,4 @@
-//! Arguments in, what gripctl printed and how it ended out.
+//! Run of gripctl with arguments: what it printed and how it ended.
 
 use serde_json::Value;
 use std::{

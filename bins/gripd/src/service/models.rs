@@ -1,4 +1,4 @@
-//! Models that clients bring in; put in force by the hot thread, in the recording and in the settings, or as a shadow here, out.
+//! Models that clients bring: put in force by the hot thread, in the recording and in the settings, or as a shadow here.
 
 use super::{Pending, Service};
 use crate::settings::{Loaded, model_file};

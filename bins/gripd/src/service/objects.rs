@@ -1,4 +1,4 @@
-//! Names of objects that clients give, and what grasps show, in; what the next grasp begins with, and a file that people read, out.
+//! Memory of objects, by the names that clients give and what grasps show: what the next grasp begins with, and a file that people read.
 
 use super::Service;
 use core::fmt::Write as _;

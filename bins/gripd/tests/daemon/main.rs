@@ -1,4 +1,4 @@
-//! gripd as a person or a script meets it: its arguments in, its output, recording and exit code out.
+//! Tests of gripd as a person or a script meets it: its arguments, output, recording and exit code.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod arm;

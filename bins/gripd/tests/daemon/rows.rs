@@ -1,4 +1,4 @@
-//! Rows of another program in; slips, commands and a summary out, on standard output and back to the program.
+//! Tests with rows of another program: slips, commands and a summary, on standard output and back to the program.
 
 use crate::{
     recording::replays,

@@ -1,4 +1,4 @@
-//! A range and a number of ticks in; round places and their labels out.
+//! Ticks of a range, for a number of them: round places and their labels.
 
 use crate::num;
 

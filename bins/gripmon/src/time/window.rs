@@ -1,4 +1,4 @@
-//! The span of data and what the user did in; the span that is seen out.
+//! The span that is seen, from the span of data and what the user did.
 
 use grip_scope::Span;
 

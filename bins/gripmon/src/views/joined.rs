@@ -1,4 +1,4 @@
-//! Stretches of time, however many, in; as few rectangles across a plot as can be distinguished, out.
+//! Stretches of time, however many, joined to as few rectangles across a plot as can be distinguished.
 
 use crate::plot::Frame;
 use eframe::egui::{Color32, Mesh, Painter, Rangef, Rect, Shape};

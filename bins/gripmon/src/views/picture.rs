@@ -1,4 +1,4 @@
-//! What a picture of data shall show in; one on the graphics card, made anew only where that can be seen, out.
+//! Picture of data on the graphics card, made anew only where a change in what it shall show can be seen.
 
 use crate::num;
 use crate::plot::Frame;

@@ -1,4 +1,4 @@
-//! Numbers and strings in, the bytes of a CDR message out, and back.
+//! Encoder and decoder of the bytes of a CDR message: numbers and strings.
 //!
 //! Plain CDR (XCDR1), little-endian: four bytes 00 01 00 00, then every number at a multiple of its own size, counted from
 //! after these four. A string is its length with the closing zero, its bytes, a zero; a sequence its count and its elements.

@@ -1,4 +1,4 @@
-//! An MCAP file of any program in, its channels and messages out, as they are.
+//! Reader of an MCAP file of any program: its channels and messages, as they are.
 
 use std::collections::BTreeMap;
 use std::fs::File;

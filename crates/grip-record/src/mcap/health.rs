@@ -1,4 +1,4 @@
-//! Figures of a daemon in, the message of a live view out: what recordings do not hold.
+//! Health message of a live view, with the numbers of a daemon: what recordings do not hold.
 
 use super::cdr::{CdrError, CdrReader, CdrWriter};
 use super::schema;

@@ -1,4 +1,4 @@
-//! The end of an MCAP file in; where its chunks stand, and when, out: what is needed to look into the middle of a large recording.
+//! Index at the end of an MCAP file: the places and times of its chunks, needed to look into the middle of a large recording.
 
 use super::raw::{LONGEST, footer, summary_chunks};
 use mcap::records::ChunkIndex;

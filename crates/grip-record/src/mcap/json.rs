@@ -1,4 +1,4 @@
-//! JSON messages of any topics in, an MCAP file out.
+//! Writer of an MCAP file, from JSON messages of any topics.
 
 use core::fmt;
 use core::sync::atomic::{AtomicU64, Ordering};

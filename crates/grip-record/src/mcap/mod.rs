@@ -1,4 +1,4 @@
-//! What leaves a gripper's daemon in, MCAP recordings that PlotJuggler, Foxglove and `gripctl` open out, and back.
+//! Writer and reader of what leaves a gripper's daemon, as MCAP recordings that PlotJuggler, Foxglove and `gripctl` open.
 //!
 //! A recording is an MCAP file (mcap.dev/spec) in chunks compressed with lz4. Its messages are CDR with ROS 2 definitions
 //! ([`Topic`], [`Record`]); log times are wall time at host time 0 plus the monotonic host time, so they never go back, whatever

@@ -1,4 +1,4 @@
-//! The bytes of an MCAP file in, its records with their offsets out; nothing in a file makes this panic, or take more than
+//! Reader of the records of an MCAP file with their offsets; nothing in a file makes this panic, or take more than
 //! [`LONGEST`] bytes for a record or for a chunk.
 //!
 //! Layout of the format: mcap.dev/spec. A file is magic, records (one byte of opcode, eight of length, a body), magic. A chunk

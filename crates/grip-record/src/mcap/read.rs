@@ -1,4 +1,4 @@
-//! A recording of gripd in, its messages, files and notes out in their order.
+//! Reader of a recording of gripd: its messages, files and notes in their order.
 
 use std::collections::BTreeMap;
 use std::fs::File;

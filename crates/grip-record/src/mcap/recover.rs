@@ -1,4 +1,4 @@
-//! A recording that was cut off or damaged in, a finished one with all that is whole out.
+//! Recovery of a recording that was cut off or damaged: a finished one with all that is whole.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

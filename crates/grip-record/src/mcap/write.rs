@@ -1,4 +1,4 @@
-//! Records with their host times in, a finished MCAP file out.
+//! Writer of a finished MCAP file, from records with their host times.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 use std::borrow::Cow;

@@ -1,4 +1,4 @@
-//! Samples at full rate in; what a detector of the scope's own makes of them out: band energies, peaks and valleys, E_sc with its
+//! Observer of samples at full rate, a detector of the scope's own: band energies, peaks and valleys, E_sc with its
 //! enclosure, spectra.
 //!
 //! The observer runs the pipeline with every stage on and without a controller, at a fixed cost a sample. It has the settings that the

@@ -1,4 +1,4 @@
-//! Samples of the stylus in, spectra of some milliseconds each out.
+//! Spectra of samples of the stylus, some milliseconds each.
 
 use crate::feed::{DB_BASE, DB_STEP, SpectrumColumn};
 use core::f32::consts::TAU;

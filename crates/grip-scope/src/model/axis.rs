@@ -1,4 +1,4 @@
-//! Times of a device that may restart or go wrong in, times on one axis that never goes back out.
+//! Time axis that never goes back, for times of a device that may restart or go wrong.
 
 /// Times that go back by less than this (s) are those of single rows out of order, which are left out.
 const ROW_S: f64 = 0.1;

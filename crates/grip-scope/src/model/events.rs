@@ -1,4 +1,4 @@
-//! Events and states in order of time in; what happened in a span, what comes next, and what happened to the object out.
+//! Events and states in order of time: what happened in a span, what comes next, and what happened to the object.
 
 use super::timeline::{Room, Stretch, Timeline};
 use crate::feed::{EventKind, EventMark};

@@ -1,4 +1,4 @@
-//! Ends of gaps in the samples in; whether a point of a curve that is no row joins the one before it out.
+//! Ends of gaps in the samples: whether a point of a curve that is no row joins the one before it.
 //!
 //! States and what is derived come in blocks behind the rows of their time: by the time of a gap, not by the order in which things come, the curve is
 //! shown that opens and where.

@@ -1,4 +1,4 @@
-//! Items of a source in, the model that holds them out.
+//! Intake of the items of a source into the model.
 
 use super::axis::Placed;
 use super::events::Doing;

@@ -1,4 +1,4 @@
-//! What sources report in; everything a scope shows out: bounded history of each channel, events, spectra, health.
+//! Model of everything a scope shows, from what sources report: bounded history of each channel, events, spectra, health.
 //!
 //! Nothing here knows windows, threads or clocks. Memory is bounded: the oldest thousand samples of all channels go first.
 

@@ -1,4 +1,4 @@
-//! The address of a daemon in; what it reports out, for as long as the scope looks, however often the daemon goes and comes.
+//! Source of what the daemon at an address reports, for as long as the scope looks, however often the daemon goes and comes.
 
 use super::outlet::Outlet;
 use super::reception::Reception;

@@ -1,4 +1,4 @@
-//! Messages of one connection to a daemon in, items for the model out.
+//! Receiver of the messages of one connection to a daemon, as items for the model.
 
 use super::outlet::Outlet;
 use super::reported;

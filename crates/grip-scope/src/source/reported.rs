@@ -1,4 +1,4 @@
-//! Messages of a daemon in, items for the model out.
+//! Conversion of messages of a daemon to items for the model.
 
 use crate::channel::Channel;
 use crate::feed::{EventKind, EventMark, Feed, RowBlock, TaxelBlock};

@@ -1,4 +1,4 @@
-//! What a person types in, the source that is meant out.
+//! Specification of a source, parsed from what a person types.
 
 use super::outlet::Outlet;
 use core::fmt;

@@ -1,4 +1,4 @@
-//! Models that ask for too little or too much in; how many simulated roll-outs of each are rolled back, and after how many grasps, out.
+//! Simulation of roll-outs of models that ask for too little or too much: how many of each are rolled back, and after how many grasps.
 //!
 //! Each model grasps the same objects of the grasp simulator once, and estimates once beside the default model on them. A roll-out draws the grasps
 //! of its grippers from these, with a seed: before it with the default model, then beside it, and then with the new one. Stages, numbers of grasps

@@ -1,5 +1,5 @@
-//! Events and HEALTH of many grippers in, MCAP files of JSON messages out, one or more a day (UTC); each event once, through kills. No network and
-//! no clock.
+//! Archive of events and HEALTH of many grippers in MCAP files of JSON messages, one or more a day (UTC); each event once, through kills. No network
+//! and no clock.
 //!
 //! A folder holds finished files, `2026-11-26.mcap`, `2026-11-26-0001.mcap`, .., at most one that is being written, `..mcap.part`, and
 //! `archive.json`: which file that is, how many of its bytes count, and the last event of each run of each gripper in all files. Bytes are on disk

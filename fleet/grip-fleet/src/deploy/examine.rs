@@ -1,4 +1,4 @@
-//! The bytes of a model file, and what they are said to be, in; a model that may be tried on a gripper, or a sentence against it, out.
+//! Check of the bytes of a model file against what they are said to be: a model that may be tried on a gripper, or a sentence against it.
 //!
 //! The self-test asks the model about 256 slips of objects of which the right answer is known exactly: `objects.csv`, as `gripctl generate
 //! --source trial --rows 256 --seed 4711` writes it (constant friction, no noise, a seed that no built-in model was trained on), so that

@@ -1,4 +1,4 @@
-//! Orders to take a model or to give it back, and grasps, in; which model has to be in force out. No network, no thread, no disk and no clock.
+//! Rules for which model has to be in force, by orders to take a model or to give it back, and grasps. No network, no thread, no disk and no clock.
 //!
 //! A model that is taken is on trial, for as long as somebody watches it: it stays with an order to accept it, and goes where no order to watch
 //! it came for the time of its lease. [`Lasting`] is what survives an end of the daemon: it names a model on trial, but a daemon that starts is

@@ -1,4 +1,4 @@
-//! Orders and counts in; answers, notices for people and the models to put in force out: the rules of [`Deployment`] with a [`Shelf`] beneath them.
+//! The rules of [`Deployment`] with a [`Shelf`] beneath them: answers, notices for people and the models to put in force, by orders and counts.
 
 use super::{
     Declined, Deployment, Entry, Examined, Fault, History, How, ModelId, Offer, Order, Origin,

@@ -1,4 +1,4 @@
-//! Recordings of a gripper and a model in, the grasps in them with what that model would have asked for out: a replay, in which nothing moves.
+//! Replay of recordings of a gripper with a model, in which nothing moves: the grasps in them with what that model would have asked for.
 //!
 //! A recording has the model and the settings that it was made with, and every command of a client. So the replay commands what was commanded,
 //! and both models are asked about the same slips, as in shadow mode. What cannot be replayed is named, and is no pass.

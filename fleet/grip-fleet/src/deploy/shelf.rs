@@ -1,4 +1,4 @@
-//! A folder in; the models of one gripper, and which of them it has accepted, kept over an end of its daemon out.
+//! Folder of the models of one gripper, and which of them it has accepted, kept over an end of its daemon.
 //!
 //! `SHA256.json` are models, `standing.json` is [`Lasting`], `history.json` is [`History`]. A model is read only where its SHA-256 is that of its name.
 

@@ -1,4 +1,4 @@
-//! Messages of a daemon in, records of a live view out.
+//! Conversion of messages of a daemon to records of a live view.
 
 use grip_link::message::daemon::{Gripper, Health, Notice, Sensor, SensorHealth, Welcome};
 use grip_record::mcap::{EventRecord, HealthRecord};

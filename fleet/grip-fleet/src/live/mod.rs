@@ -1,4 +1,4 @@
-//! Messages of one daemon in, the messages of a live view out: the topics, schemas and bytes that a recording has, so that the same
+//! Messages of a live view of one daemon: the topics, schemas and bytes that a recording has, so that the same
 //! layout shows both.
 //!
 //! [`Translator`] is that without a network and without a clock; `Server`, behind the feature `foxglove`, serves it to any number of

@@ -1,4 +1,4 @@
-//! Messages of a live view in, WebSocket connections of Foxglove apps out.
+//! WebSocket server of the messages of a live view, for Foxglove apps.
 
 use super::{Topic, Wanted};
 use core::{

@@ -1,4 +1,4 @@
-//! Times of daemon and gripper in, log times out.
+//! Log times, from times of daemon and gripper.
 
 use grip_link::message::daemon::Gripper;
 

@@ -1,4 +1,4 @@
-//! Messages of a daemon in, (topic, log time, bytes of the message) out.
+//! Translator of messages of a daemon to (topic, log time, bytes of the message).
 
 use super::time::{Clocks, Source};
 use super::{Topic, Wanted, convert};

@@ -1,4 +1,4 @@
-//! What one gripper's daemon reports in, publications, a sign of life and answers out.
+//! Publisher of what one gripper's daemon reports: publications, a sign of life and answers.
 
 use super::{NetError, PATIENCE, refused};
 use crate::{

@@ -1,4 +1,4 @@
-//! A question to one gripper in, the parts of its answer out.
+//! Question to one gripper, and the parts of its answer.
 
 use super::{NetError, refused};
 use crate::key::{Member, Part};

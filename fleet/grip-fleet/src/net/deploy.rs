@@ -1,4 +1,4 @@
-//! A session, a model and a clock in; who has taken the model, how it does there and who gives it back out: [`Rollout`] over a network.
+//! [`Rollout`] over a network, with a session, a model and a clock: who has taken the model, how it does there and who gives it back.
 //!
 //! Nothing here reads a clock of its own. Many grippers are asked at once; one that does not answer is asked again with the next turn, since each order
 //! may come twice.

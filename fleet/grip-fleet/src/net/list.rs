@@ -1,4 +1,4 @@
-//! A session in, the grippers that are there now and what each reports of itself out.
+//! List of the grippers that are there now, over a session, and what each reports of itself.
 
 use super::{NetError, PATIENCE, refused};
 use crate::{

@@ -1,4 +1,4 @@
-//! A router's address in, a session with it out, and what grippers and receivers do there.
+//! Session with a router at an address, and what grippers and receivers do there.
 //!
 //! One session each, as a client of a router; nothing is searched for by multicast or gossip, and nothing listens. Names,
 //! retries and the like come from a Zenoh configuration file, whose keys are read first; mode, scouting and, where it is given, the endpoint

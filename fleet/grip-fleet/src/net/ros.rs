@@ -1,4 +1,4 @@
-//! What one gripper's daemon reports in, the topics of a ROS 2 node out, on a session that is there anyway.
+//! Publisher of what one gripper's daemon reports as the topics of a ROS 2 node, on a session that is there anyway.
 
 use super::{NetError, refused};
 use crate::{

@@ -1,4 +1,4 @@
-//! A session in, the events of many grippers out: each once, those of one gripper in order, and who comes and goes.
+//! Subscriber to the events of many grippers, over a session: each once, those of one gripper in order, and who comes and goes.
 
 use super::{NetError, refused};
 use crate::{

@@ -1,4 +1,4 @@
-//! A recording that a gripper reports, and somebody who asks for its bytes, in; the same file in a folder here out.
+//! Copy of a recording that a gripper reports to the same file in a folder here, through somebody who asks for its bytes.
 
 use super::{MOST, PIECE, Piece, Recording, is_plain};
 use std::{

@@ -1,4 +1,4 @@
-//! A folder of recordings at one gripper in, copies of them elsewhere out: what is asked and answered under [`Part::Recordings`], and both ends
+//! Transfer of a folder of recordings at one gripper to copies elsewhere: what is asked and answered under [`Part::Recordings`], and both ends
 //! of it, without a network.
 //!
 //! A question without parameters is answered with the [`Recording`]s there are, as JSON lists of at most [`LISTED`] each. One with `name`,

@@ -1,4 +1,4 @@
-//! Where a daemon records in, the recordings that are there and their bytes out, and nothing else of that folder.
+//! The recordings that are there where a daemon records, and their bytes, and nothing else of that folder.
 
 use super::{LISTED, MOST, PIECE, Piece, Recording, is_plain};
 use grip_session::config::RecordTemplate;

@@ -1,4 +1,4 @@
-//! STATE, SLIP and ESTIMATES of a daemon in, what each finished grasp came to out.
+//! Log of grasps, from STATE, SLIP and ESTIMATES of a daemon: what each finished grasp came to.
 //!
 //! A grasp begins when the controller holds something after the fingers were open, and ends when they open or the object is lost. It counts
 //! only where the gripper was active and without a fault, and where one model held it from beginning to end. Everything is counted: an object

@@ -1,4 +1,4 @@
-//! Grasps with the model of before and with the new one in; the evidence that the new one is worse out.
+//! Sequential test of grasps with the new model against those with the one of before: the evidence that the new one is worse.
 //!
 //! Each grasp with the new model is compared with `per` earlier grasps of the same gripper, which are used once. Where both models are
 //! equal, each of the `per + 1` grasps is the worst of them with the same probability, whatever the grasps are like. A bet on that is an

@@ -1,4 +1,4 @@
-//! Grippers, and what each of them reports, in; who gets a new model next, and who gives it back, out. No network and no clock.
+//! Plan of a roll-out, by what each gripper reports: who gets a new model next, and who gives it back. No network and no clock.
 //!
 //! Everybody is asked whether it would take the model, before anybody has it, and replays its own recordings with it. Then it estimates beside the
 //! model in force at all of them, and moves nothing ([`ShadowConfig`]). Then one gripper tries it, then some, then all. A stage is over when each of

@@ -1,4 +1,4 @@
-//! What two models made of slips, and what the grasps later showed, in; whether the second one would ask for far too little or too much, out.
+//! Test of whether the second of two models would ask for far too little or too much, by what both made of slips and what the grasps later showed.
 //!
 //! A grasp counts once, with its first slip that either model had an estimate of. The object slipped last at a force that is too little, and was
 //! held at the end with one that is enough. The model in force shows what lies between. The second model is

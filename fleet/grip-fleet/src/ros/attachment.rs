@@ -1,4 +1,4 @@
-//! The number and time of a publication in, the 33 bytes that stand beside it out.
+//! Attachment of a publication: its number and time in the 33 bytes that stand beside it.
 
 use twox_hash::XxHash3_128;
 

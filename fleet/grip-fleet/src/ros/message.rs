@@ -1,4 +1,4 @@
-//! STATE and SLIP of a daemon in, the bytes of ROS 2 messages out.
+//! Encoder of STATE and SLIP of a daemon as the bytes of ROS 2 messages.
 
 use super::topic::RosTopic;
 use crate::{id::EventId, message::Message};

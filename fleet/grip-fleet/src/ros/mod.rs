@@ -1,4 +1,4 @@
-//! What a gripper's daemon reports in, names, bytes and stamps as a ROS 2 node on Zenoh would give them out. No ROS, no network, no clock.
+//! Names, bytes and stamps of what a gripper's daemon reports, as a ROS 2 node on Zenoh would give them. No ROS, no network, no clock.
 //!
 //! A ROS 2 computer whose middleware is `rmw_zenoh_cpp` finds nodes by liveliness tokens, and receives publications whose name is made of domain,
 //! topic, type and a hash of the type's fields. Who keeps these rules is a node, whatever it is written in. Sources:

@@ -1,4 +1,4 @@
-//! A gripper in, the names of its node and topics out, and those that Zenoh has for them.
+//! Names of a gripper's node and topics, and those that Zenoh has for them.
 
 use super::topic::RosTopic;
 use crate::key::Member;

@@ -1,4 +1,4 @@
-//! A kind of message in, its topic, type and the hash of its type out.
+//! Topics of a gripper's node: name, type and hash of the type for each kind of message.
 
 slip_core::named! {
     /// What the node of a gripper publishes.

@@ -1,4 +1,4 @@
-//! An object of the grasp simulator and a model, or two of them, in, the grasp as gripfleet reads it from STATE, SLIP and ESTIMATES out.
+//! Grasp of an object of the grasp simulator with a model, or two of them, as gripfleet reads it from STATE, SLIP and ESTIMATES.
 
 use grip_eval::grasp::{Hand, Line, Setup, play, send_all};
 use grip_fleet::rollout::{Grasp, GraspLog};

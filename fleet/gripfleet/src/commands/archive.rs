@@ -1,4 +1,4 @@
-//! `gripfleet archive`: a router in; events and HEALTH of all grippers in files by day out, until it is stopped.
+//! `gripfleet archive`: archive of events and HEALTH of all grippers at a router, in files by day, until it is stopped.
 
 use super::{Unreadable, network, stopped};
 use crate::cli::fleet::ArchiveArgs;

@@ -1,4 +1,4 @@
-//! `gripfleet back`, `pause` and `resume`: some grippers in; each of them ordered to do it, whatever else goes on there, and how it stands, out.
+//! `gripfleet back`, `pause` and `resume`: an order to each of some grippers, whatever else goes on there, and how it stands.
 
 use super::{
     Of,

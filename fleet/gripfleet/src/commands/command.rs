@@ -1,4 +1,4 @@
-//! `gripfleet command`: what one gripper is to do in; whether its daemon takes it out.
+//! `gripfleet command`: a command for one gripper, and whether its daemon takes it.
 
 use super::network;
 use crate::{cli::fleet::CommandArgs, output};

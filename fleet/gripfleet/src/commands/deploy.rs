@@ -1,4 +1,4 @@
-//! `gripfleet deploy`: a model and some grippers in; the model on all of them, or the one of before on each, and why, out.
+//! `gripfleet deploy`: roll-out of a model to some grippers; the model on all of them, or the one of before on each, and why.
 
 use super::{Of, PlaceArgs, checked, network, say};
 use crate::{

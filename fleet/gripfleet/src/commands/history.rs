@@ -1,4 +1,4 @@
-//! `gripfleet history`: some grippers in; the roll-outs that they know, with how each ended at each of them, out.
+//! `gripfleet history`: the roll-outs that some grippers know, with how each ended at each of them.
 
 use super::{
     Of,

@@ -1,4 +1,4 @@
-//! `gripfleet`: a router in; who is there, and what happens to them, out.
+//! Commands of `gripfleet` at a router: who is there, and what happens to them.
 
 mod archive;
 mod back;

@@ -1,4 +1,4 @@
-//! What was shown of each gripper in, where to go on after a start out: the file of `gripfleet events --state`.
+//! The file of `gripfleet events --state`: what was shown of each gripper, and so where to go on after a start.
 
 use anyhow::Context as _;
 use core::time::Duration;

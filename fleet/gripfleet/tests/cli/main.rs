@@ -1,4 +1,4 @@
-//! The commands of gripfleet as a person or a script meets them: arguments and files in, output and exit code out.
+//! Tests of the commands of gripfleet as a person or a script meets them: arguments, files, output and exit code.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 #[path = "../../../../bins/gripctl/tests/cli/daemon.rs"]

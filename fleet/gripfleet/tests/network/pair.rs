@@ -1,4 +1,4 @@
-//! A folder in; a gripd on the simulator and its gripfleet, which read the same configuration there, out.
+//! Pair of a gripd on the simulator and its gripfleet, which read the same configuration in a folder.
 
 use std::{fs, net::TcpListener, path::Path};
 use stories::{Program, Signal, until};

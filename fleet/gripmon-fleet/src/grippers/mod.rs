@@ -1,4 +1,4 @@
-//! What many grippers report in; a table with a row for each of them, in fixed memory a gripper, out. No network and no clock.
+//! Table of what many grippers report, with a row for each of them, in fixed memory a gripper. No network and no clock.
 //!
 //! ```text
 //! thread of the network -> FleetFeed -> Roster -> rows in the order of a Sorting

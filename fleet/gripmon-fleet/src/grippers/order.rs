@@ -1,4 +1,4 @@
-//! A roster and what a person wants to see of it in; the rows that fit, in that order, out.
+//! Order of a roster: the rows that fit what a person wants to see of it, in that order.
 
 use super::column::{Column, Key};
 use super::roster::Roster;

@@ -1,4 +1,4 @@
-//! What the network reports in, all grippers that are or were there in this session out.
+//! Roster of all grippers that are or were there in this session, from what the network reports.
 
 use super::row::{Presence, Row, Trouble};
 use super::spark::{COLUMN_S, COLUMNS};

@@ -1,4 +1,4 @@
-//! Messages of one gripper in, what the table states of it out.
+//! Row of one gripper: what the table states of it, from its messages.
 
 use super::spark::Spark;
 use super::{Member, Received};

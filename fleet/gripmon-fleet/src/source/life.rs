@@ -1,4 +1,4 @@
-//! When a gripper came, spoke and went in; whether it is there out.
+//! Presence of a gripper: whether it is there, by when it came, spoke and went.
 
 use core::time::Duration;
 

@@ -1,4 +1,4 @@
-//! One gripper of a network in; the same items for the model as from its daemon's socket, but fewer of them, out.
+//! Source of one gripper of a network: the same items for the model as from its daemon's socket, but fewer of them.
 
 use super::life::{Life, Standing};
 use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend};

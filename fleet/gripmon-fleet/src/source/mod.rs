@@ -1,4 +1,4 @@
-//! A router's address in; what many grippers report, for a [`Roster`](crate::grippers::Roster), or one of them as a source, out.
+//! Sources at a router's address: what many grippers report, for a [`Roster`](crate::grippers::Roster), or one of them as a source.
 
 mod life;
 mod member;

@@ -1,4 +1,4 @@
-//! A network in, what all its grippers report out, from a thread of its own.
+//! Source of what all grippers of a network report, on a thread of its own.
 //!
 //! Where the table is being drawn the thread waits: events then wait in the session, of the rest what is out of date is dropped there.
 

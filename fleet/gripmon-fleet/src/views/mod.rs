@@ -1,4 +1,4 @@
-//! All grippers in; a table with a row for each, and requests of the user, out. Only the rows that can be seen are drawn.
+//! View of all grippers: a table with a row for each, and requests of the user. Only the rows that can be seen are drawn.
 
 mod bars;
 mod row;

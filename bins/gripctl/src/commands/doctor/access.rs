@@ -1,4 +1,4 @@
-//! A port in; whether this user may open it, who holds it, and what its bus and converter do to the timing, out.
+//! Check of a port: whether this user may open it, who holds it, and what its bus and converter do to the timing.
 
 use super::{System, finding::Finding, processes::Processes};
 use grip_port::{PortInfo, describe};

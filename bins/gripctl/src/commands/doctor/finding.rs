@@ -1,4 +1,4 @@
-//! One thing that was looked at in; a line with its verdict, and the command that fixes it, out.
+//! Finding about one thing that was looked at: a line with its verdict, and the command that fixes it.
 
 use core::fmt;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! A port in; what its gripper reports of itself, and how well samples and clocks come through in some seconds, out. Nothing is commanded.
+//! Check of the gripper at a port: what it reports of itself, and how well samples and clocks come through in some seconds. Nothing is commanded.
 
 use super::{
     super::attach::Attached,

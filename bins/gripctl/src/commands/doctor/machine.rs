@@ -1,4 +1,4 @@
-//! This computer in; what it grants to a real-time thread, out. What can be tried is tried, on a thread that ends at once.
+//! Check of what this computer grants to a real-time thread. What can be tried is tried, on a thread that ends at once.
 
 use super::{System, finding::Finding};
 use grip_daemon::realtime::{Measure, Outcome, RealtimeConfig, RealtimeMode, enter};

@@ -1,4 +1,4 @@
-//! /proc in; who runs, who holds a port, and who may reach for it, out.
+//! Processes in /proc: who runs, who holds a port, and who may write to it.
 
 use super::{System, finding::Finding};
 use std::{

@@ -1,4 +1,4 @@
-//! Arrivals of samples in; their rate and the longest pause between two arrivals out.
+//! Rate of arriving samples, and the longest pause between two arrivals.
 
 /// Counts arrivals by the host's clock.
 #[derive(Clone, Copy, Debug, Default)]

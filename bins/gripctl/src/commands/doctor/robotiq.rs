@@ -1,4 +1,4 @@
-//! A port and a unit in; what a gripper of Robotiq there reports of itself, out. Its status is read; nothing is written to it.
+//! Check of a gripper of Robotiq at a port and a unit: what it reports of itself. Its status is read; nothing is written to it.
 
 use super::{super::clock::Clock, finding::Finding};
 use grip_port::{READ_TIMEOUT, Source, UsbFilter};

@@ -1,4 +1,4 @@
-//! A recording of a sensor at rest in; what it can feel, and what keeps it from more, out.
+//! Check of a sensor by its recording at rest: what it can detect, and what keeps it from more.
 
 use super::finding::Finding;
 use grip_record::{Recording, StylusKind};

@@ -1,4 +1,4 @@
-//! The folder of recordings in; its free space and how fast it takes them, out. A file of a few megabytes is written and removed.
+//! Check of the folder of recordings: its free space and how fast it takes them. A file of a few megabytes is written and removed.
 
 use super::{super::clock, finding::Finding};
 use core::time::Duration;

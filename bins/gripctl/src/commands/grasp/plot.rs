@@ -1,4 +1,4 @@
-//! Grasps and totals in, a chart out.
+//! Chart of grasps and totals.
 
 use super::text;
 use grip_eval::grasp::{GraspResult, Total, Way};

@@ -1,4 +1,4 @@
-//! Grasps and totals in, lines for people out.
+//! Lines for people about grasps and totals.
 
 use crate::output::or_dash;
 use grip_eval::{

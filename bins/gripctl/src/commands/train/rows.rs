@@ -1,4 +1,4 @@
-//! Arguments in, rows to train on, to stop by and to test on out.
+//! Rows to train on, to stop by and to test on, from the arguments.
 
 use crate::{
     cli::learn::{SplitArgs, TrainArgs},

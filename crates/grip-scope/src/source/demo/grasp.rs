@@ -1,4 +1,4 @@
-//! A simulated object and time in; what sensors, pipeline and controller do with it out.
+//! Simulation of an object over time, and what sensors, pipeline and controller do with it.
 
 use super::{BETWEEN_US, GRASP_US, World};
 use crate::feed::{EventMark, Feed};

@@ -1,4 +1,4 @@
-//! The name of a simulated scene in; grasps in real time, one after the other, each with another object, out.
+//! Source of a simulated scene, by its name: grasps in real time, one after the other, each with another object.
 //!
 //! The simulated gripper and the session that gripd has exchange their bytes in this thread; only the line and the daemon's threads are
 //! left out. Device times go on from grasp to grasp, as if one gripper took one object after the other.

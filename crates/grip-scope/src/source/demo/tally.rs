@@ -1,4 +1,4 @@
-//! Sessions of one grasp after the other in, the figures a daemon would report out.
+//! Tally of sessions of one grasp after the other: the numbers a daemon would report.
 
 use grip_daemon::{Latency, clients};
 use grip_link::message::daemon::{BadFrames, ClockOffset, Health};

@@ -1,4 +1,4 @@
-//! A table in; its samples, and what a pipeline makes of them, out as they are read.
+//! Reader of a table as a source: its samples, and what a pipeline makes of them, as they are read.
 
 use super::{Stop, deliver};
 use crate::feed::{EventMark, Feed, ObserverSettings, StylusInfo};

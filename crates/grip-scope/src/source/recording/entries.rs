@@ -1,4 +1,4 @@
-//! What an MCAP recording holds in, items for the model out.
+//! Conversion of what an MCAP recording holds to items for the model.
 
 use crate::feed::{EventKind, EventMark, Feed, ObserverSettings, StylusInfo};
 use crate::source::stream::Stream;

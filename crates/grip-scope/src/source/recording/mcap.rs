@@ -1,4 +1,4 @@
-//! An MCAP recording in; a picture of all of it first, then everything in it, out.
+//! Reader of an MCAP recording as a source: a picture of all of it first, then everything in it.
 
 use super::entries::Entries;
 use super::{Stop, deliver, preview};

@@ -1,4 +1,4 @@
-//! The index of a recording in; where it begins and ends, and samples from some hundred places of it, out.
+//! Preview of a recording by its index: where it begins and ends, and samples from some hundred places of it.
 
 use super::{Stop, deliver};
 use crate::feed::{Feed, RowBlock};

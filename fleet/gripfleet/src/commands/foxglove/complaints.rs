@@ -1,4 +1,4 @@
-//! Log records of the server's library in, what people should know of them out.
+//! Filter of log records of the server's library: what people should know of them.
 
 use log::{LevelFilter, Log, Metadata, Record};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};

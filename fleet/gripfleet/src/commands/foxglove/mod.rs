@@ -1,4 +1,4 @@
-//! `gripfleet foxglove`: the address of a gripd in; a live view for any number of Foxglove apps out, until it is stopped.
+//! `gripfleet foxglove`: live view of the gripd at an address for any number of Foxglove apps, until it is stopped.
 
 mod complaints;
 mod talk;

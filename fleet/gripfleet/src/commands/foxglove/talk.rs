@@ -1,4 +1,4 @@
-//! One connection to a daemon: messages in, those of the live view out, and what is asked for follows what apps show.
+//! One connection to a daemon: its messages as those of the live view, and requests for what apps show.
 
 use super::View;
 use crate::clock;
