@@ -1,4 +1,4 @@
-//! Lengths of irregularities in, E_sc and its sums to 67 digits out: the reference of `tests/esc.rs` and of the program `accuracy`.
+//! E_sc and its sums to 67 digits, from lengths of irregularities: the reference of `tests/esc.rs` and of the program `accuracy`.
 //!
 //! Everything goes through `dashu-float` and shares no formula with the evaluators it judges: cot is cos/sin of the ratio itself.
 

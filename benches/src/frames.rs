@@ -1,4 +1,4 @@
-//! A count in, wire bytes of that many SAMPLES frames out; one GRIP.
+//! Wire bytes of a given count of SAMPLES frames, and of one GRIP.
 
 use crate::signals::Signals;
 use anyhow::Result;

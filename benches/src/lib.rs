@@ -1,4 +1,4 @@
-//! A scene, a shape or a count in; repeatable samples, networks and link frames for benches and tests out.
+//! Repeatable samples, networks and link frames for benches and tests, by scene, shape or count.
 //!
 //! ```text
 //! cargo bench -p slip-benches --bench pipeline    one sample through the pipeline, scene by scene

@@ -1,4 +1,4 @@
-//! Layer sizes in, networks with repeatable weights out.
+//! Networks of given layer sizes with repeatable weights.
 
 use mlp::{Activation, Column, Model, Network, Scaler, ShapeError, Transform, weight_count};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! Nothing in; the data sets, networks and starting weights on which other libraries are compared out.
+//! The data sets, networks and starting weights on which other libraries are compared.
 
 use core::fmt::Write as _;
 

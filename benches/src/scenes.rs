@@ -1,4 +1,4 @@
-//! A scene in; a pipeline that stands in it and samples that keep it there, out.
+//! Pipelines in the middle of a scene, with samples that keep them there.
 
 use crate::signals::{RATE_HZ, Signals};
 use anyhow::{Result, bail};

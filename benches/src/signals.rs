@@ -1,4 +1,4 @@
-//! Force and slip speed in, the next noisy sample of a gripper with stylus, force and travel sensor out.
+//! Simulated noisy samples of a gripper with stylus, force and travel sensor, from force and slip speed.
 
 use grip_sim::surface::{Surface, mean_spacing};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! The name of a program in, where cargo has built it out.
+//! Path at which cargo has built a program, by the program's name.
 //!
 //! Cargo shows only a package's own tests where its program stands. What lies beside this test may be older than its sources: `cargo test -p stories`
 //! does not build it, and a build that failed leaves the last one there. So cargo is asked, once for each story file: it looks at every source,

@@ -1,4 +1,4 @@
-//! A folder and arguments in, a program that runs while the story goes on out.
+//! A program that runs in a folder with arguments while the story goes on.
 
 use crate::{build, looked, until};
 use rustix::process::{Pid, Signal, kill_process};

@@ -1,4 +1,4 @@
-//! Seeded grasps in, the times from the bytes of a frame to the bytes of the command out.
+//! Latency of a session over seeded grasps: the times from the bytes of a frame to the bytes of the command.
 
 use crate::{histogram, now, record};
 use core::error::Error;

@@ -1,4 +1,4 @@
-//! Force and slip speed in, the next noisy sample at 10 kHz out: a stylus on asperities of 5.6 um, about 200 um apart.
+//! Simulated noisy samples at 10 kHz from force and slip speed: a stylus on asperities of 5.6 um, about 200 um apart.
 
 use slip_core::{Sample, units::Micros};
 

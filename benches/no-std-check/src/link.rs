@@ -1,4 +1,4 @@
-//! Bytes in, messages and bytes out: decoder, both ends of the link.
+//! Exported functions of the link, from bytes to messages and bytes: decoder, both ends of the link.
 
 use grip_link::{
     decoder::{Decoder, Verdict},

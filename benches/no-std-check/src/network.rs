@@ -1,4 +1,4 @@
-//! Inputs in, outputs of each kind of network out.
+//! Exported functions of each kind of network, from inputs to outputs.
 
 use mlp_core::{
     Activation, Column, Estimate, Model, Network, PredictError, ScaleError, Scaler, ShapeError,

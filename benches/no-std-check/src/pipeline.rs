@@ -1,4 +1,4 @@
-//! Samples in, steps out.
+//! Exported functions of the pipeline, from samples to steps.
 
 use mlp_core::{Model, Network, Scaler};
 use slip_core::{

@@ -1,4 +1,4 @@
-//! Ways to compute the same thing in; time and error of each, as table, JSON and chart, out.
+//! Comparison of ways to compute the same thing: time and error of each, as table, JSON and chart.
 //!
 //! A [`Panel`] is one question ("tan S for a hundred irregularities") with its [`Row`]s. A new one is a function that
 //! returns a panel, named in one of [`GROUPS`].

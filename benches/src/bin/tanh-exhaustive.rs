@@ -1,4 +1,4 @@
-//! Every `f32` in [-12, 12] in, the largest error of each single-precision tanh out; fails where a bound is broken.
+//! Check of each single-precision tanh over every `f32` in [-12, 12]: its largest error; fails where a bound is broken.
 //!
 //! `cargo run --release -p slip-benches --bin tanh-exhaustive [EVERY]`: 2.19e9 arguments, a minute or two a core, or one chunk of EVERY chunks. The reference is
 //! the `f64` tanh of the platform's C library, which shares nothing with ours.

@@ -1,4 +1,4 @@
-//! A clock in; the hot loop of gripd with all its rings out, and their other ends.
+//! The hot loop of gripd on a given clock, with all its rings and their other ends.
 
 use grip_daemon::{
     HotCounters,

@@ -1,4 +1,4 @@
-//! Signal over noise in the bands in; the least delay that any detector of their energies can have at a false-alarm interval out.
+//! Lower bound on the delay of any detector of band energies, from signal over noise in the bands and the false-alarm interval.
 //!
 //! A band of width B gives 2 B independent readings a second, Gaussian with variance 1 before the slip and 1 + s in it. One reading
 //! reports (s - ln(1 + s)) / 2 nats (the Kullback-Leibler divergence), so over bands that do not overlap

@@ -1,4 +1,4 @@
-//! Outcomes of many slips in, their quantiles and counts out.
+//! Quantiles and counts of the outcomes of many slips.
 
 use super::trials::Trial;
 

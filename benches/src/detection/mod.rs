@@ -1,4 +1,4 @@
-//! Signals of a held object with and without slip and robot motion in; false alarms and latencies out.
+//! False alarms and latencies on signals of a held object with and without slip and robot motion.
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! A seed in; the samples of a held object, moving robot and slips at will, out.
+//! Simulated samples of a held object, moving robot and slips at will, repeatable by seed.
 //!
 //! Stylus: height of the surface under it, the robot's own motion ([`grip_sim::disturbance`]) and 0.1 um of noise. A slip is
 //! 1 to 4 jumps of 1 to 6 um along the surface within 30 ms, then motion with a constant acceleration of 1 to 8 m/s^2.

@@ -1,4 +1,4 @@
-//! A scene in; a gripper that lives in real time behind a name, and can be unplugged, exchanged, restarted and disturbed, out.
+//! A gripper simulated from a scene in real time behind a port name; it can be unplugged, exchanged, restarted and disturbed.
 
 use super::judge::{Judge, Limits, Present};
 use core::sync::atomic::{AtomicBool, Ordering};

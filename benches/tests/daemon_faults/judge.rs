@@ -1,4 +1,4 @@
-//! Bytes that a gripper gets in; the commands among them that no daemon may ever send out.
+//! Judge of the bytes that a gripper gets: the commands among them that no daemon may ever send.
 //!
 //! The rules look at one thing only: what reached the gripper, in its order. Times are those of the gripper's own samples (a command names
 //! the sample that caused it), so a busy machine breaks none of them.

@@ -1,4 +1,4 @@
-//! Recordings that a fault left behind in; whether they can be read or recovered, and where their samples end, out.
+//! Check of recordings that a fault left behind: whether they can be read or recovered, and where their samples end.
 
 use grip_record::mcap::{Entry, McapError, McapReader, Record, no_unpack, recover};
 use std::{

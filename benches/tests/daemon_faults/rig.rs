@@ -1,4 +1,4 @@
-//! A kind of object in; a folder with a gripper, its configuration and a gripd in it, out.
+//! Test rig: a folder with a gripper that holds a kind of object, its configuration and a gripd.
 
 use super::{
     gripper::Gripper,

@@ -1,4 +1,4 @@
-//! Numbers of a fixed size (WAV, NPY, NPZ) in, a recording and its samples as the file is read out.
+//! Import of numbers of a fixed size (WAV, NPY, NPZ): a recording and its samples as the file is read.
 
 use crate::{ImportOptions, Imported, error::ImportError, has_ending, wav};
 use grip_record::{

@@ -1,4 +1,4 @@
-//! Streams of named numbers in, one recording and what was taken for what out.
+//! Assignment of streams of named numbers to one recording, and how each was interpreted.
 //!
 //! Signals of other topics than that of the vibration are put on its times as they were known then: the last reading before, for at
 //! most ten of their steps; a frame of taxels and a travel at the first time that is not earlier.

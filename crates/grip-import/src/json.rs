@@ -1,4 +1,4 @@
-//! A JSON message in, its numbers with their paths out.
+//! Numbers of a JSON message with their paths.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! Recordings of other programs in, recordings of this workspace and what was taken for what out.
+//! Import of recordings of other programs as recordings of this workspace, and how each signal was interpreted.
 //!
 //! | file | its signals | times |
 //! |---|---|---|

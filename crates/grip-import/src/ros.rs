@@ -1,4 +1,4 @@
-//! The definition of a ROS 2 message (`ros2msg` text) in, the numbers of its messages out.
+//! Decoder of the numbers of ROS 2 messages, by the definition of the message (`ros2msg` text).
 //!
 //! Layout of the bytes: [`CdrReader`]. Every number of a message is a leaf with a path (`linear_acceleration.x`, `data[3]`); texts are
 //! passed over, and so are arrays of more than [`MOST_ITEMS`] numbers, which are pictures.

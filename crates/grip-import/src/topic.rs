@@ -1,4 +1,4 @@
-//! Messages of a topic in, a stream of its numbers out.
+//! Reader of a topic: its messages as a stream of numbers.
 
 use crate::{
     error::ImportError,

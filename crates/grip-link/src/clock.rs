@@ -1,4 +1,4 @@
-//! PONGs in, the relation between microcontroller ticks and host time out.
+//! Clock synchronisation from PONGs: the relation between microcontroller ticks and host time.
 //!
 //! A PONG gives four times: t1 and t4 of the host (us), rx and tx of the MCU (ticks). Its round trip is
 //! RTT = (t4 - t1) - (tx - rx) / f, at least 5 % of the latter. Points with RTT <= 2 RTT_min are kept, the last 64 of them; the middle

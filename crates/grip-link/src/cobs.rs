@@ -1,4 +1,4 @@
-//! Bytes in, the same bytes without zeros out (consistent overhead byte stuffing), and back.
+//! Consistent overhead byte stuffing: the same bytes without zeros, and back.
 //!
 //! A code byte `c` stands before `c - 1` data bytes; a zero follows them unless `c = 255` or the data end
 //! there (S. Cheshire, M. Baker, "Consistent Overhead Byte Stuffing", 1997). Implementations differ after a

@@ -1,4 +1,4 @@
-//! Wire bytes in any chunking in, checked frames and counted faults out, one at a time.
+//! Decoder of wire bytes in any chunking: checked frames and counted faults, one at a time.
 //!
 //! The checks come in this order, each with its own counter, and a block that fails one is not looked at
 //! further: too long, COBS, length, CRC, direction, version, session, sequence, type. The buffer holds one

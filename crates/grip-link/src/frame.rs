@@ -1,4 +1,4 @@
-//! Header and payload in, wire bytes `00 | COBS(body) | 00` out; the view of a received frame; the numbering of sent ones.
+//! Frames: wire bytes `00 | COBS(body) | 00` of header and payload; the view of a received frame; the numbering of sent ones.
 //!
 //! | offset | size | type | field | range |
 //! |---|---|---|---|---|

@@ -1,4 +1,4 @@
-//! Bytes of a serial port in, gripper messages out, and the other way round: framing, messages, both
+//! The serial link between bytes and gripper messages, in both directions: framing, messages, both
 //! link state machines and clock synchronisation.
 //!
 //! Nothing here opens a port or reads a clock: bytes and time are arguments. The crate is `no_std`,

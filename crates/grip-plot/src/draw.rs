@@ -1,4 +1,4 @@
-//! A checked chart in, the picture out: the only place that knows the drawing library, and all that makes the style.
+//! Drawing of a checked chart: the only place that knows the drawing library, and all that makes the style.
 
 use crate::chart::{Axis, Chart, Layer, Mark, Scale};
 use kuva::backend::raster::RasterBackend;

@@ -1,4 +1,4 @@
-//! Numbers in, charts of one style out, as SVG or PNG; pages that hold them, as HTML ([`report`]).
+//! Charts of numbers in one style, as SVG or PNG; pages that hold them, as HTML ([`report`]).
 //!
 //! A [`Chart`] is a title, two axes and layers: lines, markers, bars. Everything about looks stands here, so that every
 //! chart of the workspace looks alike; nothing outside knows the drawing library.

@@ -1,4 +1,4 @@
-//! The port that is asked for in; the path of the one port it means out, also after it was unplugged. No other port is ever opened.
+//! Finder of the one port that is asked for: its path, also after it was unplugged. No other port is ever opened.
 
 use crate::{Line, Places, PortError, PortInfo, UsbPort};
 use core::{fmt::Write as _, time::Duration};

@@ -1,4 +1,4 @@
-//! The name of a port in; an open line to a gripper out.
+//! Open lines to grippers, by the name of the port.
 //!
 //! Ports are listed, described and, but for Linux, opened with the crate `serialport`. What only Linux has stands in the module
 //! `linux`, what every other system gets instead in `elsewhere`; both give the same names to the rest.

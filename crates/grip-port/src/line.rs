@@ -1,4 +1,4 @@
-//! Frames in, bytes of the gripper out: an open line. On Linux it never waits longer than it is asked to, and allocates nothing; what
+//! An open line that takes frames and gives bytes of the gripper. On Linux it never waits longer than it is asked to, and allocates nothing; what
 //! is promised of other systems stands in the module `elsewhere`.
 //!
 //! What the system does not take of a frame is kept, one frame at most, and goes on before anything else, so that frames are never

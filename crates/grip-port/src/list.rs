@@ -1,4 +1,4 @@
-//! Nothing in; the serial ports of this computer and what USB states of each out, as `serialport` knows them on every system. Nothing is
+//! The serial ports of this computer and what USB states of each, as `serialport` knows them on every system. Nothing is
 //! opened or written to, so that looking at ports disturbs no device.
 
 use serialport::{SerialPortInfo, SerialPortType, UsbPortInfo, available_ports};

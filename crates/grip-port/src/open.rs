@@ -1,4 +1,4 @@
-//! The path of a port in; an open, raw line that no other program may take out.
+//! Opening of a port by its path: a raw line that no other program may take.
 
 use crate::{Line, Places, PortError, system};
 use std::path::Path;

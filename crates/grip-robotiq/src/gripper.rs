@@ -1,4 +1,4 @@
-//! Orders, bytes and time in; requests and the state of the gripper out: a 2F-85, 2F-140 or Hand-E on Modbus RTU.
+//! State machine of a 2F-85, 2F-140 or Hand-E on Modbus RTU: requests and the state of the gripper from orders, bytes and time.
 //!
 //! ```text
 //! Silent --answer--> Ready            no answer for 0.2 s: Silent      fault: Faulty, until it has gone

@@ -1,4 +1,4 @@
-//! Requests and bytes in, answers out: one request at a time on a Modbus RTU line.
+//! Requests and their answers on a Modbus RTU line, one request at a time.
 //!
 //! Frames, checksums and function codes are those of the crate rmodbus. An answer has a known length, so that it is taken with its last
 //! byte; between two frames the line is silent for [`SILENCE_US`]. An adapter with echo returns the request itself, and a line without

@@ -1,4 +1,4 @@
-//! The force register of a model in, newtons out, and back.
+//! Conversion between the force register of a model and newtons.
 
 use core::{fmt, str::FromStr};
 

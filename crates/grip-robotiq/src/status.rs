@@ -1,4 +1,4 @@
-//! The three status registers in, what they mean out.
+//! Meaning of the three status registers.
 
 use core::fmt;
 

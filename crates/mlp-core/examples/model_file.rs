@@ -1,4 +1,4 @@
-//! A model file and values of its inputs in, the estimate out:
+//! The estimate of a model file for values of its inputs:
 //! `cargo run -p mlp-core --features file --example model_file -- MODEL.json VALUE...`
 #![expect(clippy::print_stdout, reason = "what it is for")]
 

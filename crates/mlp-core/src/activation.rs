@@ -1,4 +1,4 @@
-//! Sum of a neuron's weighted inputs in, its output out.
+//! Activation functions: the output of a neuron from the sum of its weighted inputs.
 
 use core::ops::{Add, Div, Mul, Neg};
 

@@ -1,4 +1,4 @@
-//! Texts like `force_n:ln` in, column name, transform and unit out.
+//! Column specs like `force_n:ln`: column name, transform and unit.
 
 use core::fmt;
 use core::str::FromStr;

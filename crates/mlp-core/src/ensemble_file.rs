@@ -1,4 +1,4 @@
-//! Networks trained on the same rows in, JSON text out, and back to networks with common ranges.
+//! Ensemble file: networks trained on the same rows as JSON text, and back to networks with common ranges.
 //!
 //! ```json
 //! { "format": "ensemble-model", "version": 1, "members": [ .. files as of `file`, all with the same columns .. ] }

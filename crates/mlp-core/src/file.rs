@@ -1,4 +1,4 @@
-//! A trained network in, JSON text out, and back to a [`Model`].
+//! Model file: a trained network as JSON text, and back to a [`Model`].
 //!
 //! ```json
 //! {

@@ -1,4 +1,4 @@
-//! An answer and a width in, the limits that hold a stated share of the truths out.
+//! Interval of an answer: the limits, by a width, that hold a stated share of the truths.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Raw features of a slip go in, an estimated grip force comes out.
+//! Estimator of the grip force from raw features of a slip.
 //!
 //! Small feed-forward networks of 32-bit floats. The crate is `no_std`, allocates
 //! nothing and never panics, so that the same [`Model`] runs in the daemon and on a microcontroller:

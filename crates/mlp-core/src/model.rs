@@ -1,4 +1,4 @@
-//! Raw features in, raw targets out, with a word on whether the training data covered them.
+//! Model from raw features to raw targets; reports whether the training data covered the features.
 
 use crate::activation::Number;
 use crate::network::{MAX_WIDTH, Network, ShapeError};
@@ -217,7 +217,7 @@ impl<W: AsRef<[f32]>, const IO: usize, const WIDTH: usize> Model<W, IO, WIDTH> {
     }
 }
 
-// Raw values in, values in `[-1, 1]` out, and back.
+// Scaler of raw values to values in `[-1, 1]`, and back.
 
 /// Largest number of columns of a [`Scaler`] where no other is asked for.
 pub const MAX_IO: usize = 16;

@@ -1,4 +1,4 @@
-//! Scaled inputs in, scaled outputs out, through any number of hidden layers.
+//! Network from scaled inputs to scaled outputs, through any number of hidden layers.
 
 use crate::activation::{Activation, Number};
 use crate::tanh;

@@ -1,4 +1,4 @@
-//! Sums of neurons in, their hyperbolic tangents out: a fast one, an exact one and one in double precision.
+//! Hyperbolic tangents of the sums of neurons: a fast one, an exact one and one in double precision.
 //!
 //! | function | precision | largest error | checked by |
 //! |---|---|---|---|

@@ -1,4 +1,4 @@
-//! Layer sizes and activation functions in, checked network shape out.
+//! Checked network shape: layer sizes and activation functions.
 
 use crate::activation::Activation;
 use crate::network::{ShapeError, check_sizes, weight_count};

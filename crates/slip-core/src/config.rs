@@ -1,4 +1,4 @@
-//! A plain configuration in, a checked one or the name of the wrong value out.
+//! The configuration and its check, which names the wrong value.
 
 use crate::{
     Signal,

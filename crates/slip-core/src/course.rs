@@ -135,7 +135,7 @@ impl Course {
     }
 }
 
-// Readings of a stylus in; how many peaks and valleys it has passed, and whether it passes fewer and fewer, out.
+// Counter of the peaks and valleys that a stylus has passed, and whether it passes fewer and fewer.
 //
 // One stylus cannot show how fast an object slides, since the spacing of the surface is not known. But the rate of its turns follows the speed,
 // so that it falls where the object slows down.

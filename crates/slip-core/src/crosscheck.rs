@@ -1,4 +1,4 @@
-//! Stylus and travel of the same slip in; which of them contradicts the other, or itself, out.
+//! Cross-check of stylus and travel in the same slip: which of them contradicts the other, or itself.
 //!
 //! Both feel the same object, so that one of them shows a movement of some micrometres without the other is a fault of one. Which one:
 //!

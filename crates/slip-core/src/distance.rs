@@ -1,4 +1,4 @@
-//! Moved distance of the object and what the fingers do in; slip and the health of the channel out.
+//! Detector of moved distance: slip and the health of the channel, from the distance that the object moved and what the fingers do.
 //!
 //! ```text
 //! forward  <- max(0, forward  + dx - drift dt)      slip when forward or backward > limit
@@ -439,7 +439,7 @@ impl MovedDistance {
     }
 }
 
-// Readings with their times in; the time between two of them out, of a sensor that is asked more often than it is read.
+// Interval between two readings of a sensor that is asked more often than it is read, from readings with their times.
 //
 // A sensor that is read each 2 ms and asked each 0.1 ms shows each reading twenty times. So does a coarse sensor of an object that creeps,
 // but that moves on by single steps.

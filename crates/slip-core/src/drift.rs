@@ -149,7 +149,7 @@ impl DriftWatch {
     }
 }
 
-// Stylus and grip force in; the reading of the stylus without what the pads give way under the force, out.
+// Compensation of the stylus reading for what the pads give way under the grip force.
 
 /// Readings that a slope takes.
 const READINGS: u32 = 50;

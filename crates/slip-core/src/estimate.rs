@@ -1,4 +1,4 @@
-//! Features of a slip in, the adequate grasp force out: the network with its inputs by name, and the formula.
+//! Estimator of the adequate grasp force from features of a slip: the network with its inputs by name, and the formula.
 
 use crate::esc::Esc;
 use mlp_core::{Model, Network, PredictError, model::MAX_IO};
@@ -316,7 +316,7 @@ impl Feature {
     }
 }
 
-// Tangential and normal force of a slip in, the force that is adequate out.
+// Friction meter: the force that is adequate, from tangential and normal force of a slip.
 
 /// Blocks that are averaged, and compared, the first with the last.
 const BLOCKS: usize = 4;

@@ -1,5 +1,5 @@
-//! Samples in, band signals and their mean energy out.
-// Second-order sections: a sample goes in, its low-pass and high-pass parts come out.
+//! Band-pass filters: band signals of the samples and their mean energy.
+// Second-order sections: the low-pass and high-pass parts of a sample.
 
 /// A corner frequency that the sample rate cannot carry.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -139,7 +139,7 @@ impl<const N: usize> SvfLanes<N> {
     }
 }
 
-// One sample in, one band-passed value per band out; all bands advance together.
+// Filter bank: one band-passed value per band for each sample; all bands advance together.
 
 /// States below this are set to zero; squared it is still a normal `f32`.
 pub(crate) const TINY: f32 = 1e-18;
@@ -226,7 +226,7 @@ impl<const N: usize> FilterBank<N> {
     }
 }
 
-// Band signals in, their mean energy over the last milliseconds out.
+// Mean energy of the band signals over the last milliseconds.
 
 /// Exponentially weighted mean of the square: e <- e + a (y^2 - e), a = 1 - exp(-1/(tau fs)).
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,4 @@
-//! Energies of blocks of a signal at rest in, the noise energy of each band out.
+//! Noise floor: the noise energy of each band, from energies of blocks of a signal at rest.
 //!
 //! The floor is learned once, from the first stretch of rest, and never rises afterwards: a floor that followed the
 //! signal would learn the slip it should report. The stretch is cut into 16 parts and their median

@@ -1,4 +1,4 @@
-//! Raw samples in; samples that are safe to compute with, and a verdict on the sensor, out.
+//! Check of raw samples: samples that are safe to compute with, and a verdict on the sensor.
 //!
 //! A reading that is not a number, beyond the sensor's range or a glitch of the line is counted and replaced by the
 //! last good one; an isolated wrong one by the mean of those before it ([`isolated`](crate::isolated)). Neither reaches a filter. Too many of them, a value that no longer changes, or a mean that drifts while an

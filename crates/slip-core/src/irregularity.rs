@@ -1,4 +1,4 @@
-//! Stylus heights along the surface in, irregularities (height delta, spacing s) out.
+//! Irregularities (height delta, spacing s) of stylus heights along the surface.
 //!
 //! A peak is confirmed when the signal has fallen from it by more than the hysteresis, a valley when
 //! it has risen by more; noise smaller than the hysteresis makes neither. One irregularity is what
@@ -62,7 +62,7 @@ impl IrregularityExtractor {
     }
 }
 
-// Heights along a path in, confirmed peaks and valleys out.
+// Detector of confirmed peaks and valleys in heights along a path.
 
 /// Which way the height turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,7 +194,7 @@ impl TurnFinder {
     }
 }
 
-// Stylus heights along the surface in, the same without what is shorter than a length of surface out.
+// Low-pass of stylus heights along the surface: takes away what is shorter than a length of surface.
 
 /// Poles of the filter.
 const POLES: usize = 4;

@@ -1,4 +1,4 @@
-//! Readings of a stylus or vibration sensor in, the same without isolated wrong ones out.
+//! Filter that removes isolated wrong readings of a stylus or vibration sensor.
 //!
 //! # Rule
 //! The usual step `s` is the running mean of the distance between a reading and the output before it, each counted as

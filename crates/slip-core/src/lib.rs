@@ -1,4 +1,4 @@
-//! Stylus samples in; slip events, features and grip-force commands out.
+//! Slip events, features and grip-force commands from stylus samples.
 //!
 //! [`Pipeline`] is the data path. Its parts can be used alone: filters, floor, detector, irregularities,
 //! E_sc, estimator and controller. `no_std`, no allocation, no panic; time comes with the samples.

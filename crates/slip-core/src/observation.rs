@@ -1,4 +1,4 @@
-//! Samples of a slip in, its features out.
+//! Features of a slip, from its samples.
 //!
 //! Over a stretch of sliding the impulse balance of an object of mass m between two fingers with friction
 //! mu is m dv = (m g - 2 mu F) dt, so with the mean force F and the mean acceleration a of the same

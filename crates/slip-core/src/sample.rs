@@ -122,7 +122,7 @@ impl Sample {
     }
 }
 
-// Readings in, the smallest step between two of them out: the resolution of a sensor, in whatever unit.
+// Resolution of a sensor: the smallest step between two of its readings, in whatever unit.
 
 /// The deviation of readings that are rounded to this step: 1 / sqrt(12) of it.
 pub(crate) fn rounding(step: f32) -> f32 {

@@ -1,4 +1,4 @@
-//! Pointers of C in, checked ones and values out.
+//! Conversion of pointers of C to checked ones and values.
 
 use crate::SlipStatus;
 use core::{

@@ -1,4 +1,4 @@
-//! The border to C: samples of a gripper in, slip events and force commands out, in memory of the caller.
+//! The border to C: slip events and force commands from samples of a gripper, in memory of the caller.
 //!
 //! C and C++ use `include/slip.h`, which `tests/header.rs` makes from this crate; `docs/c.md` is the guide. Every
 //! function checks what it is given, answers with a [`SlipStatus`], and lets no panic out. [`slip_create`] allocates;

@@ -1,4 +1,4 @@
-//! A pipeline behind a pointer: options in, a pipeline out; a block in, events, statistic and commands out.
+//! A pipeline behind a pointer, made from options: events, statistic and commands for each block.
 
 use crate::{
     SlipBlock, SlipEvent, SlipOptions, SlipResult, SlipSignal, SlipState, SlipStatus,

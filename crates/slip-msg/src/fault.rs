@@ -1,4 +1,4 @@
-//! Fault codes in, what the gripper does about them out.
+//! Fault codes and what the gripper does about them.
 
 /// A latched fault, as on the wire; 0 = none. A code that is not listed is major.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -1,4 +1,4 @@
-//! Units that cross crate borders: a bare number goes in, a number that cannot be mistaken comes out.
+//! Units that cross crate borders: newtypes of bare numbers, so that none can be mistaken.
 //!
 //! Inside a computation values are plain `f32`/`f64` in SI with the unit in the name or the doc
 //! sentence; these newtypes stand where a caller could otherwise swap two arguments.

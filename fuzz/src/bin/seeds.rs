@@ -1,4 +1,4 @@
-//! lives.txt in, the seeds of `device` and `host` out. Run it from anywhere: `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`.
+//! The seeds of `device` and `host`, made from lives.txt. Run it from anywhere: `cargo run --manifest-path fuzz/Cargo.toml --bin seeds`.
 //! Seeds of the other targets are bytes of protocol/vectors and what was found.
 
 use grip_link_fuzz::targets::{host, script, words::unhex};

@@ -1,4 +1,4 @@
-//! Bytes in, numbers taken off their front out; zeros where they are used up.
+//! Reader of numbers off the front of bytes; zeros where they are used up.
 
 /// What is left of the input.
 #[derive(Debug, Clone, Copy)]

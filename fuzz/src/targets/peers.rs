@@ -1,4 +1,4 @@
-//! The folder of seeds in, lines for the peers in C and Python out: each seed as it is, and with one byte changed here and there.
+//! Lines for the peers in C and Python, from the folder of seeds: each seed as it is, and with one byte changed here and there.
 
 use super::{decoder, script};
 use std::fs;

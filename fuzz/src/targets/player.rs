@@ -1,4 +1,4 @@
-//! Lines of what a gripper lives through in, what the device of this project does with them out, in the words of the peers.
+//! Player of lines of what a gripper lives through: what the device of this project does with them, in the words of the peers.
 //!
 //! The language is that of `script`; `new T [passive]` is another gripper, whose ESTOP holds the force or takes the torque off.
 

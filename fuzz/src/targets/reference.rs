@@ -1,4 +1,4 @@
-//! Wire bytes in, verdicts out: the decoder once more, as slow and obvious as the specification reads.
+//! Reference decoder from wire bytes to verdicts: the decoder once more, as slow and obvious as the specification reads.
 
 use grip_link::PROTOCOL;
 use grip_link::decoder::{Fault, Role};

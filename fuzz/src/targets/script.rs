@@ -1,4 +1,4 @@
-//! Bytes in, a life of a gripper out: time, bytes of a host that is mostly sane, samples, faults of the firmware.
+//! Script of a gripper's life, made from bytes: time, bytes of a host that is mostly sane, samples, faults of the firmware.
 //!
 //! The same life can be played by the device of this project and, as lines of text, by its peers in C and Python:
 //! `ready T`, `rx T HEX`, `tx T MOST`, `drive T`, `i16 T values`, `f32 T hex bits`, `fault T HEX`, `estop T`, `travel T UM`,

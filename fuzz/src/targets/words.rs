@@ -1,4 +1,4 @@
-//! Bytes in, hex digits out, and back; wire bytes in, what a decoder makes of them out, in the words of the vectors and the peers.
+//! Texts in the words of the vectors and the peers: bytes as hex digits, and back; what a decoder makes of wire bytes.
 
 use grip_link::crc::crc32c;
 use grip_link::decoder::{Decoder, Fault, Role, Verdict};

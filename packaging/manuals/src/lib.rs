@@ -1,4 +1,4 @@
-//! The command line of a program in; its man pages, shell completions and page of the reference out.
+//! Man pages, shell completions and page of the reference of a program, made from its command line.
 
 use anyhow::Context as _;
 use clap::Command;

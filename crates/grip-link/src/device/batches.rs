@@ -1,4 +1,4 @@
-//! Rows in, SAMPLES payloads out; when nothing can be sent the oldest whole batch goes and is counted.
+//! Batches of rows as SAMPLES payloads; when nothing can be sent the oldest whole batch is dropped and counted.
 
 use crate::frame::MAX_PAYLOAD;
 use crate::message::{Config, SAMPLES_HEADER, SampleFormat, SamplesHeader};

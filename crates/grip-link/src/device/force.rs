@@ -1,4 +1,4 @@
-//! GRIP commands and time in, the force for the actuator out: the rules R1 to R5 of the failsafe.
+//! The force for the actuator, from GRIP commands and time: the rules R1 to R5 of the failsafe.
 //!
 //! Force rises only while a command is fresh (age <= ttl). Then it stays, falling to the hold cap where it
 //! is above; after the loss delay the configured loss action follows. All changes of force keep the slew.

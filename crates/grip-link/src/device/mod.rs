@@ -1,4 +1,4 @@
-//! Bytes, samples and ticks in; frames to send and the force for the actuator out: the microcontroller's side.
+//! The microcontroller's side of the link: frames to send and the force for the actuator, from bytes, samples and ticks.
 //!
 //! ```text
 //! BOOT -> IDLE -> LINKED -> ARMED -> ACTIVE <-> HOLD -> LOSS_ACTION      any -> FAULT, ESTOP (latched)

@@ -1,4 +1,4 @@
-//! Received frames in, changes of state and replies out.
+//! Handlers of received frames: changes of state and replies.
 
 use super::force::Taken;
 use super::outbox::Reply;

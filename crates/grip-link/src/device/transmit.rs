@@ -1,4 +1,4 @@
-//! What is due and a tick in, the next frame to send out.
+//! The next frame to send, of what is due at a tick.
 
 use super::DeviceLink;
 use super::force::Drive;

@@ -1,4 +1,4 @@
-//! What the host's side remembers of one link; good frames in, notices and events to pass on out.
+//! State of one link on the host's side: the notices and events to pass on from good frames.
 
 use super::{
     CloseReason, HostConfig, LAST_BYTES, LinkState,
@@ -395,7 +395,7 @@ impl RowCount {
     }
 }
 
-// Time in; frames that are due, and the end of links that are silent, out.
+// Timing of the link: frames that are due, and the end of links that are silent.
 
 const HELLO_EVERY_US: u64 = 100_000;
 const QUICK_PINGS: u8 = 8;

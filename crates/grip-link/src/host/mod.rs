@@ -1,4 +1,4 @@
-//! Bytes and time in; gripper events and frames to send out: the computer's side.
+//! The computer's side of the link: gripper events and frames to send, from bytes and time.
 //!
 //! ```text
 //! CLOSED -> OPEN -> HELLO -> CONFIG -> STREAM <-> DEGRADED -> CLOSED

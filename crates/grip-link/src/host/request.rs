@@ -1,4 +1,4 @@
-//! A configuration message and time in; when to send it again and whether an answer is its own, out.
+//! Retry of a request (CONFIG, START, STOP, CLEAR_FAULT): when to send it again and whether an answer is its own.
 
 use crate::message::Kind;
 

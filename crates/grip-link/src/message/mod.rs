@@ -1,4 +1,4 @@
-//! Payload bytes in, typed messages out, and back; every offset is fixed and little-endian.
+//! Typed messages to and from payload bytes; every offset is fixed and little-endian.
 //!
 //! `protocol/MESSAGES.md` is printed from the tables here. Types A0..FF are not for the serial line: [`daemon`].
 //!

@@ -1,5 +1,5 @@
-//! The device in C (protocol/c) and the device in Python (protocol/python) against this crate: the same scripts and
-//! bytes in, the same lines out. Their own tests: scripts/c-peer-check.sh, scripts/python-peer-check.sh.
+//! The device in C (protocol/c) and the device in Python (protocol/python) against this crate: the same lines for the
+//! same scripts and bytes. Their own tests: scripts/c-peer-check.sh, scripts/python-peer-check.sh.
 #![cfg(test)]
 
 mod device;

@@ -1,4 +1,4 @@
-//! Another peer of the link as a program: lines in, lines out.
+//! Another peer of the link as a program that answers lines with lines.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A source file of the crate in, its constants out: what no value can be asked for.
+//! Constants in a source file of the crate: what no value can be asked for.
 
 use std::path::Path;
 

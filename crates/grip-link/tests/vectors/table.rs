@@ -1,4 +1,4 @@
-//! A vector file in, its rows out.
+//! Rows of a vector file.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Sections of text, tables and figures in, one self-contained HTML page, JSON and charts out.
+//! Report of sections of text, tables and figures: one self-contained HTML page, JSON and charts.
 //!
 //! A number is stored once, in a [`Cell`]; page and JSON both show that one, so they cannot differ.
 

@@ -1,4 +1,4 @@
-//! Cells in, a table as HTML and as JSON out.
+//! Table of cells, as HTML and as JSON.
 
 use serde_json::{Value, json};
 

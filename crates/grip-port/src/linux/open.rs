@@ -1,4 +1,4 @@
-//! The path of a port in; an open, raw descriptor that no other program may take out.
+//! Opening of a port by its path: a raw descriptor that no other program may take.
 
 use super::{Places, Wire, places};
 use crate::{Line, LineKind, PortError, line::Setup, open::is_near};

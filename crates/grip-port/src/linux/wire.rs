@@ -1,4 +1,4 @@
-//! An open descriptor in; bytes out and in, in system calls of the hot path: poll(2), read(2) and write(2), none of which waits longer
+//! Reads and writes of an open descriptor, in system calls of the hot path: poll(2), read(2) and write(2), none of which waits longer
 //! than it is asked to, and no allocation.
 
 use crate::{

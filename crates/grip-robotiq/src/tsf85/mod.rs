@@ -1,4 +1,4 @@
-//! Bytes of a TSF-85 in; one numbered row of samples a millisecond out.
+//! Decoder of the bytes of a TSF-85: one numbered row of samples a millisecond.
 //!
 //! The hub streams what it measures of up to four fingers once a period, after one command ([`Tsf85::request`]). A row is complete with the
 //! dynamic channel of the chosen finger: that, 28 taxels, and where it is wanted the length of the acceleration. Rows are numbered by

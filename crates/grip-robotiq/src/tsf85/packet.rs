@@ -1,4 +1,4 @@
-//! Bytes of the line in, packets with their records out; what is broken is counted.
+//! Decoder of packets with their records, from bytes of the line; what is broken is counted.
 //!
 //! ```text
 //! 9A  checksum  command  length (0 to 60)  length bytes of records

@@ -1,4 +1,4 @@
-//! A model and features in; how far another implementation in `f32` may differ from ours out.
+//! Bound on how far another implementation in `f32` may differ from ours, for a model and features.
 //!
 //! Differences are reported in scaled units (the training range of a target is 2 wide), so that targets of any unit and all
 //! transforms compare. The bound adds up the worst roundings of both implementations: each operation and each of `logf`,

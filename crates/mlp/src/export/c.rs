@@ -1,4 +1,4 @@
-//! A model file in, a C99 header and source out.
+//! C export: a model file as a C99 header and source.
 //!
 //! The source needs no heap, no tables beyond its weights and, without logarithms, nothing of the C library. tanh is the rational
 //! function of [`tanh::rational`](crate::tanh::rational) rather than `tanhf`: 3.5 ulp in a fixed number of operations, no

@@ -1,4 +1,4 @@
-//! Names and numbers of a model in, C identifiers, literals, arrays and comments out.
+//! C identifiers, literals, arrays and comments, made from names and numbers of a model.
 
 use core::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! A model file and what is known of its training in, a model card as JSON out.
+//! Model card as JSON, from a model file and what is known of its training.
 //!
 //! The card states what a model takes and gives, in which units and ranges, from which rows it was made, how they were split, with
 //! which seed, and how well it did. What is not known is `null`; nothing is guessed.

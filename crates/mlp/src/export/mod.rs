@@ -1,4 +1,4 @@
-//! A model file in; the same model as C99 source, as an ONNX graph, and its model card out.
+//! Exports of a model file: the same model as C99 source, as an ONNX graph, and its model card.
 //!
 //! Texts and bytes are returned, nothing is written. All three hold the scaling of features and targets, so that raw values
 //! go in and come out, and the limits of the training rows.

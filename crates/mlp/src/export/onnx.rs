@@ -1,4 +1,4 @@
-//! A model file in, the bytes of an ONNX model out.
+//! ONNX export: a model file as the bytes of an ONNX model.
 //!
 //! ```text
 //! features [N, inputs] -> (Log or Div of some) -> Sub -> Mul -> Gemm -> Tanh | Sigmoid | Relu -> ... -> Mul -> Add

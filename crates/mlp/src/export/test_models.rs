@@ -1,4 +1,4 @@
-//! Nothing in; model files of every shape that can be exported out, for the tests.
+//! Model files of every shape that can be exported, for the tests.
 
 use crate::activation::Activation;
 use crate::model::Transform;

@@ -1,4 +1,4 @@
-//! A length in, numbers that begin at a cache line out: vectors of 512 bits are then never split between two lines.
+//! Slices of a given length that begin at a cache line: vectors of 512 bits are then never split between two lines.
 
 /// Bytes of a cache line and of the widest vector.
 const LINE: usize = 64;

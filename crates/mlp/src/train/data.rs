@@ -1,4 +1,4 @@
-//! Bytes of a CSV file or arrays, and column specs in, feature and target rows out.
+//! Data set: feature and target rows from bytes of a CSV file or arrays, by column specs.
 
 use grip_table::{Loss, Row, Table};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};

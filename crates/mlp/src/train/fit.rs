@@ -1,4 +1,4 @@
-//! Data sets and settings in, a chosen trained model with its errors out.
+//! Fit of data sets by settings: a chosen trained model with its errors.
 
 use core::time::Duration;
 

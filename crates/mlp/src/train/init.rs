@@ -1,4 +1,4 @@
-//! Network shape and seed in, starting weights out.
+//! Starting weights by network shape and seed.
 //!
 //! D. Nguyen and B. Widrow, "Improving the learning speed of 2-layer neural networks" (1990).
 

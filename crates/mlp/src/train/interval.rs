@@ -1,4 +1,4 @@
-//! Rows and answers of models that had not seen them in, the interval of the model of all rows out.
+//! Interval of the model of all rows, from rows and answers of models that had not seen them.
 //!
 //! Cross-conformal: each part of the rows is held out once, and a model of the other parts answers for it. The width is the quantile of what
 //! those answers missed by, in the unit of the target or in its logarithm. It takes no bell curve for granted, and is a little too wide for

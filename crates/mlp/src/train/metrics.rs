@@ -1,4 +1,4 @@
-//! A model and a data set in, errors of its predictions out.
+//! Errors of a model's predictions on a data set.
 
 use super::data::DataSet;
 use super::objective::count;

@@ -1,4 +1,4 @@
-//! Rows in, a trained model file out: data sets, trainers, runs, metrics and the model file.
+//! Training from rows to a model file: data sets, trainers, runs, metrics and the model file.
 //!
 //! ```text
 //! CSV bytes or arrays -> DataSet -> scaled arrays -> NetworkObjective -> Trainer steps -> Run -> ModelFile -> Model

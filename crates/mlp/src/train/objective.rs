@@ -1,4 +1,4 @@
-//! Weights in, mean squared error over scaled rows and its derivatives out.
+//! Objective of the training: mean squared error over scaled rows and its derivatives, for given weights.
 
 use super::lanes::{Isa, Real};
 use super::setting::{SettingError, not_negative};

@@ -1,4 +1,4 @@
-//! A trainer, an objective and stop rules in; the best weights, the error curve and the stop reason out.
+//! Run of a trainer on an objective under stop rules: the best weights, the error curve and the stop reason.
 
 use core::fmt;
 use core::time::Duration;

@@ -1,4 +1,4 @@
-//! Raw training values in, limits and scaled values in double precision out.
+//! Scaling of raw training values: limits and scaled values in double precision.
 
 use super::column::{ColumnSpec, unit_of};
 use super::file::FileColumn;

@@ -1,4 +1,4 @@
-//! A setting's value in, an error with its name and range out if it lies outside.
+//! Range check of a setting's value: an error with its name and range if it lies outside.
 
 /// A setting that can not work.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

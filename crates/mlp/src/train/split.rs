@@ -1,4 +1,4 @@
-//! Labels of rows, a share or a number of folds and a seed in, which rows train and which are held out.
+//! Split of rows into those that train and those held out, by labels, a share or a number of folds and a seed.
 //!
 //! Rows with the same label (an object, a grasp, a session) always stay on the same side: rows of one slip resemble each
 //! other, and a test that holds some of them out while others train shows nothing of new objects. Without labels every

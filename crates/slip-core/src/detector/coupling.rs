@@ -164,7 +164,7 @@ impl Coupling {
     }
 }
 
-// Energies of stylus and reference in motion in; whether the stylus follows the reference, and how late one of them is, out.
+// Correlation of the energies of stylus and reference in motion: whether the stylus follows the reference, and how late one of them is.
 
 /// Length of a block (ms).
 const BLOCK_MS: f32 = 5.0;
@@ -389,7 +389,7 @@ impl Correlation {
     }
 }
 
-// Alarms and jumps of the reference in, whether the alarms come a little before the jumps out.
+// Detector of a late reference: whether alarms come a little before jumps of the reference.
 //
 // A knock reaches stylus and reference within half a millisecond of each other. Where the reference is late by 1 to 4 ms
 // the stylus alarms first. An alarm of a slip does that by chance only, since the reference jumps about once a second.

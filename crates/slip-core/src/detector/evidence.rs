@@ -1,4 +1,4 @@
-//! Scores of blocks in; the evidence that noise as in the calibration does not explain them, and from the statistic the slip state, out.
+//! The evidence that noise as in the calibration does not explain the scores of blocks, and the slip state from the statistic.
 //!
 //! An e-detector (Shin, Ramdas, Rinaldo, arXiv 2203.03532, NEJSDS 2024) in its Shiryaev-Roberts form. The score s of a
 //! band in a block of T_b seconds is its mean energy over its floor. The calibration knows limits t_1 < .. < t_J that

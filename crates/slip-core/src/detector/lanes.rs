@@ -151,7 +151,7 @@ pub(super) fn samples(ms: f32, rate_hz: f32) -> u32 {
     n
 }
 
-// Readings in, the block of them that is being filled out.
+// The block of readings that is being filled.
 
 /// Longest block: half a millisecond at 50 kHz.
 pub(super) const MOST: usize = 25;
@@ -203,7 +203,7 @@ impl Pending {
     }
 }
 
-// Stylus readings in, band signals out, from a start that is not a step.
+// Filter bank of the stylus: band signals of its readings, from a start that is not a step.
 
 /// Time whose mean becomes the zero of the filters (ms): one reading alone would turn its noise into a step.
 const PRIME_MS: f32 = 2.0;
@@ -282,7 +282,7 @@ impl PrimedBank {
     }
 }
 
-// The further axes of a vibration sensor and of a motion reference in, what their bands add to those of the first axis out.
+// The further axes of a vibration sensor and of a motion reference: what their bands add to those of the first axis.
 
 type Values = [f32; FURTHER_AXES];
 

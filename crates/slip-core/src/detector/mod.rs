@@ -1,4 +1,4 @@
-//! Stylus and motion readings in, the slip state and its statistic out.
+//! Slip detector: the slip state and its statistic from stylus and motion readings.
 
 mod config;
 mod coupling;

@@ -1,4 +1,4 @@
-//! Readings of the motion reference and commanded motion in; whether the robot moves, and what that may add to the floor of each band, out.
+//! Motion reference: whether the robot moves, and what that may add to the floor of each band, from its readings and commanded motion.
 //!
 //! While the robot stands still each reading costs two comparisons: its distance from the running mean (10 ms), and the mean of
 //! this distance over 1.5 ms, each against `motion_sigmas` times its noise. The second sees slow motion that the noise of
@@ -268,7 +268,7 @@ impl Reference {
     }
 }
 
-// Band energies of the motion reference in; what the robot's own motion may add to the floor of each band out.
+// Motion gate: what the robot's own motion may add to the floor of each band, from band energies of the motion reference.
 
 settings! {
     /// How the motion of the robot is distinguished from slip.
@@ -406,7 +406,7 @@ impl Gate {
     }
 }
 
-// Energies of blocks in, the same a number of blocks later out: the stylus waits for a reference that is late, a
+// Delay of energies of blocks by a number of blocks: the stylus waits for a reference that is late, a
 // reference that is early for the stylus.
 
 /// Longest delay in blocks: 107.5 ms at 50 kHz and below.

@@ -1,4 +1,4 @@
-//! Stretches of rest in; the mean noise energy of each band, and whether the floor was learned on something that moves, out.
+//! Noise floor from stretches of rest: the mean noise energy of each band, and whether the floor was learned on something that moves.
 //!
 //! For recordings whose rest is known beforehand; a running gripper learns its floor with [`crate::floor::Floor`].
 
@@ -112,7 +112,7 @@ impl RestMeter {
     }
 }
 
-// Stretches of rest in, whether the floor was learned on something that moves out.
+// Health of the floor: whether it was learned on something that moves, from stretches of rest.
 
 slip_msg::named! {
     /// What is known of the noise floor.

@@ -1,4 +1,4 @@
-//! Angles of two digit widths in, their cotangent and tangent by the reciprocal split out.
+//! Cotangent and tangent of angles of two digit widths, by the reciprocal split.
 //!
 //! cot r = 1/r - h(r) with h(r) = r/3 + r^3/45 + ..., whose terms are all positive: nothing cancels. The relative
 //! error of every function here is below 300 u^2 (u: roundoff), as the tests find and the bounds take with a margin.

@@ -1,4 +1,4 @@
-//! An angle and a bound on its error in, the tangent and what is certain of it out.
+//! The tangent of an angle with a bound on its error, and what is certain of it.
 
 use super::{double::Double, real::Real};
 

@@ -1,4 +1,4 @@
-//! Irregularities in, the scattered energy of vibration E_sc out.
+//! The scattered energy of vibration E_sc of irregularities.
 //!
 //! Eq. 1 as printed:
 //!

@@ -131,7 +131,7 @@ fn again_most_n(felt: &Felt) -> f32 {
     AGAIN * felt.from_n * libm::expf(AGAIN_TURN * passed + felt.since_s / AGAIN_S)
 }
 
-// How an object moves that is held with what it is known to need in; whether it slides, or the pads give way as the load comes, out.
+// Classifier of the motion of an object held with what it is known to need: it slides, or the pads give way as the load comes.
 
 /// Peaks and valleys that pass where it slides: pads give way by fewer.
 const PASSED: f32 = 8.0;
@@ -174,7 +174,7 @@ impl Giving {
     }
 }
 
-// How an object slides in; how much an estimate may ask for while pads may be giving way out.
+// Limit of what an estimate may ask for while pads may be giving way, by how the object slides.
 
 /// What gets faster by more than this (g) needs more; less is the noise of an acceleration over 4 ms.
 const FASTER_G: f32 = 0.03;

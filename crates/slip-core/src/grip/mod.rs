@@ -1,4 +1,4 @@
-//! Slip evidence and force estimates in, the commanded grip force out.
+//! Controller of the grip force: the commanded force from slip evidence and force estimates.
 //!
 //! ```text
 //! Open --grasp()--> Closing --trial force reached--> Settling --settle_ms--> Holding <--> Slipping

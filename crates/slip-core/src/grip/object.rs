@@ -2,7 +2,7 @@
 
 use super::GripConfig;
 
-// Touch in; whether there is an object between the fingers out.
+// Detector of an object between the fingers, from touch.
 
 slip_msg::named! {
     /// What became of the object in hand.
@@ -108,7 +108,7 @@ impl Touch {
     }
 }
 
-// Slips and alarms of an object in; how much less force may be tried out.
+// Search for a smaller force: how much less may be tried out after slips and alarms of an object.
 //
 // An object that does not slip shows nothing of the force it needs. So what holds it falls slowly until it just slips: static friction gives way
 // at the force that is needed over the ratio of static and kinetic friction, whatever the object is. One that slips while its weight is put on is searched for a second time, since the

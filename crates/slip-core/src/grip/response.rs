@@ -1,4 +1,4 @@
-//! Evidence of a slip that goes on in, the force that stops it and the force to hold with afterwards out.
+//! Response to evidence of a slip that goes on: the force that stops it and the force to hold with afterwards.
 
 use super::{
     GripConfig, GripInput, Sliding, SlipNow,

@@ -1,4 +1,4 @@
-//! Needed forces and a time in which the load comes in; how likely each of them is after the readings, its distribution and quantiles, out.
+//! Candidates, each a needed force with a time in which the load comes: their likelihood after the readings, distribution and quantiles.
 
 use super::{
     AHEAD_S, CREEP_M_S, FORCES, FORGET_S, Felt, Need, RAMPS, SLOPE_BLOCKS, STEP, SURFACE_SPREAD,
@@ -254,7 +254,7 @@ pub(super) fn balance(impulse: f32, lasted_s: f32, from_n: f32, ramp_s: f32) -> 
     (2.0 * ramp_s * (impulse - from_n * lasted_s) / (lasted_s * lasted_s)).max(from_n)
 }
 
-// The power of a block in; the distribution of the needed force after it, and its quantiles, out.
+// Posterior of the needed force after a block, from the power of the block; its quantiles.
 
 /// The logarithm of a likelihood over the best one from which on it adds nothing to the sums, not even in their last bit; the exponential
 /// of less is slow where it is no normal number.

@@ -1,4 +1,4 @@
-//! Readings of one stylus and the grip force during a slip in; the force that the object needs, as a distribution, out.
+//! Distribution of the force that the object needs, from readings of one stylus and the grip force during a slip.
 //!
 //! One stylus cannot show how fast an object slides, since the surface is not known. It shows the *course* of the speed: the faster the object, the
 //! more the heights change from block to block, and the faster peaks and valleys follow each other. And the course follows from the needed

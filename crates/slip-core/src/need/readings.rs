@@ -1,10 +1,10 @@
-//! Readings of a slip in; the power of an accelerometer, and readings kept until another sensor is lost, out.
+//! Power of an accelerometer in a slip, and readings kept until another sensor is lost.
 
 use super::{
     CANDIDATES, FIRST, FORCES, FORGET_S, Felt, Law, Need, RAMPS, SLOW_M_S, STEP, candidate::ln,
 };
 
-// Readings of an accelerometer in; the power of the vibration, and the needed force that follows from its course, out.
+// Vibration of an accelerometer: its power, and the needed force that follows from its course.
 
 /// A reading counts up to so many deviations of the noise: what is more is no vibration.
 const MOST: f32 = 1e6;
@@ -169,7 +169,7 @@ impl Need {
     }
 }
 
-// Readings of a slip that another sensor measures in; the same, in order, out, once that sensor is lost.
+// Buffer of readings of a slip that another sensor measures: it returns them in order once that sensor is lost.
 
 /// Readings that are kept: 0.1 s at 10 kHz. A slip that was measured for longer is not made up for.
 const KEPT: usize = 1024;

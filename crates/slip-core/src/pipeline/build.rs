@@ -1,4 +1,4 @@
-//! Settings in, a pipeline before its first sample out.
+//! Construction of a pipeline from its settings, before its first sample.
 
 use super::{Pipeline, StageCounters, detect::Rest, slip::Grasp};
 use crate::{

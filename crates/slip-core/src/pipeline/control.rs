@@ -1,4 +1,4 @@
-//! What is known of the slip in, the commanded force out, by the force of the fingers and the time that the host allows.
+//! The commanded force, from what is known of the slip, the force of the fingers and the time that the host allows.
 
 use super::{Pipeline, Step, detect::Rest};
 use crate::{

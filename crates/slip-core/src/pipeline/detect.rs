@@ -1,4 +1,4 @@
-//! A sample in; its scene, and what stylus, travel and pressure detect, out; with the guard that lets a sample pass by where nothing happens.
+//! Scene of a sample, and what stylus, travel and pressure detect; with the guard that lets a sample pass by where nothing happens.
 
 use super::{Pipeline, Step};
 use crate::{
@@ -237,7 +237,7 @@ impl<W: AsRef<[f32]>> Pipeline<W> {
     }
 }
 
-// A sample at which nothing happens in; the word that few stages have to look at it, out.
+// Guard for samples at which nothing happens: few stages have to look at them.
 
 /// What a sample like the last one needs.
 ///

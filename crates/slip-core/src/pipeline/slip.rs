@@ -1,4 +1,4 @@
-//! What the methods detect in; the slip, its causes, and what is measured of it, out.
+//! The slip, its causes, and what is measured of it, from what the methods detect.
 
 use super::{Pipeline, Step};
 use crate::{

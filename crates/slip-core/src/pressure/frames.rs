@@ -1,8 +1,8 @@
-//! Frames of taxels in; the shape they share and how far one departs from it, the range and noise of each taxel, and whether the force stands, out.
+//! Statistics of taxel frames: their common shape and a frame's departure from it, range and noise of each taxel, whether the force stands.
 
 use crate::units::Micros;
 
-// Frames in; the shape they share, and how far a frame departs from it, out.
+// Common shape of the frames, and how far a frame departs from it.
 
 /// Most that one taxel counts: deviations squared.
 pub(super) const CLIP: f32 = 36.0;
@@ -128,7 +128,7 @@ impl Spread {
     }
 }
 
-// Residuals of the taxels in; the range that each of them went through in the last seconds, out.
+// Range that the residual of each taxel went through in the last seconds.
 
 /// Time constant of the means (ms): slower than tremor, faster than a slip.
 const SMOOTH_MS: f32 = 30.0;
@@ -231,7 +231,7 @@ impl Widest {
     }
 }
 
-// Stretches of rest in, the noise of the taxels out.
+// Noise of the taxels, from stretches of rest.
 //
 // For recordings whose rest is known beforehand; a running gripper learns the noise in the first grasp.
 
@@ -319,7 +319,7 @@ impl<const N: usize> PatternRest<N> {
     }
 }
 
-// The grip force in, whether it stands out: fingers that close or open change the pattern of an array without a slip.
+// Whether the grip force stands: fingers that close or open change the pattern of an array without a slip.
 
 /// A force that stays within this share of what it stood at stands.
 const SHARE: f32 = 0.1;

@@ -1,4 +1,4 @@
-//! Frames of a taxel array in; slip, reported by a change of the pressure pattern, out.
+//! Slip detector of a taxel array: slip, reported by a change of the pressure pattern.
 //!
 //! With p the frame and p' = p - mean(p):
 //!

@@ -1,4 +1,4 @@
-//! What the sensors of a slip show in; the slip speed with its uncertainty and where it comes from out.
+//! The slip speed with its uncertainty and its source, from what the sensors of a slip show.
 //!
 //! | source | speed | uncertainty (1 sigma) |
 //! |---|---|---|

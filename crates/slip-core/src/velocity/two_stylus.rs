@@ -1,4 +1,4 @@
-//! Samples of two styli in; the delay with which the second passes the same surface out.
+//! Delay between two styli, from their samples: how much later the second passes the same surface.
 //!
 //! A multiple-tau correlator (as used for light scattering, Schaetzel 1990): four levels, each of 128 lags, whose samples are
 //! means of 1, 4, 16, 64 samples. Each level estimates

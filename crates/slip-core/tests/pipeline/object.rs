@@ -1,4 +1,4 @@
-//! Commands in; what the sensors of a gripper around a simple object show out.
+//! Simulation of a gripper around a simple object: what its sensors show under commands.
 
 use slip_core::{
     Pipeline, PipelineConfig, Sample, Step,

@@ -1,4 +1,4 @@
-//! A board on which everything is known in; the page of the metrics that gripd makes of it out.
+//! The page of the metrics that gripd makes, from a board on which everything is known.
 
 use super::page;
 use core::fmt::Write as _;

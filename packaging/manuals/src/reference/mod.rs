@@ -1,4 +1,4 @@
-//! The tables of the code in, the pages of the reference that are not command lines out.
+//! The pages of the reference that are not command lines, made from the tables of the code.
 
 mod metrics;
 mod settings;

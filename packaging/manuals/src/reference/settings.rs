@@ -1,4 +1,4 @@
-//! The structs of the configuration and of a scene in, with their defaults and ranges; the pages of their keys out.
+//! The pages of the keys of the configuration and of a scene, made from their structs with defaults and ranges.
 //!
 //! Meanings are the doc comments of the fields. Ranges are what a refusal names.
 

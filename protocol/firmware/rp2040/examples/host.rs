@@ -1,5 +1,5 @@
-//! The detector of the board on this computer: 16-bit little-endian codes of the converter (or, after
-//! `--adxl345`, steps of that sensor) of each FILE in, its slips out, one a line.
+//! The detector of the board on this computer: it prints the slips, one a line, of each FILE of 16-bit
+//! little-endian codes of the converter (or, after `--adxl345`, steps of that sensor).
 //!
 //! `cargo run --release --example host -- [--adxl345] FILE...`
 #![expect(clippy::print_stdout, reason = "a program for the check")]

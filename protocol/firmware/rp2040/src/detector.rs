@@ -1,4 +1,4 @@
-//! Readings of a sensor in, changes of the slip state out.
+//! Slip detector of the board: changes of the slip state from readings of a sensor.
 
 use crate::sensor::Sensor;
 use slip_core::{

@@ -1,4 +1,4 @@
-//! The board's end of the link: what it offers, readings and slips in, frames out.
+//! The board's end of the link: what it offers, and the frames of its readings and slips.
 
 use crate::notice::{self, Line};
 use crate::sensor::{Sensor, Trouble};

@@ -1,4 +1,4 @@
-//! What the board and the host have in common: readings of a sensor in, slips and frames of the link out.
+//! What the board and the host have in common, from readings of a sensor to slips and frames of the link.
 #![cfg_attr(not(test), no_std)]
 
 pub mod adxl345;

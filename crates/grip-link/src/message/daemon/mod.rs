@@ -1,4 +1,4 @@
-//! Payloads between daemon and clients in, typed messages out, and back: what a socket carries in the same frames as the line.
+//! Typed messages between daemon and clients, to and from payloads: what a socket carries in the same frames as the line.
 //!
 //! `protocol/CLIENTS.md` has the rules.
 //!

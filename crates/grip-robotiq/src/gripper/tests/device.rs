@@ -1,4 +1,4 @@
-//! A virtual gripper of Robotiq, for tests of this crate and of gripd: requests of Modbus RTU in, answers out.
+//! A virtual gripper of Robotiq, for tests of this crate and of gripd: it answers requests of Modbus RTU.
 
 /// A gripper on the other end of the line, by its manual: registers, and no physics but an object that stops the fingers.
 pub(crate) struct Device {

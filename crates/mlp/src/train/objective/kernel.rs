@@ -1,4 +1,4 @@
-//! Weights in, sums over all rows out: the whole data set in one call compiled for the machine's vectors.
+//! Kernel of the sums over all rows, for given weights: the whole data set in one call compiled for the machine's vectors.
 
 use pulp::{Simd, WithSimd};
 

@@ -1,4 +1,4 @@
-//! Rows of the Jacobian in, its products with itself and with the residuals out.
+//! Products of the Jacobian with itself and with the residuals, from its rows.
 
 use pulp::Simd;
 

@@ -1,4 +1,4 @@
-//! Scaled rows in, panels of a few vectors of rows out, transposed: for each column the values of all rows.
+//! Panels of a few vectors of scaled rows, transposed: for each column the values of all rows.
 
 use super::super::aligned::Aligned;
 use super::super::lanes::Real;

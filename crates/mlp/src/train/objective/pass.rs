@@ -1,4 +1,4 @@
-//! One panel of rows in, its residuals and the sums of its derivatives out.
+//! Pass over one panel of rows: its residuals and the sums of its derivatives.
 //!
 //! `V` is a vector of rows, `K` the number of vectors that advance together. Everything here is inlined into a
 //! function compiled for the machine's vectors, which is why loops stand where iterators with closures would do.

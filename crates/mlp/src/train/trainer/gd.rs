@@ -1,4 +1,4 @@
-//! Gradient in, step straight down out, with or without the momentum of earlier steps.
+//! Steepest descent: a step straight down the gradient, with or without the momentum of earlier steps.
 
 use super::{Objective, Real, StepReport, Trainer, norm};
 

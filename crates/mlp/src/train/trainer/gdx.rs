@@ -1,4 +1,4 @@
-//! Gradient in, step with momentum and a rate that follows the error out.
+//! Gradient descent with momentum and a rate that follows the error.
 //!
 //! After Vogl et al. (1988) with the constants of MATLAB's traingdx.
 

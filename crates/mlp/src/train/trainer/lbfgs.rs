@@ -1,4 +1,4 @@
-//! Gradients in, quasi-Newton steps from the last few of them out: limited-memory BFGS.
+//! Limited-memory BFGS: quasi-Newton steps from the last few gradients.
 //!
 //! Nocedal (1980), two-loop recursion; steps satisfy the weak Wolfe conditions by bisection (Lewis and Overton 2013).
 

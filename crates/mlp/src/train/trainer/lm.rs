@@ -1,4 +1,4 @@
-//! Jacobian products in, damped Gauss-Newton steps out: Levenberg-Marquardt.
+//! Levenberg-Marquardt: damped Gauss-Newton steps from Jacobian products.
 //!
 //! Hagan and Menhaj (1994): `dw = -(J'J + mu I)^-1 J'e`, with more damping until the error falls.
 

@@ -1,4 +1,4 @@
-//! An objective and weights in, better weights out, one epoch a step.
+//! Training rules: each improves the weights of an objective, one epoch a step.
 //!
 //! | rule | module | cost of a step |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Signs of the gradient in, steps of adapted length out: resilient propagation.
+//! Resilient propagation: steps of adapted length from the signs of the gradient.
 //!
 //! Riedmiller and Braun (1993), variants after Igel and Huesken (2003).
 

@@ -1,4 +1,4 @@
-//! Gradients in, conjugate steps of a length found without a line search out.
+//! Scaled conjugate gradient: conjugate steps of a length found without a line search.
 //!
 //! M. F. Moller, "A scaled conjugate gradient algorithm for fast supervised learning" (1993).
 

@@ -1,4 +1,4 @@
-//! A height and a spacing of any size in, the cotangent of their ratio to two digit widths with a bound out.
+//! The cotangent of the ratio of a height and a spacing of any size, to two digit widths with a bound.
 
 use crate::esc::{cotangent::SERIES_UP_TO, double::Double, real::Real};
 

@@ -1,4 +1,4 @@
-//! Readings in, blocks out.
+//! Tests of the blocks that are made of travel readings.
 
 extern crate std;
 use super::*;
