@@ -157,8 +157,8 @@ fn nothing_in_the_lines_at_top_and_bottom_stands_over_another() {
 fn events_are_listed_with_what_is_known_of_them() {
     let harness = window(fixture::grasp(), Panel::Events);
     harness.get_by_label_contains("0.9500 s  gross slip");
-    let known = "slip by vibration, statistic 8.0, confidence > 99.9 %, 50.0 mm/s, \
-                 ruled out: knock, arm stop, possible: motion";
+    let known = "by vibration), statistic 8.0, confidence > 99.9 %, ruled out: knock and arm stop, \
+                 possible: motion, 50.0 +- 2.0 mm/s (travel)";
     assert_eq!(harness.query_all_by_label_contains(known).count(), 2);
     harness.get_by_label_contains("the pressure array is frozen");
 }
