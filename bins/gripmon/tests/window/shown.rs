@@ -181,6 +181,13 @@ fn an_empty_window_states_why() {
     harness.get_by_label_contains("No stylus samples yet.");
     assert!(harness.query_all_by_label_contains("no source").count() >= 1);
     harness.get_by_label_contains("This source has no figures of a link");
+    // Of what is being read nothing is known yet.
+    let mut model = Model::new(1 << 20);
+    model.take(Feed::Status(SourceStatus::Loading { done: 0.34 }));
+    let harness = window(model, Panel::Health);
+    assert!(harness.query_all_by_label_contains("loading, 34 %").count() >= 1);
+    assert!(harness.query_all_by_label_contains("is being read").count() >= 1);
+    assert_eq!(harness.query_all_by_label_contains("This source has no forces").count(), 0);
 }
 
 #[test]
