@@ -12,6 +12,8 @@ cd "$root/protocol/arduino"
 cp -R library.properties library.json keywords.txt README.md examples "$folder/GripLink/"
 cp src/GripLink.h src/slip_detector.h src/slip_detector.c ../c/grip_link.h ../c/grip_link.c "$folder/GripLink/src/"
 cp "$root/LICENSE-MIT" "$root/LICENSE-APACHE" "$folder/GripLink/"
+# Links that lead out of the library are dead there.
+sed -i -z 's/\[\([^]]*\)\](\.\.[^)]*)/\1/g' "$folder/GripLink/README.md"
 cd "$folder"
 python3 -m zipfile -c GripLink.zip GripLink
 echo "$folder/GripLink.zip"

@@ -4,8 +4,12 @@
 A fault is a link to a file or heading that is not there, a line of prose longer than 120 characters (code, tables and
 what cannot be broken excepted), a README.md of more than 120 lines, a page under docs/ that docs/README.md does not
 link (a decision: docs/decisions/README.md), a source file in backticks that is not there, and sentences of more than
-20 words on average, of all pages together, or of more than 25 in one page of ten sentences and more."""
+20 words on average, of all pages together, or of more than 25 in one page of ten sentences and more.
 
+  doc-links.py FOLDER      looks at the links of the pages of a folder alone
+  doc-links.py --linked    prints what pages link to"""
+
+import os
 import re
 import subprocess
 import sys
@@ -95,22 +99,30 @@ def missing_sources(pages, files):
                     yield f"{page}:{number}: no file {name}"
 
 
+def links(page):
+    """Links within the folder: number of the line, target, file."""
+    for number, line in prose(page):
+        for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
+            if not re.match(r"[a-z]+:", target):
+                yield number, target, page.parent / (target.partition("#")[0] or page.name)
+
+
+def dead(pages):
+    for page in pages:
+        for number, target, to in links(page):
+            anchor = target.partition("#")[2]
+            if not to.exists():
+                yield f"{page}:{number}: no file {target}"
+            elif anchor and to.suffix == ".md" and anchor not in anchors(to):
+                yield f"{page}:{number}: no heading {target}"
+
+
 def faults(pages):
-    linked = {}
+    linked = {page: {to.resolve() for *_, to in links(page)} for page in pages}
     for page in pages:
         for number, line in prose(page):
             if too_long(line):
                 yield f"{page}:{number}: {len(line)} characters"
-            for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
-                if re.match(r"[a-z]+:", target):
-                    continue
-                file, _, anchor = target.partition("#")
-                to = page.parent / file if file else page
-                linked.setdefault(page, set()).add(to.resolve())
-                if not to.exists():
-                    yield f"{page}:{number}: no file {target}"
-                elif anchor and to.suffix == ".md" and anchor not in anchors(to):
-                    yield f"{page}:{number}: no heading {target}"
     lines = len(Path("README.md").read_text(encoding="utf-8").splitlines())
     if lines > README_LINES:
         yield f"README.md: {lines} lines, at most {README_LINES}"
@@ -125,10 +137,17 @@ def faults(pages):
 
 
 def main():
-    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True, check=True)
-    files = [name for name in listed.stdout.splitlines() if Path(name).exists()]
-    pages = [Path(name) for name in files if name.endswith(".md")]
-    found = [*faults(pages), *missing_sources(pages, files), *wordy(pages)]
+    if sys.argv[1:] and sys.argv[1] != "--linked":
+        pages = list(Path(sys.argv[1]).rglob("*.md"))
+        found = [*dead(pages)] if pages else ["no page"]
+    else:
+        listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True, check=True)
+        files = [name for name in listed.stdout.splitlines() if Path(name).exists()]
+        pages = [Path(name) for name in files if name.endswith(".md")]
+        if sys.argv[1:]:
+            print(*sorted({os.path.relpath(to) for page in pages for *_, to in links(page)}), sep="\n")
+            return
+        found = [*dead(pages), *faults(pages), *missing_sources(pages, files), *wordy(pages)]
     print("\n".join([*found, f"{len(pages)} pages, {len(found)} faults"]))
     sys.exit(bool(found))
 

@@ -46,7 +46,12 @@ check() {
     for program in gripmon gripmon-fleet; do
         [ "$("$work/$monitor/bin/$program" --version)" = "$program $version" ] || fail "$program is not of version $version"
     done
-    tar -tzf "$library.tar.gz" "$library/include/slip.h" >/dev/null 2>&1 || fail "no header of the C library"
+    tar -xzf "$library.tar.gz" -C "$work"
+    [ -s "$work/$library/include/slip.h" ] || fail "no header of the C library"
+    python3 -m zipfile -e GripLink.zip "$work"
+    for name in "$programs" "$monitor" "$library" GripLink; do
+        python3 "$root/scripts/doc-links.py" "$work/$name" || fail "$name: dead links"
+    done
     for name in README.md GripLink.zip slip-rp2040.uf2 slip-core-"$version".crate; do
         [ -s "$name" ] || fail "no $name"
     done
@@ -93,9 +98,10 @@ cargo build --release --locked -p gripd -p gripctl -p gripmon
 cargo run --quiet -p grip-manuals -- "$target/release-manuals"
 (cd fleet && cargo run --quiet -p fleet-manuals -- "$target/release-manuals")
 
-# FOLDER: documents, and what stands in bin; NAME.tar.gz of it
+# FOLDER: pages with what they link to, and what stands in bin; NAME.tar.gz of it
 pack() {
-    cp README.md CHANGELOG.md SECURITY.md LICENSE-MIT LICENSE-APACHE "$target/$1/"
+    python3 scripts/doc-links.py --linked | xargs git ls-files -z -co --exclude-standard -- '*.md' LICENSE-MIT |
+        tar -c --null -T - | tar -x -C "$target/$1"
     tar -czf "$folder/$1.tar.gz" --owner=0 --group=0 --sort=name -C "$target" "$1"
 }
 rm -rf "${target:?}/$programs" "${target:?}/$monitor" "${target:?}/$library"

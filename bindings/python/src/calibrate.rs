@@ -1,7 +1,7 @@
 //! Calibration with rows without slip: a noise floor, slack and what they stand on.
 
 use crate::{
-    input::{Names, refused, unreadable, unwritable},
+    input::{Names, no_rate, refused, unreadable, unwritable},
     output::dictionary,
     recording::{Recording, of_arrays},
     settings::{Config, host_config},
@@ -111,9 +111,9 @@ pub(crate) fn calibrate(
         py.detach(|| grip_eval::calibrate::calibrate(recording, &config, interval_s))
     } else {
         let Some(rate_hz) = rate_hz else {
-            return Err(refused("rate_hz is needed for an array: its samples per second"));
+            return Err(no_rate(data));
         };
-        let channels = channels.unwrap_or_else(|| Names::One("vibration".to_owned()));
+        let channels = channels.unwrap_or_else(Names::vibration);
         let recording = of_arrays(py, data, rate_hz, channels, times, "array")?;
         py.detach(|| grip_eval::calibrate::calibrate(&recording, &config, interval_s))
     };

@@ -13,7 +13,10 @@ use pyo3::{
     types::IntoPyDict as _,
 };
 use slip_core::units::Micros;
-use std::{io, path::Path};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Times beyond are no times of a recording (s): half a million years.
 const MOST_S: f64 = 1.8e13;
@@ -141,20 +144,39 @@ pub(crate) fn shape(what: &str, wanted: &str, got: &[usize]) -> PyErr {
 }
 
 /// One name or several.
-#[derive(Debug, FromPyObject)]
-pub(crate) enum Names {
-    #[pyo3(transparent)]
-    One(String),
-    #[pyo3(transparent)]
-    Several(Vec<String>),
-}
+#[derive(Debug)]
+pub(crate) struct Names(pub(crate) Vec<String>);
 
 impl Names {
-    pub(crate) fn into_vec(self) -> Vec<String> {
-        match self {
-            Self::One(name) => vec![name],
-            Self::Several(names) => names,
+    /// That of the channel of an array whose channels are not named.
+    pub(crate) fn vibration() -> Self {
+        Self(vec!["vibration".to_owned()])
+    }
+}
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Names {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(name) = given.extract() {
+            return Ok(Self(vec![name]));
         }
+        given.extract().map(Self).map_err(|_| {
+            let class = given.get_type();
+            PyTypeError::new_err(format!(
+                "a name, or a list of one for each column, is needed, not {class}"
+            ))
+        })
+    }
+}
+
+/// Why an array without its rate is refused, and a file as well.
+pub(crate) fn no_rate(data: &Bound<'_, PyAny>) -> PyErr {
+    match data.extract::<PathBuf>() {
+        Ok(file) => PyTypeError::new_err(format!(
+            "data: an array or a recording is needed; slipgrip.read({file:?}) reads a file"
+        )),
+        Err(_) => refused("rate_hz is needed for an array: its samples per second"),
     }
 }
 

@@ -164,7 +164,7 @@ fn matrix<T: Number + Clone>(
 /// Names of columns, `given` or numbered.
 fn specs(given: Option<Names>, letter: &str, width: usize) -> PyResult<Vec<ColumnSpec>> {
     let names = given
-        .map_or_else(|| (0..width).map(|at| format!("{letter}{at}")).collect(), Names::into_vec);
+        .map_or_else(|| (0..width).map(|at| format!("{letter}{at}")).collect(), |names| names.0);
     names.iter().map(|name| name.parse::<ColumnSpec>().map_err(refused)).collect()
 }
 

@@ -140,7 +140,7 @@ pub(crate) fn of_arrays(
     times_s: Option<&Bound<'_, PyAny>>,
     name: &str,
 ) -> PyResult<grip_record::Recording> {
-    let channels = channels.into_vec();
+    let Names(channels) = channels;
     let mut rows = rows(name, &channels, rate_hz)?;
     let block = Block::new(data, &channels)?;
     if block.rows() == 0 {

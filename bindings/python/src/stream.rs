@@ -1,7 +1,7 @@
 //! Detector and pipeline for rows: events, statistics and force commands.
 
 use crate::{
-    input::{Block, Names, exists, refused, times},
+    input::{Block, Names, exists, no_rate, refused, times},
     output::dictionary,
     recording::{Recording, rows},
     settings::{CalibrationLike, Config, ModelLike, Settings},
@@ -254,7 +254,7 @@ impl Stream {
     }
 
     fn new(channels: Names, rate_hz: f64, settings: &Settings, control: bool) -> PyResult<Self> {
-        let channels = channels.into_vec();
+        let Names(channels) = channels;
         let rows = rows("rows", &channels, rate_hz)?;
         Ok(Self { engine: Engine::new(settings, &rows.about(), control)?, rows, channels })
     }
@@ -299,7 +299,7 @@ pub(crate) struct Detector(Stream);
 #[pymethods]
 impl Detector {
     #[new]
-    #[pyo3(signature = (rate_hz, channels=Names::One("vibration".to_owned()), *, config=None, calibration=None, model=None))]
+    #[pyo3(signature = (rate_hz, channels=Names::vibration(), *, config=None, calibration=None, model=None))]
     fn new(
         rate_hz: f64,
         channels: Names,
@@ -531,9 +531,9 @@ pub(crate) fn detect(
         return of_recording(py, &recording.get().inner, &settings, control, bands);
     }
     let Some(rate_hz) = rate_hz else {
-        return Err(refused("rate_hz is needed for an array: its samples per second"));
+        return Err(no_rate(data));
     };
-    let channels = channels.unwrap_or_else(|| Names::One("vibration".to_owned()));
+    let channels = channels.unwrap_or_else(Names::vibration);
     let mut stream = Stream::new(channels, rate_hz, &settings, control)?;
     let block = Block::new(data, &stream.channels)?;
     if block.rows() == 0 {

@@ -16,6 +16,10 @@ def test_objects_say_what_they_are(tmp_path: pathlib.Path) -> None:
 def test_refusals_name_arguments_of_python() -> None:
     with pytest.raises(ValueError, match="rate_hz=1000000000"):
         slipgrip.Detector(1e9)
+    with pytest.raises(TypeError, match="argument 'channels': a name, or a list of one for each column, is needed, not"):
+        slipgrip.detect(np.zeros(9), 1600, {"vibration": "x"})  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r'slipgrip.read\("run.csv"\) reads a file'):
+        slipgrip.detect("run.csv")
 
 
 def test_a_recording_that_ends_before_the_floor_is_known_says_so() -> None:

@@ -28,7 +28,8 @@ fn explained(error: &clap::Error) -> Option<String> {
     {
         let command = if name == "fleet" { "gripfleet COMMAND" } else { "gripfleet foxglove" };
         return Some(format!(
-            "gripctl: `{command}` does it: cargo build --release in the folder fleet\n"
+            "gripctl: `{command}` does it: {}\n",
+            exit::fleet_program("gripfleet")
         ));
     }
     output::number(error)

@@ -188,8 +188,13 @@ impl Console {
             LinkNote::Identified { rebooted: false, .. } if self.rows.is_some() => {
                 (Info, "the first row is there".to_owned())
             }
-            // The limits are those of this configuration, and the rate is that of the header.
-            LinkNote::Configured(_) | LinkNote::PortLost if self.rows.is_some() => return None,
+            // The limits are those of this configuration, and the rate is that of the header. A program is not clocked to the 5 ms after
+            // which a board is late: what is missing or stands still is named, and so is what came too late for a command.
+            LinkNote::Configured(_) | LinkNote::PortLost | LinkNote::State(LinkState::Degraded)
+                if self.rows.is_some() =>
+            {
+                return None;
+            }
             LinkNote::Identified { rebooted: false, .. } => {
                 self.closed = None;
                 let again = core::mem::replace(&mut self.attached, true);

@@ -3,6 +3,7 @@
 use clap::{Args, Parser};
 use grip_scope::SourceSpec;
 use grip_scope::source::SpecError;
+use grip_session::exit::fleet_program;
 use std::path::PathBuf;
 
 /// Where gripd listens by default.
@@ -65,9 +66,7 @@ pub enum SourceError {
     )]
     Report(SourceSpec),
     /// A network of many, which another program shows.
-    #[error(
-        "{0}: `gripmon-fleet ENDPOINT` shows a network: cargo build --release -p gripmon-fleet in the folder fleet"
-    )]
+    #[error("{0}: `gripmon-fleet ENDPOINT` shows a network: {program}", program = fleet_program("gripmon-fleet"))]
     Fleet(String),
 }
 

@@ -96,8 +96,7 @@ impl CsvSamples<File> {
         Self::of(file, || files::open(file), options, pace)
     }
 
-    /// What all of `file` shows, as every program reads one of any length before its samples: the recording without them, how many
-    /// there are, and the pace to [open](Self::open_paced) it with.
+    /// What all of `file` shows: [`survey_of`](Self::survey_of) of its bytes.
     ///
     /// # Errors
     /// Those of [`CsvSamples::open`] and [`CsvSamples::survey`].
@@ -105,16 +104,7 @@ impl CsvSamples<File> {
         file: &Path,
         options: &CsvOptions,
     ) -> Result<(Recording, usize, Option<Pace>), CsvError> {
-        let mut first = Self::open(file, options)?;
-        let mut count = 0;
-        while first.next()?.is_some() {
-            count += 1;
-        }
-        let (mut recording, pace) = first.survey()?;
-        if pace.is_some() {
-            (recording, _) = Self::open_paced(file, options, pace)?.survey()?;
-        }
-        Ok((recording, count, pace))
+        Self::survey_of(file, || files::open(file), options)
     }
 }
 
@@ -143,6 +133,28 @@ impl<R: Read> CsvSamples<R> {
             && matches!(table.header_line(), grip_table::Header::Line(_));
         let skip = plan.skip;
         Ok(Self { table, gathering, plan, one_column, skip, blank: 0, behind: None })
+    }
+
+    /// What all of a table shows, as every program reads one of any length before its samples: the recording without them, how many
+    /// there are, and the pace to read it with. It is read once, or twice where its first rows do not show how coarse its stamps are.
+    ///
+    /// # Errors
+    /// Those of [`CsvSamples::of`] and [`CsvSamples::survey`].
+    pub fn survey_of(
+        file: &Path,
+        input: impl Fn() -> std::io::Result<R>,
+        options: &CsvOptions,
+    ) -> Result<(Recording, usize, Option<Pace>), CsvError> {
+        let mut first = Self::of(file, &input, options, None)?;
+        let mut count = 0;
+        while first.next()?.is_some() {
+            count += 1;
+        }
+        let (mut recording, pace) = first.survey()?;
+        if pace.is_some() {
+            (recording, _) = Self::of(file, &input, options, pace)?.survey()?;
+        }
+        Ok((recording, count, pace))
     }
 
     /// What kind of table it is, and where its times come from; the latter is empty where a rate gives them.

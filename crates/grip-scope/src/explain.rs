@@ -1,9 +1,8 @@
 //! Explanation of a slip: what each method saw, and why the force moved, in sentences made from the events and curves of the model.
 
-use crate::feed::causes_text;
 use crate::format::with_unit;
 use crate::{Channel, EventKind, EventMark, Model, Series, Span};
-use grip_session::report::confidence_text;
+use grip_session::report::{causes_text, confidence_text, speed_text};
 use slip_core::{SlipReport, alarm::Method};
 
 /// A force that differs by less than this share is the same one.
@@ -102,7 +101,7 @@ fn seen_by(model: &Model, span: Span, marks: &[&EventMark], method: Method) -> S
         Some(format!("{name}: reported {} {after}", first.kind.name())),
         highest.map(|times| evidence(times, model.info().interval_s())),
         slip.confidence.map(confidence_text),
-        slip.speed_m_s.map(|speed| format!("speed {}", with_unit(f64::from(speed), "m/s"))),
+        speed_text(slip).map(|speed| format!("speed {speed}")),
         moved.map(|moved| format!("moved {}", with_unit(f64::from(moved), "m"))),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
@@ -247,7 +246,9 @@ mod tests {
     use super::{Explanation, UNKNOWN, slip, slips};
     use crate::feed::Feed;
     use crate::{EventKind, EventMark, Model, Span};
-    use slip_core::{PipelineState, SlipReport, alarm::Method, units::Micros};
+    use slip_core::{
+        PipelineState, SlipReport, alarm::Method, units::Micros, velocity::SpeedSource,
+    };
 
     fn state(t_s: f64, command_n: f32) -> Feed {
         Feed::State(PipelineState {
@@ -294,6 +295,9 @@ mod tests {
     fn each_method_and_the_way_of_the_force_are_explained() {
         let report = SlipReport {
             method: Method::Travel,
+            speed_m_s: Some(0.013),
+            speed_sigma_m_s: Some(0.0003),
+            speed_source: SpeedSource::Travel,
             moved_m: Some(0.0003),
             estimate_n: Some(9.5),
             ruled_out: 1,
@@ -303,7 +307,7 @@ mod tests {
         assert_eq!(found.title, "Slip at 1.0000 s, 200.0 ms long");
         let saw = [
             "vibration: reported incipient slip first, evidence of up to 4800 s, wanted one false alarm in 600 s, confidence 76 %",
-            "travel: reported gross slip 40.00 ms after the first notice, moved 300.0 \u{b5}m",
+            "travel: reported gross slip 40.00 ms after the first notice, speed 13.0 +- 0.3 mm/s (travel), moved 300.0 \u{b5}m",
             "pressure: no readings",
         ];
         assert_eq!(found.saw, saw);

@@ -8,6 +8,8 @@ use crate::model::{Bucket, Doing, Model, Stats};
 use crate::span::Span;
 use grip_plot::report::{Block, Cell, Figure, Report, Section, Table};
 use grip_plot::{Axis, Chart, Layer, Mark, Scale};
+use grip_session::report::speed_text;
+use slip_core::SlipReport;
 
 /// Parts of a curve: twice as many points, lowest and highest of each.
 const PARTS: usize = 400;
@@ -103,9 +105,10 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
     let marks = |kind| model.events().marks.within(span).filter(|mark| mark.kind == kind).count();
     let counted = |kind| Some(marks(kind).to_string());
     let reports = || model.events().marks.within(span).filter_map(|mark| mark.slip);
-    let reported = |values: Option<f32>, unit| values.map(|most| with_unit(f64::from(most), unit));
     let moved = reports().filter_map(|slip| slip.moved_m).reduce(f32::max);
-    let speed = reports().filter_map(|slip| slip.speed_m_s).reduce(f32::max);
+    let moved = moved.map(|most| with_unit(f64::from(most), "m"));
+    let faster = |a: SlipReport, b: SlipReport| if b.speed_m_s > a.speed_m_s { b } else { a };
+    let speed = reports().reduce(faster).and_then(|slip| speed_text(&slip));
     let rows = [
         ("samples", of(Channel::Stylus).map(|stats| count(stats.count))),
         ("slips", Some(slips.len().to_string())),
@@ -119,8 +122,8 @@ fn numbers(model: &Model, span: Span, slips: &[Explanation]) -> Table {
         ("highest estimate of the adequate force", highest(Channel::Estimate)),
         ("limit of the force", highest(Channel::ForceLimit)),
         ("travel, from lowest to highest", travel),
-        ("largest movement that was reported", reported(moved, "m")),
-        ("highest slip speed that was reported", reported(speed, "m/s")),
+        ("largest movement that was reported", moved),
+        ("highest slip speed that was reported", speed),
         ("reflexes", counted(EventKind::Reflex)),
         ("faults", counted(EventKind::Fault)),
     ];
@@ -308,7 +311,9 @@ mod tests {
     use crate::model::Model;
     use crate::span::Span;
     use grip_link::message::Unit;
-    use slip_core::{PipelineState, SlipReport, alarm::Method, units::Micros};
+    use slip_core::{
+        PipelineState, SlipReport, alarm::Method, units::Micros, velocity::SpeedSource,
+    };
 
     /// Two seconds; a slip from 1.0 s to 1.2 s, over which the object travels 1.5 mm and the force rises from 5 N to 12 N.
     fn model() -> Model {
@@ -340,8 +345,14 @@ mod tests {
                 ..PipelineState::UNKNOWN
             }));
         }
-        let slip =
-            SlipReport { method: Method::Stylus, statistic: Some(8.0), ..SlipReport::UNKNOWN };
+        let slip = SlipReport {
+            method: Method::Stylus,
+            statistic: Some(8.0),
+            speed_m_s: Some(0.013),
+            speed_sigma_m_s: Some(0.0003),
+            speed_source: SpeedSource::Gravity,
+            ..SlipReport::UNKNOWN
+        };
         let plain = EventMark::plain;
         let gross = plain(1.0, EventKind::Gross, "a <gross> slip");
         model.take(Feed::Event(EventMark { slip: Some(slip), ..gross }));
@@ -361,6 +372,7 @@ mod tests {
             "| highest command | 12.00 N |",
             "| travel, from lowest to highest | 1.500 mm |",
             "| reflexes | 1 |",
+            "| highest slip speed that was reported | 13.0 +- 0.3 mm/s (gravity) |",
         ] {
             assert!(numbers.contains(row), "{row} in {numbers}");
         }

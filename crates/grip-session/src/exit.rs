@@ -7,7 +7,7 @@ use grip_record::{
     mcap::{McapError, RecoverError},
 };
 use slip_core::ConfigError;
-use std::process::ExitCode;
+use std::{env, process::ExitCode};
 
 /// Arguments that the parser of the command line cannot check.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -128,6 +128,18 @@ impl From<Exit> for ExitCode {
             Exit::WrongArguments => 2,
             Exit::DataLost => 3,
         })
+    }
+}
+
+/// How to run another program: the file beside this one or on the PATH, else how it is built in the folder fleet.
+#[must_use]
+pub fn fleet_program(name: &str) -> String {
+    let beside = env::current_exe().ok().and_then(|file| Some(file.parent()?.to_owned()));
+    let path = env::var_os("PATH").unwrap_or_default();
+    let folders = beside.into_iter().chain(env::split_paths(&path));
+    match folders.map(|folder| folder.join(name)).find(|file| file.is_file()) {
+        Some(file) => grip_record::shell(&file.display().to_string()),
+        None => format!("cargo build --release -p {name} in the folder fleet"),
     }
 }
 

@@ -6,6 +6,7 @@ use core::fmt;
 use serde::{Serialize, Serializer, ser::SerializeMap};
 use slip_core::{
     Cause, CauseSet, Phase, SlipReport, Step,
+    alarm::Method,
     detector::FloorHealth,
     esc::{Flag, Flags, Reading},
     estimate::{Features, ForceEstimate},
@@ -263,7 +264,7 @@ impl EventLog {
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Slip(slip) => write_slip(f, slip),
+            Self::Slip(slip) => write!(f, "{:10.4} s  {}", slip.t.as_seconds(), slip_text(slip)),
             Self::Grip { t, event, command_n } => {
                 let event = match event {
                     GripEvent::Empty => "nothing between the fingers",
@@ -298,50 +299,63 @@ impl fmt::Display for Event {
     }
 }
 
-fn write_slip(f: &mut fmt::Formatter<'_>, slip: &SlipReport) -> fmt::Result {
-    let t_s = slip.t.as_seconds();
-    if let Some(duration_s) = slip.duration_s {
-        write!(f, "{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * duration_s)?;
-    } else {
-        let (phase, method) = (slip.phase, slip.method.felt());
-        let statistic = statistic_text(slip.statistic.unwrap_or(f32::NAN));
-        let sure = confidence_text(slip.confidence.unwrap_or(f32::NAN));
-        write!(f, "{t_s:10.4} s  slip ({phase}, by {method}), statistic {statistic}, {sure}")?;
-    }
-    if let Some(s) = slip.certified_s {
-        write!(f, ", certified: one false alarm in {s:.0} s or more")?;
-    }
-    for (what, bits) in [("ruled out", slip.ruled_out), ("possible", slip.possible)] {
-        if bits != 0 {
-            let names =
-                CauseSet::from_bits(bits).iter().map(|cause| cause.name().replace('_', " "));
-            write!(f, ", {what}: {}", names.collect::<Vec<_>>().join(" and "))?;
+/// A slip in words, without its time; what is not known is left out.
+#[must_use]
+pub fn slip_text(slip: &SlipReport) -> String {
+    let reported = || {
+        let (phase, by) = (slip.phase, slip.method.felt());
+        if slip.method == Method::None {
+            format!("slip ({phase})")
+        } else {
+            format!("slip ({phase}, by {by})")
         }
+    };
+    let ended = |duration_s: f64| format!("slip ended after {:.1} ms", 1e3 * duration_s);
+    let mut parts = vec![slip.duration_s.map_or_else(reported, ended)];
+    if slip.duration_s.is_none() {
+        parts.extend(slip.statistic.map(|times| format!("statistic {}", statistic_text(times))));
+        parts.extend(slip.confidence.map(confidence_text));
     }
-    if let (Some(speed), Some(sigma)) = (slip.speed_m_s, slip.speed_sigma_m_s) {
-        write!(f, ", {:.1} +- {:.1} mm/s ({})", 1e3 * speed, 1e3 * sigma, slip.speed_source)?;
-    }
-    if let Some(moved) = slip.moved_m {
-        write!(f, ", moved {:.2} mm", 1e3 * moved)?;
-    }
+    let certified = |s| format!("certified: one false alarm in {s:.0} s or more");
+    parts.extend(slip.certified_s.map(certified));
+    parts.extend(causes_text(slip).into_iter().flatten());
+    parts.extend(speed_text(slip));
+    parts.extend(slip.moved_m.map(|moved| format!("moved {:.2} mm", 1e3 * moved)));
     if let Some(esc) = slip.esc_w {
         let n = slip.irregularities.unwrap_or(0);
         let note =
             if slip.is_informative() { "" } else { ", carries no information at this noise" };
-        write!(f, ", E_sc {esc:.3} W (n = {n}{note})")?;
+        parts.push(format!("E_sc {esc:.3} W (n = {n}{note})"));
     }
-    if let Some(value) = slip.esc.filter(|_| slip.esc_kind != Reading::Literal) {
-        write!(f, ", {} {value:.3e} {}", slip.esc_kind, slip.esc_kind.unit())?;
-    }
+    let (kind, unit) = (slip.esc_kind, slip.esc_kind.unit());
+    let reading = slip.esc.filter(|_| kind != Reading::Literal);
+    parts.extend(reading.map(|value| format!("{kind} {value:.3e} {unit}")));
     if let Some(estimate) = slip.estimate_n {
+        let limits = slip.estimate_lo_n.zip(slip.estimate_hi_n);
+        let limits = limits.map(|(low, high)| format!(" ({low:.2} to {high:.2})"));
         let note = if slip.is_extrapolated() { " (extrapolated, not used)" } else { "" };
-        write!(f, ", estimate {estimate:.2} N")?;
-        if let (Some(low), Some(high)) = (slip.estimate_lo_n, slip.estimate_hi_n) {
-            write!(f, " ({low:.2} to {high:.2})")?;
-        }
-        f.write_str(note)?;
+        parts.push(format!("estimate {estimate:.2} N{}{note}", limits.unwrap_or_default()));
     }
-    slip.command_n.map_or(Ok(()), |command| write!(f, ", command {command:.2} N"))
+    parts.extend(slip.command_n.map(|command| format!("command {command:.2} N")));
+    parts.join(", ")
+}
+
+/// The speed of a slip, how sure it is, and what has shown it.
+#[must_use]
+pub fn speed_text(slip: &SlipReport) -> Option<String> {
+    let (speed, source) = (1e3 * slip.speed_m_s?, slip.speed_source);
+    let sigma = slip.speed_sigma_m_s.map(|sigma| format!(" +- {:.1}", 1e3 * sigma));
+    Some(format!("{speed:.1}{} mm/s ({source})", sigma.unwrap_or_default()))
+}
+
+/// What is known of the causes of a slip other than a slip (`ruled out: knock and motion`, `possible: closing`); `None` for a set
+/// that is empty.
+#[must_use]
+pub fn causes_text(slip: &SlipReport) -> [Option<String>; 2] {
+    [("ruled out", slip.ruled_out), ("possible", slip.possible)].map(|(what, bits)| {
+        let names: Vec<_> = CauseSet::from_bits(bits).iter().map(Cause::name).collect();
+        (!names.is_empty()).then(|| format!("{what}: {}", names.join(" and ").replace('_', " ")))
+    })
 }
 
 /// Whether a sensor has shown the speed, and not a model.
@@ -363,6 +377,7 @@ pub fn statistic_text(statistic: f32) -> String {
 #[must_use]
 pub fn confidence_text(confidence: f32) -> String {
     match confidence {
+        0.999 => "confidence 99.9 %".to_owned(),
         0.999.. => "confidence > 99.9 %".to_owned(),
         _ => format!("confidence {:.0} %", (100.0 * confidence).floor()),
     }
@@ -370,7 +385,7 @@ pub fn confidence_text(confidence: f32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Condition, Event, EventLog, statistic_text};
+    use super::{Condition, Event, EventLog, confidence_text, statistic_text};
     use slip_core::{
         CauseSet, Phase, SlipReport, Step,
         alarm::Method,
@@ -456,6 +471,11 @@ mod tests {
         assert_eq!(json["possible"], serde_json::json!(["motion", "grip_change"]));
         let words = ", ruled out: knock and arm stop, possible: motion and grip change";
         assert!(line.to_string().contains(words), "{line}");
+        assert_eq!(confidence_text(0.9985), "confidence 99 %");
+        assert_eq!(
+            [0.999, 0.9991].map(confidence_text),
+            ["99.9 %", "> 99.9 %"].map(|s| format!("confidence {s}"))
+        );
         assert!(json["esc_w"].is_null() && json["estimate_n"].is_null());
         assert_eq!(log.slips(), 1);
     }

@@ -2,6 +2,7 @@
 #![expect(missing_docs, reason = "a field is what the message's field of that name is")]
 
 use crate::config::Uid;
+use crate::report::slip_text;
 use grip_link::message::{
     Unit,
     daemon::{
@@ -150,6 +151,9 @@ pub enum EventReport {
         extrapolated: bool,
         command_n: Option<f32>,
         duration_s: Option<f32>,
+        /// In words, without the time.
+        #[serde(skip)]
+        text: String,
     },
     Notice {
         host_s: f64,
@@ -199,6 +203,7 @@ impl EventReport {
             extrapolated: slip.is_extrapolated(),
             command_n: slip.command_n,
             duration_s: slip.duration_s.map(single),
+            text: slip_text(slip),
         }
     }
 }

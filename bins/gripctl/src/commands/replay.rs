@@ -5,7 +5,11 @@ use super::{
 };
 use crate::{cli::ReplayArgs, output};
 use anyhow::Context as _;
-use grip_record::{ChannelSet, StylusKind, outputs::OutputPath};
+use grip_record::{
+    ChannelSet, StylusKind,
+    outputs::{OutputError, OutputPath},
+    shell,
+};
 use grip_session::{
     exit::{self, Exit, WrongArgument, escape},
     replay,
@@ -38,10 +42,25 @@ struct Summary {
     learning: bool,
 }
 
+/// Why no plot is made, and what makes the page that a name asks for.
+fn refusal(error: OutputError, args: &ReplayArgs) -> anyhow::Error {
+    let is_page = |file: &&PathBuf| file.extension().is_some_and(|ending| ending == "html");
+    match args.files.iter().zip(args.plot.as_ref().filter(is_page)).next() {
+        Some((recording, file)) => {
+            let [recording, file] =
+                [recording, file].map(|name| shell(&name.display().to_string()));
+            let way = format!("`gripmon {recording} --report {file}` writes a page");
+            WrongArgument(format!("{error}; {way}")).into()
+        }
+        None => error.into(),
+    }
+}
+
 pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<Exit> {
     let more = [&args.calibration, &args.config, &args.model].map(Option::as_deref);
     let inputs: Vec<_> = args.files.iter().map(|file| Some(file.as_path())).chain(more).collect();
-    let plot = output::optional(args.plot.as_deref(), output::PICTURE, &args.force, &inputs)?;
+    let plot = output::optional(args.plot.as_deref(), output::PICTURE, &args.force, &inputs);
+    let plot = plot.map_err(|error| refusal(error, args))?;
     let tapes = args.files.iter().filter(|file| is_mcap(file)).count();
     match args.files.as_slice() {
         files if tapes == files.len() => replay_tape::run(args, plot.as_ref()),

@@ -9,6 +9,7 @@ use std::{
     fs::{self, File},
     os::unix::fs::symlink,
     path::Path,
+    process::Command,
 };
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
@@ -111,6 +112,14 @@ fn a_command_of_another_program_names_it() {
     {
         gripctl(Path::new("."), &[name, "router"]).refused(2, &[command]);
     }
+    // One that stands beside gripctl is named.
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let [gripctl, gripfleet] = ["gripctl", "gripfleet"].map(|name| folder.path().join(name));
+    fs::hard_link(env!("CARGO_BIN_EXE_gripctl"), &gripctl).unwrap();
+    fs::write(&gripfleet, "").unwrap();
+    let ran = Command::new(gripctl).arg("fleet").output().unwrap();
+    let stated = format!("gripctl: `gripfleet COMMAND` does it: {}\n", gripfleet.display());
+    assert_eq!(String::from_utf8(ran.stderr).unwrap(), stated);
 }
 
 /// A file that is no recording is refused alike by all that read one: a FIFO and a device without waiting, a folder, nothing.

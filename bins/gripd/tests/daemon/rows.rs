@@ -71,6 +71,33 @@ fn standard_input_to_its_end() {
     );
     assert_eq!(ran.code, 0, "{ran:?}");
     assert!(ran.err.contains("only observing") && ran.err.contains("run in real time"), "{ran:?}");
+    assert!(!ran.err.contains("late or missing"), "{}", ran.err);
+}
+
+/// A loop that sends what it has each 15 ms is later than a board may be, and loses nothing; rows that are left out are named.
+#[test]
+fn what_a_sender_loses_is_named_and_its_jitter_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = csv();
+    let kept = whole.split_inclusive('\n').enumerate();
+    let kept = kept.filter(|(line, _)| !(1601..1761).contains(line)).map(|(_, line)| line);
+    for (rows, missing) in [(whole.clone(), 0), (kept.collect(), 160)] {
+        let address = format!("127.0.0.1:{}", free_port());
+        let served = served(folder.path(), &["--sensor", &format!("rows:tcp:{address}")]);
+        let mut stream = connected(|| TcpStream::connect(&address));
+        in_real_time(&mut stream, &rows, 24);
+        stream.shutdown(Shutdown::Write).unwrap();
+        json_lines(stream);
+        let ran = served.ended();
+        assert_eq!(ran.lines().pop().unwrap()["rows"]["missing"], missing, "{ran:?}");
+        let named = ran.err.contains("160 rows are missing before row");
+        assert_eq!(
+            (named, ran.err.contains("late or missing")),
+            (missing > 0, false),
+            "{}",
+            ran.err
+        );
+    }
 }
 
 /// Without a stylus: held with 5 N, and moved or pressed otherwise from 2 s on. What such a session cannot do is stated at its start, and
@@ -210,13 +237,13 @@ fn json_lines(from: impl Read) -> Vec<Value> {
     BufReader::new(from).lines().map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect()
 }
 
-/// With a gripper no row waits: 8 of them every 5 ms.
+/// So many rows at once.
 #[expect(clippy::disallowed_methods, reason = "a test may send at times of its own")]
-fn in_real_time(stream: &mut TcpStream) {
-    let (text, start) = (csv(), Instant::now());
-    let lines: Vec<&str> = text.split_inclusive('\n').collect();
-    for (sent, lines) in (0_u32..).zip(lines.chunks(8)) {
-        thread::sleep((start + sent * Duration::from_millis(5)).duration_since(Instant::now()));
+fn in_real_time(stream: &mut TcpStream, rows: &str, at_once: u32) {
+    let (start, period) = (Instant::now(), at_once * Duration::from_secs(1) / RATE);
+    let lines: Vec<&str> = rows.split_inclusive('\n').collect();
+    for (sent, lines) in (0_u32..).zip(lines.chunks(at_once as usize)) {
+        thread::sleep((start + sent * period).duration_since(Instant::now()));
         stream.write_all(lines.concat().as_bytes()).unwrap();
     }
 }
@@ -227,7 +254,8 @@ fn a_program_that_connects_gets_events_and_commands_back() {
     let address = format!("127.0.0.1:{}", free_port());
     let served = served(folder.path(), &["--port", &format!("rows:tcp:{address}")]);
     let mut stream = connected(|| TcpStream::connect(&address));
-    in_real_time(&mut stream);
+    // With a gripper no row waits.
+    in_real_time(&mut stream, &csv(), 8);
     stream.shutdown(Shutdown::Write).unwrap();
     let back = json_lines(stream);
     let ran = served.ended();

@@ -12,6 +12,7 @@ use eframe::egui::{
     self, Align2, FontId, Rect, Response, Role, Sense, Stroke, Ui, UiBuilder, WidgetInfo, pos2,
     vec2,
 };
+use grip_scope::SourceStatus;
 
 /// A stack narrower than this has no values beside its plots (points).
 const NARROW: f32 = 560.0;
@@ -154,6 +155,9 @@ fn nothing(strip: StripId, seen: &Seen<'_>) -> &'static str {
     let daemon = seen.model.info().daemon.as_ref();
     if strip.needs_samples() && daemon.is_some_and(|daemon| daemon.every_nth == 0) {
         return "Nothing: this gripper sends no samples here.";
+    }
+    if matches!(seen.model.status(), SourceStatus::Loading { .. }) {
+        return "Nothing yet: the recording is being read.";
     }
     strip.nothing()
 }

@@ -11,7 +11,7 @@ use grip_scope::feed::{
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
-use slip_core::{Phase, PipelineState, SlipReport, units::Micros};
+use slip_core::{Phase, PipelineState, SlipReport, SpeedSource, units::Micros};
 
 /// A spike of one sample stands here (us).
 pub(crate) const SPIKE_US: u64 = 1_234_500;
@@ -150,6 +150,8 @@ fn events(model: &mut Model) {
         statistic: Some(8.0),
         confidence: Some(0.9998),
         speed_m_s: Some(0.05),
+        speed_sigma_m_s: Some(0.002),
+        speed_source: SpeedSource::Travel,
         ruled_out: 0b1_0001,
         possible: 0b0_0010,
         ..SlipReport::UNKNOWN

@@ -157,8 +157,8 @@ fn nothing_in_the_lines_at_top_and_bottom_stands_over_another() {
 fn events_are_listed_with_what_is_known_of_them() {
     let harness = window(fixture::grasp(), Panel::Events);
     harness.get_by_label_contains("0.9500 s  gross slip");
-    let known = "slip by vibration, statistic 8.0, confidence > 99.9 %, 50.0 mm/s, \
-                 ruled out: knock, arm stop, possible: motion";
+    let known = "by vibration), statistic 8.0, confidence > 99.9 %, ruled out: knock and arm stop, \
+                 possible: motion, 50.0 +- 2.0 mm/s (travel)";
     assert_eq!(harness.query_all_by_label_contains(known).count(), 2);
     harness.get_by_label_contains("the pressure array is frozen");
 }
@@ -181,6 +181,13 @@ fn an_empty_window_states_why() {
     harness.get_by_label_contains("No stylus samples yet.");
     assert!(harness.query_all_by_label_contains("no source").count() >= 1);
     harness.get_by_label_contains("This source has no figures of a link");
+    // Of what is being read nothing is known yet.
+    let mut model = Model::new(1 << 20);
+    model.take(Feed::Status(SourceStatus::Loading { done: 0.34 }));
+    let harness = window(model, Panel::Health);
+    assert!(harness.query_all_by_label_contains("loading, 34 %").count() >= 1);
+    assert!(harness.query_all_by_label_contains("is being read").count() >= 1);
+    assert_eq!(harness.query_all_by_label_contains("This source has no forces").count(), 0);
 }
 
 #[test]

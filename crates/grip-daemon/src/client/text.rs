@@ -159,58 +159,12 @@ fn figures(health: &HealthReport) -> Vec<String> {
 #[must_use]
 pub fn event(event: &EventReport) -> String {
     match event {
-        EventReport::Slip {
-            t_s,
-            phase,
-            method,
-            confidence,
-            certified_interval_s,
-            ruled_out,
-            possible,
-            speed_m_s,
-            moved_m,
-            estimate_n,
-            command_n,
-            duration_s,
-            ..
-        } => {
-            let method = if *method == "stylus" { "vibration" } else { method };
-            let mut text = match duration_s {
-                Some(s) => format!("{t_s:10.4} s  slip ended after {:.1} ms", 1e3 * s),
-                None => format!(
-                    "{t_s:10.4} s  slip ({phase}, by {method}), confidence {}",
-                    with_unit(confidence.map(percent), 1.0, 0, "%")
-                ),
-            };
-            if let Some(interval_s) = certified_interval_s {
-                text += &format!(", certified: one false alarm in {interval_s:.0} s or more");
-            }
-            for (what, causes) in [("ruled out", ruled_out), ("possible", possible)] {
-                if !causes.is_empty() {
-                    text += &format!(", {what}: {}", causes.join(" and ").replace('_', " "));
-                }
-            }
-            let values = [
-                ("", *speed_m_s, 1e3, "mm/s"),
-                ("moved ", *moved_m, 1e3, "mm"),
-                ("estimate ", *estimate_n, 1.0, "N"),
-                ("command ", *command_n, 1.0, "N"),
-            ];
-            for (name, value, scale, unit) in values.into_iter().filter(|v| v.1.is_some()) {
-                text += &format!(", {name}{}", with_unit(value, scale, 2, unit));
-            }
-            text
-        }
+        EventReport::Slip { t_s, text, .. } => format!("{t_s:10.4} s  {text}"),
         EventReport::Notice { host_s, about, text, .. } => {
             format!("{host_s:10.4} s  {about}: {text}")
         }
         EventReport::Gripper(known) => gripper(known),
     }
-}
-
-/// Never rounded up to certainty.
-fn percent(confidence: f32) -> f32 {
-    (100.0 * confidence).floor().min(99.0)
 }
 
 /// A number, or a dash where it is not known.

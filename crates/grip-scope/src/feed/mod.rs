@@ -5,7 +5,7 @@ mod state;
 mod status;
 mod study;
 
-pub use event::{EventKind, EventMark, causes_text};
+pub use event::{EventKind, EventMark};
 pub use slip_core::PipelineState;
 pub use state::{
     DB_BASE, DB_STEP, DerivedBlock, DerivedValue, ObserverSettings, SpectrumColumn, Turn, esc_flags,

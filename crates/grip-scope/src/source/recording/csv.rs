@@ -1,6 +1,6 @@
 //! Reader of a table as a source: its samples, and what a pipeline makes of them, as they are read.
 
-use super::{Stop, deliver};
+use super::{Stop, deliver, loading};
 use crate::feed::{EventMark, Feed, ObserverSettings, StylusInfo};
 use crate::source::outlet::Outlet;
 use crate::source::stream::Stream;
@@ -14,9 +14,10 @@ use grip_link::message::Unit;
 use grip_record::{CsvError, CsvOptions, CsvSamples, Recording, StylusKind, files, shell};
 use slip_core::PipelineState;
 
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use slip_core::Sample;
-use std::{io::Read, path::Path, rc::Rc};
+use std::io::{self, Read};
+use std::path::Path;
 
 /// States come at most this often (us), and on change.
 const STATE_US: u64 = 10_000;
@@ -24,30 +25,31 @@ const STATE_US: u64 = 10_000;
 /// Reads the recording to its end, or to its first fault.
 pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     let failed = |error: CsvError| Stop::Failed(sentence(file, &error));
-    let (read, len) = (Rc::new(Cell::new(0)), Cell::new(0));
+    let progress = Progress { outlet: RefCell::new(outlet), read: Cell::new(0), all: Cell::new(0) };
     let input = || {
         let input = files::open(file)?;
-        len.set(input.metadata()?.len());
-        read.set(0);
-        Ok(Counted { input, read: Rc::clone(&read) })
+        progress.all.set(READINGS * input.metadata()?.len());
+        Ok(Counted { input, progress: &progress })
     };
     let options = CsvOptions::default();
     // As `gripctl replay` reads it. Of a file with a fault, what comes before the fault is shown.
-    let surveyed = CsvSamples::surveyed(file, &options).ok();
+    let surveyed = CsvSamples::survey_of(file, input, &options).ok();
+    progress.read.set(progress.all.get() / READINGS * (READINGS - 1));
     let pace = surveyed.as_ref().and_then(|(_, _, pace)| *pace);
     let mut samples = CsvSamples::of(file, input, &options, pace).map_err(failed)?;
     let about = surveyed.map_or_else(|| samples.about(), |(about, ..)| Ok(about));
+    let deliver = |feeds| deliver(&mut progress.outlet.borrow_mut(), feeds, progress.done());
     let mut tape = Tape::default();
-    tape.begin(&about.map_err(failed)?, outlet)?;
+    deliver(tape.begin(&about.map_err(failed)?))?;
     loop {
         match samples.next_sample() {
             Ok(Some((sample, taxels))) => {
                 tape.push(&sample, taxels);
-                deliver(outlet, tape.stream.whole(), (read.get(), len.get()))?;
+                deliver(tape.stream.whole())?;
             }
             Ok(None) => break,
             Err(error) => {
-                deliver(outlet, tape.stream.take(), (1, 1))?;
+                deliver(tape.stream.take())?;
                 let (rows, error) = (tape.rows, sentence(file, &error));
                 return Err(match rows {
                     0 => Stop::Failed(error),
@@ -56,7 +58,7 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
             }
         }
     }
-    deliver(outlet, tape.stream.take(), (1, 1))?;
+    deliver(tape.stream.take())?;
     match samples.losses() {
         _ if tape.rows == 0 => Err(failed(CsvError::NoRows { file: file.to_owned() })),
         [] => Ok(()),
@@ -64,17 +66,40 @@ pub(super) fn read(file: &Path, outlet: &mut Outlet) -> Result<(), Stop> {
     }
 }
 
-/// Counts what is read.
-struct Counted<R> {
-    input: R,
-    read: Rc<Cell<u64>>,
+/// How often bytes are read, at most: twice before the first sample.
+const READINGS: u64 = 3;
+
+/// How far reading is.
+struct Progress<'a> {
+    outlet: RefCell<&'a mut Outlet>,
+    /// Bytes of all readings so far, of so many.
+    read: Cell<u64>,
+    all: Cell<u64>,
 }
 
-impl<R: Read> Read for Counted<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let read = self.input.read(buffer)?;
-        self.read.set(self.read.get() + read as u64);
-        Ok(read)
+impl Progress<'_> {
+    fn done(&self) -> (u64, u64) {
+        (self.read.get(), self.all.get())
+    }
+}
+
+/// Reports what is read, until the scope lets go.
+struct Counted<'p, 'o, R> {
+    input: R,
+    progress: &'p Progress<'o>,
+}
+
+impl<R: Read> Read for Counted<'_, '_, R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let Progress { outlet, read, .. } = self.progress;
+        let mut outlet = outlet.borrow_mut();
+        if outlet.stops() {
+            return Err(io::Error::other("the scope lets go"));
+        }
+        let count = self.input.read(buffer)?;
+        read.set(read.get() + count as u64);
+        loading(&mut outlet, self.progress.done());
+        Ok(count)
     }
 }
 
@@ -104,7 +129,7 @@ struct Tape {
 
 impl Tape {
     /// The pipeline of the shipped settings, and what is odd about the file.
-    fn begin(&mut self, recording: &Recording, outlet: &mut Outlet) -> Result<(), Stop> {
+    fn begin(&mut self, recording: &Recording) -> Vec<Feed> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let (rate_hz, step_us) = (recording.rate_hz as u32, (1e6 / recording.rate_hz) as u64);
         (self.rate_hz, self.step_us) = (rate_hz, step_us.max(1));
@@ -122,7 +147,7 @@ impl Tape {
             .then(|| format!("columns that are not shown: {}", notes.ignored_columns.join(", ")));
         let remarks = ignored.into_iter().chain(notes.remarks.iter().cloned());
         feeds.extend(remarks.map(Feed::Notice));
-        deliver(outlet, feeds, (0, 1))
+        feeds
     }
 
     fn push(&mut self, sample: &Sample, taxels: &[f32]) {
@@ -145,5 +170,53 @@ impl Tape {
                 self.stream.mark(EventMark::slip(slip));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::feed::{Feed, SourceStatus};
+    use crate::source::outlet::Outlet;
+    use core::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::{Arc, mpsc};
+
+    /// What comes of a table of 2 MB that `stop` may end.
+    fn feeds(stop: impl Fn(&Feed) -> bool + Send + 'static) -> Vec<Feed> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.csv");
+        let rows: String =
+            (0..120_000).map(|i| format!("{}.{:03},0.0000\n", i / 1000, i % 1000)).collect();
+        std::fs::write(&file, format!("t_s,stylus\n{rows}")).unwrap();
+        let (sender, feeds) = mpsc::channel();
+        let stopped = Arc::new(AtomicBool::new(false));
+        let stops = Arc::clone(&stopped);
+        let take = move |feed: Feed| {
+            stops.fetch_or(stop(&feed), Ordering::Relaxed);
+            sender.send(feed).unwrap();
+        };
+        super::super::run(&file, &mut Outlet::new(take, || {}, stopped));
+        feeds.try_iter().collect()
+    }
+
+    fn done(feed: &Feed) -> Option<f32> {
+        let Feed::Status(SourceStatus::Loading { done }) = feed else { return None };
+        Some(*done)
+    }
+
+    #[test]
+    fn what_is_read_before_the_first_sample_has_its_progress_too() {
+        let feeds = feeds(|_| false);
+        let first = feeds.iter().position(|feed| matches!(feed, Feed::Rows(_))).unwrap();
+        assert!(feeds[..first].iter().filter_map(done).count() > 10, "{:?}", &feeds[..first]);
+        let all: Vec<f32> = feeds.iter().filter_map(done).collect();
+        assert!(all.is_sorted() && all.last() == Some(&1.0), "{all:?}");
+    }
+
+    #[test]
+    fn reading_before_the_first_sample_ends_with_the_window() {
+        let feeds = feeds(|feed| done(feed) > Some(0.0));
+        let all: Vec<f32> = feeds.iter().filter_map(done).collect();
+        assert_eq!((all.len(), all[0]), (2, 0.0), "{all:?}");
+        assert!(all[1] < 0.1 && !feeds.iter().any(|feed| matches!(feed, Feed::Rows(_))), "{all:?}");
     }
 }

@@ -49,10 +49,15 @@ pub(super) fn deliver(outlet: &mut Outlet, feeds: Vec<Feed>, done: (u64, u64)) -
         return Ok(());
     }
     feeds.into_iter().for_each(|feed| outlet.offer(feed));
+    loading(outlet, done);
+    outlet.wake();
+    Ok(())
+}
+
+/// Reports how far reading is.
+fn loading(outlet: &mut Outlet, done: (u64, u64)) {
     // Steps of a percent: more are not seen.
     let percent = (100 * done.0 / done.1.max(1)).min(100);
     let done = num::narrow(num::counter(percent) / 100.0);
     outlet.status(SourceStatus::Loading { done });
-    outlet.wake();
-    Ok(())
 }
