@@ -241,7 +241,7 @@ fn chart(model: &Model, span: Span, slips: &[Explanation], plot: &Plot) -> Optio
 fn points(model: &Model, channel: Channel, span: Span, scale: Scale) -> Vec<(f64, f64)> {
     let Some(series) = model.series(channel) else { return Vec::new() };
     let range = match scale {
-        Scale::Linear => series.robust_range(span),
+        Scale::Linear | Scale::Percent => series.robust_range(span),
         Scale::Log => Some((f32::MIN, f32::MAX)),
     };
     let Some((low, high)) = range else { return Vec::new() };

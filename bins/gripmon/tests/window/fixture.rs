@@ -11,7 +11,7 @@ use grip_scope::feed::{
 };
 use grip_scope::{Channel, Model, SourceStatus};
 use gripmon::num::narrow;
-use slip_core::{Phase, PipelineState, SlipReport, SpeedSource, units::Micros};
+use slip_core::{Phase, PipelineState, SlipReport, units::Micros, velocity::SpeedSource};
 
 /// A spike of one sample stands here (us).
 pub(crate) const SPIKE_US: u64 = 1_234_500;
