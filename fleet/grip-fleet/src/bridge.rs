@@ -2,7 +2,7 @@
 
 use crate::{
     deploy::{ModelId, hex},
-    key::Topic,
+    key::Part,
     message,
 };
 use grip_link::{
@@ -25,7 +25,7 @@ const STATE_MS: u16 = 200;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Publication {
     /// Under which name.
-    pub topic: Topic,
+    pub topic: Part,
     /// The frame.
     pub wire: Vec<u8>,
 }
@@ -189,13 +189,14 @@ impl Bridge {
         (self.seq, wire.get(..len).unwrap_or_default().to_vec())
     }
 
-    /// Takes bytes and hands out what they complete; what the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name.
-    pub fn receive(&mut self, mut bytes: &[u8], on: &mut dyn FnMut(Incoming)) {
+    /// Takes bytes: what they complete. What the daemon reports of this connection is for nobody else. Updates of a gripper that has not said who it is have no name.
+    pub fn receive(&mut self, mut bytes: &[u8]) -> Vec<Incoming> {
+        let mut received = Vec::new();
         while let Some(verdict) = self.decoder.next(&mut bytes) {
             let Verdict::Frame(frame) = verdict else { continue };
             // What cannot be read, or is of a later daemon, is for nobody.
             let Ok(message) = ToClient::parse(&frame) else { continue };
-            let topic = take(&message, &mut self.slips, on);
+            let topic = take(&message, &mut self.slips, &mut received);
             let place = match &message {
                 ToClient::Gripper(gripper) => {
                     self.uid = Some(Uid(gripper.uid)).filter(|uid| uid.0 != [0; 16]);
@@ -212,9 +213,10 @@ impl Bridge {
                 *place = Some(wire.clone());
             }
             if self.uid.is_some() {
-                on(Incoming::Publication(Publication { topic, wire }));
+                received.push(Incoming::Publication(Publication { topic, wire }));
             }
         }
+        received
     }
 
     /// Which gripper it is, as soon as it is known.
@@ -249,12 +251,12 @@ impl Slips {
 }
 
 /// Hands out what is of use here; under which name the message is published, where it is not for this connection only.
-fn take(message: &ToClient<'_>, slips: &mut Slips, on: &mut dyn FnMut(Incoming)) -> Option<Topic> {
+fn take(message: &ToClient<'_>, slips: &mut Slips, out: &mut Vec<Incoming>) -> Option<Part> {
     let asked = |kind| [Kind::COMMAND, Kind::LOAD, Kind::SHADOW].contains(&kind);
     match message {
         ToClient::Welcome(welcome) => {
             slips.meet(welcome.run_id);
-            on(Incoming::Welcome(Greeting {
+            out.push(Incoming::Welcome(Greeting {
                 program: welcome.daemon().to_owned(),
                 host_us: welcome.host_us,
                 token: welcome.flags.has(WelcomeFlags::COMMANDS).then_some(welcome.token),
@@ -264,50 +266,50 @@ fn take(message: &ToClient<'_>, slips: &mut Slips, on: &mut dyn FnMut(Incoming))
         ToClient::Ack(ack) => {
             slips.old &= ack.kind != Kind::QUERY;
             if asked(ack.kind) {
-                on(Incoming::Answer(ack.seq, Ok(())));
+                out.push(Incoming::Answer(ack.seq, Ok(())));
             }
         }
-        ToClient::Nack(no) if asked(no.kind) => on(Incoming::Answer(no.seq, Err(no.reason))),
+        ToClient::Nack(no) if asked(no.kind) => out.push(Incoming::Answer(no.seq, Err(no.reason))),
         ToClient::Nack(_) => {}
         ToClient::Setup(setup) => {
             let firmware = Some(setup.firmware.to_string()).filter(|text| text != "0.0.0");
             let (name, sha256) = (setup.configured_name().to_owned(), hex(&setup.configured));
             let (settings, in_force) = (setup.settings, hex(&setup.in_force));
             let configured = ModelId { name, sha256 };
-            on(Incoming::Setup(Setup { settings, firmware, in_force, configured }));
+            out.push(Incoming::Setup(Setup { settings, firmware, in_force, configured }));
         }
-        ToClient::Estimates(made) => on(Incoming::Estimates(*made)),
+        ToClient::Estimates(made) => out.push(Incoming::Estimates(*made)),
         ToClient::State(state) => {
-            on(Incoming::State(*state));
-            return Some(Topic::State);
+            out.push(Incoming::State(*state));
+            return Some(Part::State);
         }
         ToClient::Slip(slip) => {
             let missed = slips.missed(slip.number)?;
             if missed > 0 {
-                on(Incoming::Missed(missed));
+                out.push(Incoming::Missed(missed));
             }
-            on(Incoming::Slip(*slip));
-            return Some(Topic::Events);
+            out.push(Incoming::Slip(*slip));
+            return Some(Part::Events);
         }
         ToClient::Notice(notice) => match notice.kind {
             NoticeKind::Dropped => {
                 if notice.code == DroppedClass::News.code() && notice.count > 0 {
-                    on(Incoming::Missed(notice.count));
+                    out.push(Incoming::Missed(notice.count));
                 }
             }
-            NoticeKind::Goodbye => on(Incoming::Goodbye(notice.as_str().to_owned())),
-            _ => return Some(Topic::Events),
+            NoticeKind::Goodbye => out.push(Incoming::Goodbye(notice.as_str().to_owned())),
+            _ => return Some(Part::Events),
         },
-        ToClient::Gripper(_) => return Some(Topic::Events),
-        ToClient::Health(_) => return Some(Topic::Health),
-        ToClient::Rows(_) => return Some(Topic::Samples),
+        ToClient::Gripper(_) => return Some(Part::Events),
+        ToClient::Health(_) => return Some(Part::Health),
+        ToClient::Rows(_) => return Some(Part::Samples),
     }
     None
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Bridge, Incoming, LastReceived, Publication, Topic};
+    use super::{Bridge, Incoming, LastReceived, Part, Publication};
     use crate::message::Message;
     use grip_link::{
         decoder::{Decoder, Role, Verdict},
@@ -357,13 +359,12 @@ mod tests {
     }
 
     fn take(bridge: &mut Bridge, bytes: &[u8]) -> Vec<Publication> {
-        let mut taken = Vec::new();
-        bridge.receive(bytes, &mut |incoming| match incoming {
-            Incoming::Publication(publication) => taken.push(publication),
-            Incoming::State(_) | Incoming::Slip(_) => {}
+        let received = bridge.receive(bytes).into_iter();
+        let taken = received.map(|incoming| match incoming {
+            Incoming::Publication(publication) => publication,
             other => panic!("{other:?}"),
         });
-        taken
+        taken.collect()
     }
 
     #[test]
@@ -386,12 +387,12 @@ mod tests {
         daemon.notice("gripper 5");
         daemon.health(1);
         daemon.health(2);
-        let wanted = [Topic::Events, Topic::Events, Topic::Health, Topic::Health];
+        let wanted = [Part::Events, Part::Events, Part::Health, Part::Health];
         for size in [1, 7, 64, 4096] {
             let mut bridge = Bridge::new(7, None);
             let chunks = daemon.wire.chunks(size);
             let taken: Vec<_> = chunks.flat_map(|chunk| take(&mut bridge, chunk)).collect();
-            let topics: Vec<Topic> = taken.iter().map(|taken| taken.topic).collect();
+            let topics: Vec<Part> = taken.iter().map(|taken| taken.topic).collect();
             assert_eq!(topics, wanted);
             assert_eq!(bridge.uid(), Some(Uid([5; 16])));
             let message = Message::from_wire(&taken[1].wire).unwrap();
@@ -420,8 +421,7 @@ mod tests {
         daemon.send(Kind::NOTICE, |out| dropped(DroppedClass::News, 3).write(out).unwrap());
         let goodbye = Notice { kind: NoticeKind::Goodbye, ..dropped(DroppedClass::Rows, 0) };
         daemon.send(Kind::NOTICE, |out| goodbye.write(out).unwrap());
-        let (mut bridge, mut received) = (Bridge::new(7, None), Vec::new());
-        bridge.receive(&daemon.wire, &mut |one| received.push(one));
+        let received = Bridge::new(7, None).receive(&daemon.wire);
         assert_eq!(received.len(), 3, "{received:?}");
         assert_eq!(received[1], Incoming::Missed(3));
         assert_eq!(received[2], Incoming::Goodbye("you read too slowly".to_owned()));
@@ -452,10 +452,8 @@ mod tests {
         }
         // Answers to something else are for nobody.
         daemon.send(Kind::ACK, |out| Ack { kind: Kind::QUERY, seq: 3 }.write(out).unwrap());
-        let mut received = Vec::new();
-        bridge.receive(&daemon.wire, &mut |one| received.push(one));
         let refused = Incoming::Answer(4, Err(NackReason::Forbidden));
-        assert_eq!(received, [Incoming::Answer(3, Ok(())), refused]);
+        assert_eq!(bridge.receive(&daemon.wire), [Incoming::Answer(3, Ok(())), refused]);
     }
 
     /// Which slips are received of a start of the daemon that still knows three, with one more that comes live; 100 stands for one that is missed.
@@ -480,16 +478,16 @@ mod tests {
             let slip = SlipReport { number, ..SlipReport::UNKNOWN };
             daemon.send(Kind::SLIP, |out| slip.write(out).unwrap());
         }
-        let mut numbers = Vec::new();
-        bridge.receive(&daemon.wire, &mut |incoming| match incoming {
-            Incoming::Slip(slip) => numbers.push(slip.number),
-            Incoming::Missed(missed) => numbers.push(100 * missed),
+        let number = |incoming| match incoming {
+            Incoming::Slip(slip) => Some(slip.number),
+            Incoming::Missed(missed) => Some(100 * missed),
             Incoming::Welcome(greeting) => {
-                assert!(greeting.takes_models && greeting.token.is_none())
+                assert!(greeting.takes_models && greeting.token.is_none());
+                None
             }
-            _ => {}
-        });
-        numbers
+            _ => None,
+        };
+        bridge.receive(&daemon.wire).into_iter().filter_map(number).collect()
     }
 
     #[test]

@@ -7,68 +7,37 @@
 
 use core::{fmt, str::FromStr};
 use grip_session::config::{Site, Uid};
+use serde_with::{DeserializeFromStr, SerializeDisplay};
 
 /// What every name begins with: who, and the version of what follows.
 const PREFIX: &str = "grip/v1";
 
 slip_core::named! {
-    /// A kind of publication.
+    /// What stands behind the gripper in a name. The first four are publications of frames.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-    pub enum Topic {
-        fn name: "The last word of the name.";
+    pub enum Part {
+        fn name: "The words of it.";
     }
     State: "STATE: what the pipeline thinks.", "state";
     Events: "SLIP, GRIPPER and NOTICE: each once and in order.", "events";
     Health: "HEALTH: figures of the daemon, every second.", "health";
     Samples: "ROWS: samples.", "samples";
-}
-
-/// What stands behind the gripper in a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Part {
-    /// A publication.
-    Topic(Topic),
-    /// Events as JSON.
-    EventsJson,
-    /// HEALTH as JSON.
-    HealthJson,
-    /// The sign of life.
-    Alive,
-    /// Answers with everything known now.
-    Status,
-    /// Answers with the configuration at the start.
-    Config,
-    /// Answers with what it is made of: program, firmware, model.
-    About,
-    /// Takes a command for the fingers.
-    Command,
-    /// Takes a model, gives it back, and states how it does.
-    Model,
-    /// Answers with the recordings there are, and with what stands in them.
-    Recordings,
+    EventsJson: "Events as JSON.", "json/events";
+    HealthJson: "HEALTH as JSON.", "json/health";
+    Alive: "The sign of life.", "alive";
+    Status: "Answers with everything known now.", "status";
+    Config: "Answers with the configuration at the start.", "config";
+    About: "Answers with what it is made of: program, firmware, model.", "about";
+    Command: "Takes a command for the fingers.", "command";
+    Model: "Takes a model, gives it back, and states how it does.", "model";
+    Recordings: "Answers with the recordings there are, and with what stands in them.", "recordings";
 }
 
 impl Part {
-    const ALL: [Self; 13] = [
-        Self::Topic(Topic::State),
-        Self::Topic(Topic::Events),
-        Self::Topic(Topic::Health),
-        Self::Topic(Topic::Samples),
-        Self::EventsJson,
-        Self::HealthJson,
-        Self::Alive,
-        Self::Status,
-        Self::Config,
-        Self::About,
-        Self::Command,
-        Self::Model,
-        Self::Recordings,
-    ];
-
     /// Whether each answer has a name of its own below that of the part.
     #[must_use]
     pub const fn has_names_below(self) -> bool {
-        matches!(self, Self::Topic(Topic::Events) | Self::EventsJson | Self::Status)
+        matches!(self, Self::Events | Self::EventsJson | Self::Status)
     }
 
     /// What is asked for all answers of the part of this name.
@@ -76,27 +45,12 @@ impl Part {
     pub fn question(self, name: &str) -> String {
         format!("{name}{}", if self.has_names_below() { "/**" } else { "" })
     }
-
-    /// What stands behind the gripper.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Topic(topic) => topic.name(),
-            Self::EventsJson => "json/events",
-            Self::HealthJson => "json/health",
-            Self::Alive => "alive",
-            Self::Status => "status",
-            Self::Config => "config",
-            Self::About => "about",
-            Self::Command => "command",
-            Self::Model => "model",
-            Self::Recordings => "recordings",
-        }
-    }
 }
 
 /// One gripper among all.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, SerializeDisplay, DeserializeFromStr,
+)]
 pub struct Member {
     /// Where.
     pub site: Site,
@@ -172,7 +126,7 @@ impl Selector {
 
 #[cfg(test)]
 mod tests {
-    use super::{Member, Part, Selector, Topic};
+    use super::{Member, Part, Selector};
     use grip_session::config::{Site, Uid};
 
     #[test]
@@ -182,12 +136,12 @@ mod tests {
         for part in Part::ALL {
             assert_eq!(Member::parse(&member.key(part)), Some((member.clone(), part)));
         }
-        let key = member.key(Part::Topic(Topic::Events));
+        let key = member.key(Part::Events);
         assert_eq!(key, "grip/v1/hall-2.east/07070707070707070707070707070707/events");
         for below in [format!("{key}/0000002a/7"), format!("{key}/**")] {
-            assert_eq!(Member::parse(&below), Some((member.clone(), Part::Topic(Topic::Events))));
+            assert_eq!(Member::parse(&below), Some((member.clone(), Part::Events)));
         }
-        assert_eq!(Part::Topic(Topic::Events).question("a/events"), "a/events/**");
+        assert_eq!(Part::Events.question("a/events"), "a/events/**");
         assert_eq!(Part::Config.question("a/config"), "a/config");
         let json = member.key(Part::EventsJson);
         assert_eq!(json, "grip/v1/hall-2.east/07070707070707070707070707070707/json/events");

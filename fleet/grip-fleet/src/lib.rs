@@ -38,7 +38,7 @@ pub use bridge::{Bridge, Greeting, Incoming, LastReceived, Publication, Setup};
 pub use follower::{Follower, Since, Verdict};
 pub use grip_session::config::{Site, Uid};
 pub use id::{EventId, IdError, Stamp, WallTime};
-pub use key::{Member, Part, Selector, Topic};
+pub use key::{Member, Part, Selector};
 pub use log::{EventLog, Logged};
 pub use message::{Message, MessageError, wire};
 pub use spool::Spool;

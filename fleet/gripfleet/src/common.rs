@@ -5,7 +5,7 @@ use core::{
     time::Duration,
 };
 use grip_daemon::log::LogLevel;
-use grip_fleet::{LastReceived, Spool, Stamp, Topic, Uid};
+use grip_fleet::{LastReceived, Part, Spool, Stamp, Uid};
 use grip_link::message::{NackReason, daemon::Command};
 use std::{
     sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc::Sender},
@@ -18,7 +18,7 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(10);
 pub(crate) type Message = (LogLevel, String);
 
 /// A publication on its way.
-pub(crate) type Outgoing = (Topic, Stamp, Vec<u8>);
+pub(crate) type Outgoing = (Part, Stamp, Vec<u8>);
 
 /// A command from the network, by the number of its question.
 pub(crate) type Order = (u64, Command);
@@ -62,9 +62,9 @@ impl Common {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn report(&self, level: LogLevel, text: &str) {
+    pub(crate) fn report(&self, level: LogLevel, text: impl Into<String>) {
         // A console that is gone reads nothing.
-        let _gone = self.messages.send((level, text.to_owned()));
+        let _gone = self.messages.send((level, text.into()));
     }
 
     pub(crate) fn has_ended(&self) -> bool {

@@ -231,11 +231,10 @@ impl Curator {
                 "gripd takes no model: allow_models is not set, or the model was named with --model or GRIPD_MODEL, and stays",
             ),
             Some(folder) => Models::open(folder, setup.configured.clone()).map_err(|error| {
-                let text = format!(
+                self.common.report(LogLevel::Error, format!(
                     "{}; the model of the configuration is in force, and none is taken from the network",
                     message(&error)
-                );
-                self.common.report(LogLevel::Error, &text);
+                ));
                 "the folder of models cannot be used: see the log of gripfleet"
             }),
         };
@@ -247,12 +246,12 @@ impl Curator {
             })
             .inspect_err(|reason| {
                 if self.places.models.is_some() && !takes_models {
-                    self.common.report(LogLevel::Warn, reason);
+                    self.common.report(LogLevel::Warn, *reason);
                 }
                 if setup.in_force != setup.configured.sha256
                     && let Err(reason) = self.swap(Put::InForce(None))
                 {
-                    self.common.report(LogLevel::Error, &reason);
+                    self.common.report(LogLevel::Error, reason);
                 }
             })
     }
@@ -290,8 +289,8 @@ impl Curator {
     fn report(&self, models: &mut Models) {
         for notice in models.notices() {
             match notice {
-                Notice::Done(text) => self.common.report(LogLevel::Info, &text),
-                Notice::Trouble(text) => self.common.report(LogLevel::Error, &text),
+                Notice::Done(text) => self.common.report(LogLevel::Info, text),
+                Notice::Trouble(text) => self.common.report(LogLevel::Error, text),
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::{
 use core::{mem, sync::atomic::Ordering};
 use grip_daemon::{clients::Stream, log::LogLevel};
 use grip_fleet::{
-    About, Bridge, Greeting, Incoming, Publication, Setup, Spool, Stamp, StoreError, Topic, Uid,
+    About, Bridge, Greeting, Incoming, Part, Publication, Setup, Spool, Stamp, StoreError, Uid,
     WallTime, deploy::Examined, rollout::GraspLog,
 };
 use grip_link::message::NackReason;
@@ -87,14 +87,17 @@ impl Keeper {
                 Ok(count) => self.receive(bytes.get(..count).unwrap_or_default()),
                 Err(error) if is_pause(&error) => {}
                 Err(error) => {
-                    let text = format!("cannot listen to gripd: {error}");
-                    self.ends.common.report(LogLevel::Error, &text);
+                    self.ends
+                        .common
+                        .report(LogLevel::Error, format!("cannot listen to gripd: {error}"));
                     break;
                 }
             }
             if let Err(error) = self.order(&mut stream).and_then(|()| self.load(&mut stream)) {
-                let text = format!("cannot hand commands and models to gripd: {error}");
-                self.ends.common.report(LogLevel::Error, &text);
+                self.ends.common.report(
+                    LogLevel::Error,
+                    format!("cannot hand commands and models to gripd: {error}"),
+                );
                 break;
             }
         }
@@ -151,9 +154,7 @@ impl Keeper {
     }
 
     fn receive(&mut self, bytes: &[u8]) {
-        let mut all = Vec::new();
-        self.bridge.receive(bytes, &mut |received| all.push(received));
-        for received in all {
+        for received in self.bridge.receive(bytes) {
             match received {
                 Incoming::Publication(publication) => self.keep(publication),
                 Incoming::Missed(count) => self.miss(count),
@@ -186,7 +187,7 @@ impl Keeper {
                 }
                 Incoming::Estimates(made) => self.grasps.estimates(&made),
                 Incoming::Goodbye(text) => {
-                    self.ends.common.report(LogLevel::Warn, &format!("gripd says goodbye: {text}"));
+                    self.ends.common.report(LogLevel::Warn, format!("gripd says goodbye: {text}"));
                 }
             }
         }
@@ -218,7 +219,7 @@ impl Keeper {
             model: Some(model),
         };
         // What cannot be written, which no value makes, is left out.
-        self.ends.common.kept().about = about.to_json().unwrap_or_default();
+        self.ends.common.kept().about = serde_json::to_string(&about).unwrap_or_default();
         let _gone = self.ends.desk.setups.send((setup, greeting.takes_models));
     }
 
@@ -227,7 +228,7 @@ impl Keeper {
         let Some(uid) = self.bridge.uid() else { return };
         if self.ends.common.kept().gripper.is_none() {
             // Whether the other one has ended is looked up once a second.
-            if self.locked && topic != Topic::Health {
+            if self.locked && topic != Part::Health {
                 return;
             }
             match self.open(uid) {
@@ -236,26 +237,26 @@ impl Keeper {
             }
         }
         let mut kept = self.ends.common.kept();
-        if topic != Topic::Samples {
+        if topic != Part::Samples {
             kept.status = self.bridge.status().map(<[u8]>::to_vec).collect();
         }
         let Some((_, spool)) = &mut kept.gripper else { return };
         let stamp = match topic {
-            Topic::Events => {
+            Part::Events => {
                 let ns = self.slipped_ns.take().unwrap_or_else(utc_ns);
                 let at = WallTime { ns, error_us: READ_US };
                 Stamp { id: spool.append_at(wire.clone(), at), at }
             }
-            Topic::State | Topic::Health => {
+            Part::State | Part::Health => {
                 let at = WallTime { ns: utc_ns(), error_us: READ_US };
                 Stamp { id: spool.log().head(), at }
             }
             // They are of a while.
-            Topic::Samples => spool.log().head().into(),
+            _ => spool.log().head().into(),
         };
         let trouble = spool.trouble();
         drop(kept);
-        if topic == Topic::Events {
+        if topic == Part::Events {
             self.disk(trouble);
         }
         // What finds no room is asked for again, or out of date soon.
@@ -267,8 +268,9 @@ impl Keeper {
         if let Some((_, spool)) = &mut self.ends.common.kept().gripper {
             spool.skip(count.into());
         }
-        let text = format!("{count} events are lost: gripd no longer had them");
-        self.ends.common.report(LogLevel::Warn, &text);
+        self.ends
+            .common
+            .report(LogLevel::Warn, format!("{count} events are lost: gripd no longer had them"));
     }
 
     /// Reports when the disk begins to refuse events, and when it takes them again.
@@ -276,8 +278,10 @@ impl Keeper {
         let was = mem::replace(&mut self.troubled, trouble.is_some());
         match trouble {
             Some(trouble) if !was => {
-                let text = format!("events are kept in memory only: {}", message(&trouble));
-                self.ends.common.report(LogLevel::Warn, &text);
+                self.ends.common.report(
+                    LogLevel::Warn,
+                    format!("events are kept in memory only: {}", message(&trouble)),
+                );
             }
             None if was => self.ends.common.report(LogLevel::Info, "events are kept on disk again"),
             _ => {}
@@ -293,17 +297,21 @@ impl Keeper {
             Ok(spool) => Some(spool),
             Err(error @ StoreError::Locked { .. }) => {
                 if !mem::replace(&mut self.locked, true) {
-                    let text = format!(
-                        "this gripper is not published until that one ends: {}",
-                        message(&error)
+                    self.ends.common.report(
+                        LogLevel::Error,
+                        format!(
+                            "this gripper is not published until that one ends: {}",
+                            message(&error)
+                        ),
                     );
-                    self.ends.common.report(LogLevel::Error, &text);
                 }
                 None
             }
             Err(error) => {
-                let text = format!("events are kept in memory only: {}", message(&error));
-                self.ends.common.report(LogLevel::Error, &text);
+                self.ends.common.report(
+                    LogLevel::Error,
+                    format!("events are kept in memory only: {}", message(&error)),
+                );
                 Some(memory())
             }
         }

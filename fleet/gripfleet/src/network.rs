@@ -82,15 +82,16 @@ impl Speaker {
         let Some(mut announced) = self.retry(|_| Announced::new(&session, &member, &PARTS)) else {
             return;
         };
-        self.ends.common.report(LogLevel::Info, &format!("this gripper is there as {member}"));
+        self.ends.common.report(LogLevel::Info, format!("this gripper is there as {member}"));
         // What waited for a router is out of date; of events, the log has all.
         while self.ends.outgoing.try_recv().is_ok() {}
         let mut node = self.node(&session, &member);
         self.speak(&mut announced, node.as_mut());
         let refused = announced.refused() + node.map_or(0, |node| node.refused());
         if refused > 0 {
-            let text = format!("the session has refused {refused} publications");
-            self.ends.common.report(LogLevel::Warn, &text);
+            self.ends
+                .common
+                .report(LogLevel::Warn, format!("the session has refused {refused} publications"));
         }
     }
 
@@ -98,14 +99,14 @@ impl Speaker {
     fn node(&self, session: &Session, member: &Member) -> Option<RosAnnounced> {
         match RosAnnounced::new(session, member, self.place.ros_domain?) {
             Ok(node) => {
-                self.ends
-                    .common
-                    .report(LogLevel::Info, &format!("ROS 2 has it as {}", node.name()));
+                self.ends.common.report(LogLevel::Info, format!("ROS 2 has it as {}", node.name()));
                 Some(node)
             }
             Err(error) => {
-                let text = format!("ROS 2 does not have this gripper: {}", message(&error));
-                self.ends.common.report(LogLevel::Error, &text);
+                self.ends.common.report(
+                    LogLevel::Error,
+                    format!("ROS 2 does not have this gripper: {}", message(&error)),
+                );
                 None
             }
         }
@@ -140,7 +141,7 @@ impl Speaker {
                     if !mem::replace(&mut self.complained, true) {
                         let text =
                             format!("{}; events are kept and published later", message(&error));
-                        self.ends.common.report(LogLevel::Warn, &text);
+                        self.ends.common.report(LogLevel::Warn, text);
                     }
                     wait = RETRY;
                 }
@@ -251,7 +252,7 @@ impl Speaker {
     /// Reports an answer that the session did not take.
     fn report(&self, sent: Result<(), NetError>) {
         if let Err(error) = sent {
-            self.ends.common.report(LogLevel::Warn, &message(&error));
+            self.ends.common.report(LogLevel::Warn, message(&error));
         }
     }
 }

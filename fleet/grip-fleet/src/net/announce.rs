@@ -5,7 +5,7 @@ use crate::{
     follower::Since,
     id::{EventId, Stamp},
     json,
-    key::{Member, Part, Topic},
+    key::{Member, Part},
     log::{EventLog, Logged},
     message::Message,
 };
@@ -118,13 +118,7 @@ impl Announced {
                 .wait()
                 .map_err(refused(&key))
         };
-        let own = [
-            Part::Topic(Topic::Events),
-            Part::EventsJson,
-            Part::HealthJson,
-            Part::Status,
-            Part::Config,
-        ];
+        let own = [Part::Events, Part::EventsJson, Part::HealthJson, Part::Status, Part::Config];
         let queryables: Result<_, _> =
             own.into_iter().chain(parts.iter().copied()).map(queryable).collect();
         Ok(Self {
@@ -142,18 +136,18 @@ impl Announced {
 
     /// Publishes a frame, events and HEALTH as JSON too. The stamp is that of the event, or the number of the last event for what
     /// is none. Where the network does not take it, the log has the event still, and the rest is out of date soon; it is counted.
-    pub fn publish(&mut self, topic: Topic, stamp: impl Into<Stamp>, wire: &[u8]) {
+    pub fn publish(&mut self, topic: Part, stamp: impl Into<Stamp>, wire: &[u8]) {
         let stamp = stamp.into();
-        self.put(Part::Topic(topic), stamp, wire);
+        self.put(topic, stamp, wire);
         let part = match topic {
-            Topic::Events => Part::EventsJson,
-            Topic::Health => Part::HealthJson,
-            Topic::State | Topic::Samples => return,
+            Part::Events => Part::EventsJson,
+            Part::Health => Part::HealthJson,
+            _ => return,
         };
         // What is no frame has none.
         let Some(json) = self.json(stamp, wire) else { return };
         self.put(part, stamp, json.as_bytes());
-        if topic == Topic::Health {
+        if topic == Part::Health {
             self.last_health = Some((stamp, json));
         }
     }
@@ -183,13 +177,13 @@ impl Announced {
                 continue;
             }
             match part {
-                Part::Topic(_) | Part::EventsJson if self.open.len() < MOST_QUESTIONS => {
+                Part::Events | Part::EventsJson if self.open.len() < MOST_QUESTIONS => {
                     match Open::new(&query, part) {
                         Ok(open) => self.open.push_back(open),
                         Err(reason) => self.refuse(&query, &reason),
                     }
                 }
-                Part::Topic(_) | Part::EventsJson => {}
+                Part::Events | Part::EventsJson => {}
                 Part::HealthJson => {
                     if let Some((stamp, json)) = self.last_health.clone() {
                         self.reply(&query, &key, stamp, json.as_bytes(), JSON);
@@ -327,20 +321,14 @@ const FRAME: Encoding = Encoding::APPLICATION_OCTET_STREAM;
 const JSON: Encoding = Encoding::APPLICATION_JSON;
 
 /// What is published.
-const PUBLISHED: [Part; 6] = [
-    Part::Topic(Topic::Events),
-    Part::Topic(Topic::State),
-    Part::Topic(Topic::Health),
-    Part::Topic(Topic::Samples),
-    Part::EventsJson,
-    Part::HealthJson,
-];
+const PUBLISHED: [Part; 6] =
+    [Part::Events, Part::State, Part::Health, Part::Samples, Part::EventsJson, Part::HealthJson];
 
 /// Nothing waits for room on the way: a receiver that hangs would delay all others. Events that are dropped are asked for again.
 fn publisher(session: &Session, key: &str, part: Part) -> Result<Publisher<'static>, NetError> {
     let priority = match part {
-        Part::Topic(Topic::Events) | Part::EventsJson => Priority::InteractiveHigh,
-        Part::Topic(Topic::Samples) => Priority::DataLow,
+        Part::Events | Part::EventsJson => Priority::InteractiveHigh,
+        Part::Samples => Priority::DataLow,
         _ => Priority::Data,
     };
     let is_json = matches!(part, Part::EventsJson | Part::HealthJson);

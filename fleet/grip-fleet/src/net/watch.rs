@@ -4,7 +4,7 @@ use super::{NetError, refused};
 use crate::{
     follower::{Follower, Since, Verdict},
     id::{EventId, Stamp, WallTime},
-    key::{Member, Part, Selector, Topic},
+    key::{Member, Part, Selector},
     message::Message,
 };
 use core::{
@@ -168,7 +168,7 @@ impl Drop for End {
 pub struct Watch {
     session: Session,
     since: Since,
-    telemetry: Vec<Topic>,
+    telemetry: Vec<Part>,
     updates: Receiver<Update>,
     way: Way,
     watched: HashMap<Member, Watched>,
@@ -187,16 +187,16 @@ impl Watch {
         session: Session,
         selector: &Selector,
         since: Since,
-        telemetry: &[Topic],
+        telemetry: &[Part],
     ) -> Result<Self, NetError> {
         let (sender, updates) = channel();
         let way = Way { sender, waiting: Arc::default() };
         let mut subscribers = Vec::new();
         // HEALTH comes in any case: it reports every second which event was the last.
-        let mut topics = vec![Topic::Events, Topic::Health];
-        topics.extend(telemetry.iter().filter(|topic| **topic != Topic::Health));
+        let mut topics = vec![Part::Events, Part::Health];
+        topics.extend(telemetry.iter().filter(|topic| **topic != Part::Health));
         for topic in topics {
-            let (key, way) = (selector.key(Part::Topic(topic)), way.clone());
+            let (key, way) = (selector.key(topic), way.clone());
             let received = move |sample: Sample| way.sample(&sample, None);
             let subscriber = session.declare_subscriber(key.clone()).callback(received).wait();
             subscribers.push(subscriber.map_err(refused(&key))?);
@@ -243,7 +243,7 @@ impl Watch {
         }
         match updates {
             Update::Life(member, alive) => self.life(member, alive),
-            Update::Live(member, Part::Topic(Topic::Events), stamp, message) => {
+            Update::Live(member, Part::Events, stamp, message) => {
                 let verdict = self.watched(&member).follower.live(stamp.id);
                 self.event(verdict, member, stamp, message)
             }
@@ -251,7 +251,7 @@ impl Watch {
                 if self.watched(&member).follower.head(stamp.id) {
                     self.ask(&member)?;
                 }
-                let wanted = self.telemetry.iter().any(|topic| part == Part::Topic(*topic));
+                let wanted = self.telemetry.contains(&part);
                 Ok(wanted.then_some(Reported::Telemetry { member, stamp, message }))
             }
             Update::Answer(member, asked, ..) | Update::Answered(member, asked)
@@ -329,8 +329,9 @@ impl Watch {
     /// nothing came make room.
     fn has_room(&mut self, member: &Member) -> bool {
         if self.watched.len() >= MOST && !self.watched.contains_key(member) {
-            self.watched
-                .retain(|_, it| it.alive || it.open || it.due || it.follower.last().is_some());
+            self.watched.retain(|_, it| {
+                it.alive || it.open || it.due || it.follower.received().next().is_some()
+            });
         }
         self.watched.len() < MOST || self.watched.contains_key(member)
     }
@@ -371,7 +372,7 @@ impl Watch {
             return Ok(());
         }
         let Some(after) = self.watched(member).follower.ask() else { return Ok(()) };
-        let part = Part::Topic(Topic::Events);
+        let part = Part::Events;
         let key = part.question(&member.key(part));
         let only_new = if self.since == Since::Now { ";since=now" } else { "" };
         let watched = self.watched(member);

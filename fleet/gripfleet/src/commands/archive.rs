@@ -5,7 +5,7 @@ use crate::cli::fleet::ArchiveArgs;
 use crate::clock;
 use core::{sync::atomic::Ordering, time::Duration};
 use grip_fleet::{
-    Selector, Since, Stamp, Topic,
+    Part, Selector, Since, Stamp,
     archive::Archive,
     net::{Reported, Watch},
 };
@@ -29,7 +29,7 @@ pub(super) fn run(args: &ArchiveArgs) -> anyhow::Result<Exit> {
         );
     }
     let selector = Selector { site: args.site.clone(), uid: args.uid };
-    let mut watch = Watch::new(network.open()?, &selector, Since::Start, &[Topic::Health])?;
+    let mut watch = Watch::new(network.open()?, &selector, Since::Start, &[Part::Health])?;
     watch.resume(archive.received());
     let (mut committed, mut lost) = (clock::monotonic(), false);
     let mut unreadable = Unreadable::default();

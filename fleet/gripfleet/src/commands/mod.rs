@@ -20,7 +20,7 @@ use core::{
 };
 use grip_daemon::client::{self, Report};
 use grip_fleet::{
-    About, Member, Message, Selector, Since, Stamp, Topic, Uid, json,
+    About, Member, Message, Part, Selector, Since, Stamp, Uid, json,
     net::{self, Listed, Network, Reported, Watch, list},
 };
 use grip_link::message::daemon::ToClient;
@@ -53,7 +53,7 @@ pub(crate) fn run(command: &Command) -> anyhow::Result<Exit> {
         }
         Command::Tail(args) => {
             let (uid, since, limit) = (Some(args.uid), Since::Now, duration(args.seconds)?);
-            let telemetry = &[Topic::State];
+            let telemetry = &[Part::State];
             let wanted = Wanted { uid, since, telemetry, limit, must_be_there: true };
             watch(&args.place, &wanted, None)
         }
@@ -257,7 +257,7 @@ impl Unreadable {
 struct Wanted<'a> {
     uid: Option<Uid>,
     since: Since,
-    telemetry: &'a [Topic],
+    telemetry: &'a [Part],
     limit: Duration,
     /// A gripper that is not there soon is not waited for.
     must_be_there: bool,

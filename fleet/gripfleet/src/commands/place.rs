@@ -14,11 +14,11 @@ use std::{
 /// The file is written this often at most: what was shown since then is shown again after a kill.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// The file: the last events of each gripper, as text.
+/// The file: the last events of each gripper.
 #[derive(Debug)]
 pub(super) struct Place {
     file: PathBuf,
-    known: BTreeMap<String, Vec<String>>,
+    known: BTreeMap<Member, Vec<EventId>>,
     kept: Duration,
 }
 
@@ -34,11 +34,9 @@ impl Place {
         Ok(Self { file: file.to_owned(), known, kept: Duration::ZERO })
     }
 
-    /// What was shown; what cannot be read of it was not.
+    /// What was shown.
     pub(super) fn known(&self) -> impl Iterator<Item = (Member, Vec<EventId>)> {
-        self.known.iter().filter_map(|(member, ids)| {
-            Some((member.parse().ok()?, ids.iter().filter_map(|id| id.parse().ok()).collect()))
-        })
+        self.known.clone().into_iter()
     }
 
     /// Writes what was received until now, where it is time for that or the end.
@@ -47,10 +45,8 @@ impl Place {
             return Ok(());
         }
         self.kept = now;
-        let text = |ids: Vec<EventId>| ids.iter().map(ToString::to_string).collect();
-        let known = watch.received().map(|(member, ids)| (member.to_string(), text(ids)));
         let mut all = self.known.clone();
-        all.extend(known);
+        all.extend(watch.received().map(|(member, ids)| (member.clone(), ids)));
         if all == self.known {
             return Ok(());
         }

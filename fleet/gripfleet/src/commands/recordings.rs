@@ -33,8 +33,6 @@ const ATTEMPTS: u32 = 4;
 const QUICK: u32 = 8;
 /// Pause between two attempts.
 const RETRY: Duration = Duration::from_millis(500);
-/// What an answer that did not come in time is called by the network.
-const TIMEOUT: &str = "Timeout";
 
 /// One recording, or what became of it.
 #[derive(Serialize)]
@@ -102,7 +100,7 @@ fn named(member: &Member, text: &str) -> String {
 
 /// Whether the gripper has said that it does not do it.
 fn is_refused(error: &anyhow::Error) -> bool {
-    matches!(error.downcast_ref(), Some(NetError::Declined { reason, .. }) if reason != TIMEOUT)
+    matches!(error.downcast_ref(), Some(NetError::Declined { .. }))
 }
 
 /// What a gripper gives away; none where it does not, or does not answer, which is a loss.
@@ -223,9 +221,6 @@ impl<'a> Copying<'a> {
         loop {
             let (most, asked) = (self.most.get(), clock::monotonic());
             let error = match self.once(recording, from, bytes.min(most)) {
-                Err(NetError::Declined { member, reason }) if reason == TIMEOUT => {
-                    NetError::Silent { member }
-                }
                 Err(error @ (NetError::Silent { .. } | NetError::Refused { .. })) => error,
                 done => {
                     let took = clock::monotonic().saturating_sub(asked);
@@ -255,8 +250,7 @@ impl<'a> Copying<'a> {
     }
 
     fn once(&self, recording: &Recording, from: u64, bytes: u64) -> Result<Vec<Vec<u8>>, NetError> {
-        let question = recording.question(from, bytes);
-        let parameters = question.each_ref().map(|(name, value)| (*name, value.as_str()));
+        let parameters = recording.question(from, bytes);
         let (member, patience) = (self.member, self.answer());
         let part = Part::Recordings;
         ask(self.session, &Ask { member, part, parameters: &parameters, payload: &[], patience })

@@ -4,7 +4,7 @@ use super::life::{Life, Standing};
 use super::{FIRST, GripperAt, LONGEST, LOOK, may_mend};
 use core::time::Duration;
 use grip_fleet::net::{NetError, Reported, Session, Watch, list};
-use grip_fleet::{Message, Selector, Since, Topic};
+use grip_fleet::{Message, Part, Selector, Since};
 use grip_link::message::daemon::ToClient;
 use grip_port::Backoff;
 use grip_scope::feed::{EventKind, EventMark, Feed, SourceStatus};
@@ -58,7 +58,7 @@ impl<'a> Talk<'a> {
         orders: &Receiver<ClientCommand>,
     ) -> Result<(), NetError> {
         let session = at.network.open()?;
-        let telemetry = [Topic::State, Topic::Health, Topic::Samples];
+        let telemetry = [Part::State, Part::Health, Part::Samples];
         let watch = Watch::new(session.clone(), &selector(at), Since::Now, &telemetry)?;
         let begun = outlet.now();
         let reception = Reception::new(at.network.name(), 0);

@@ -8,7 +8,7 @@ use core::panic::AssertUnwindSafe;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::time::Duration;
 use grip_fleet::net::{NetError, Reported, Watch, ask_about};
-use grip_fleet::{Member, Selector, Since, Site, Topic};
+use grip_fleet::{Member, Part, Selector, Since, Site};
 use grip_port::Backoff;
 use grip_scope::feed::SourceStatus;
 use grip_scope::source::Clock;
@@ -139,7 +139,7 @@ impl Watcher {
         let session = self.place.network.open()?;
         let selector = Selector { site: self.place.site.clone(), uid: None };
         let mut watch =
-            Watch::new(session.clone(), &selector, Since::Now, &[Topic::State, Topic::Health])?;
+            Watch::new(session.clone(), &selector, Since::Now, &[Part::State, Part::Health])?;
         backoff.reset();
         let (mut looked, mut asked) = (None, None);
         let (sender, abouts) = channel();
