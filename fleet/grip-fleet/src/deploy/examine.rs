@@ -6,12 +6,9 @@
 //! something else or knows too little to move fingers. They are wide: a model that is off by less is judged by the slips of the
 //! gripper, which know its objects.
 
-use super::ModelId;
+use super::{ModelId, Refused, refused};
 use core::fmt::Write as _;
-use grip_session::{
-    HostEstimator, ModelError, model,
-    signature::{Provenance, SignatureError},
-};
+use grip_session::{HostEstimator, model, signature::Provenance};
 use slip_core::{
     esc::{Esc, Flags, Reading},
     estimate::Features,
@@ -23,76 +20,11 @@ pub const MOST_BYTES: usize = 1 << 20;
 const LONGEST_NAME: usize = 64;
 /// Objects of the self-test.
 const OBJECTS: &str = include_str!("objects.csv");
-/// The error that half, and 19 of 20, of the answers may have: share of the right force.
-const MEDIAN: f64 = 0.25;
-const TAIL: f64 = 0.5;
+/// The error that half, and 19 of 20, of the answers may have (% of the right force).
+const MEDIAN: f64 = 25.0;
+const TAIL: f64 = 50.0;
 /// Objects that the model must be sure enough of to move the fingers.
 const TRUSTED: usize = 230;
-
-/// Why a model is refused.
-#[derive(Debug, thiserror::Error)]
-pub enum Fault {
-    /// Nothing came.
-    #[error("no model came with the order")]
-    Empty,
-    /// It is too long.
-    #[error("the model file has {bytes} bytes; more than {MOST_BYTES} are not taken")]
-    TooLong {
-        /// How long it is.
-        bytes: usize,
-    },
-    /// Something else was sent than was meant.
-    #[error("what came is not what was ordered: its SHA-256 is {is}, the order says {ordered}")]
-    Hash {
-        /// SHA-256 of what came.
-        is: String,
-        /// SHA-256 of the order.
-        ordered: String,
-    },
-    /// It is no text.
-    #[error("{name}: this is no model file but bytes that are no text")]
-    NoText {
-        /// The file.
-        name: String,
-    },
-    /// It is no model of this version, or for something else.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// It is not signed as this gripper asks for.
-    #[error("{name}: {source}; {}", source.remedy(name))]
-    Signature {
-        /// The model.
-        name: String,
-        /// What is wrong.
-        source: SignatureError,
-    },
-    /// It is too far off on objects that are known.
-    #[error(
-        "{name} fails the self-test: half of its answers are off by {median:.0} % or more, one of 20 by {tail:.0} % or more; {} % and {} % are the most",
-        100.0 * MEDIAN,
-        100.0 * TAIL
-    )]
-    Wrong {
-        /// The model.
-        name: String,
-        /// Error that half of the answers exceed (%).
-        median: f64,
-        /// Error that one of 20 exceeds (%).
-        tail: f64,
-    },
-    /// It does not answer, or is too unsure to move the fingers.
-    #[error("{name} fails the self-test: of {rows} known objects it {what} {count}")]
-    Unsure {
-        /// The model.
-        name: String,
-        /// Objects.
-        rows: usize,
-        /// `answers` or `is sure enough of`.
-        what: &'static str,
-        /// How many.
-        count: usize,
-    },
-}
 
 /// A model that may be tried.
 #[derive(Clone, Debug)]
@@ -126,29 +58,36 @@ pub fn hex(bytes: &[u8]) -> String {
 /// Examines a model file of that name (of which what is no letter, digit, dash, dot or underscore is left out) that should have this SHA-256.
 ///
 /// # Errors
-/// [`Fault`], a sentence for whoever sent it.
-pub fn examine(name: &str, ordered: &str, bytes: &[u8]) -> Result<Examined, Fault> {
+/// [`Refused`].
+pub fn examine(name: &str, ordered: &str, bytes: &[u8]) -> Result<Examined, Refused> {
+    let wrong = |what: String| Err(Refused(what));
     if bytes.is_empty() {
-        return Err(Fault::Empty);
+        return wrong("no model came with the order".to_owned());
     }
-    if bytes.len() > MOST_BYTES {
-        return Err(Fault::TooLong { bytes: bytes.len() });
+    let count = bytes.len();
+    if count > MOST_BYTES {
+        return wrong(format!(
+            "the model file has {count} bytes; more than {MOST_BYTES} are not taken"
+        ));
     }
     let sha256 = digest(bytes);
     if !sha256.eq_ignore_ascii_case(ordered) {
         let ordered: String = ordered.chars().take(LONGEST_NAME).collect();
-        return Err(Fault::Hash { is: sha256, ordered });
+        return wrong(format!(
+            "what came is not what was ordered: its SHA-256 is {sha256}, the order says {ordered}"
+        ));
     }
     let name = plain(name);
-    let Ok(text) = core::str::from_utf8(bytes) else { return Err(Fault::NoText { name }) };
-    let estimator = model::parse_estimator(&name, text)?;
-    self_test(&name, &estimator)?;
+    let Ok(text) = core::str::from_utf8(bytes) else {
+        return wrong(format!("{name}: this is no model file but bytes that are no text"));
+    };
+    let estimator = model::parse_estimator(&name, text).map_err(|error| refused(&error))?;
+    self_test(&estimator).map_err(|what| Refused(format!("{name} fails the self-test: {what}")))?;
     Ok(Examined { id: ModelId { name, sha256 }, text: text.to_owned(), estimator, signed: None })
 }
 
-fn self_test(name: &str, estimator: &HostEstimator) -> Result<(), Fault> {
+fn self_test(estimator: &HostEstimator) -> Result<(), String> {
     let rows = OBJECTS.lines().skip(1).count();
-    let unsure = |what, count| Err(Fault::Unsure { name: name.to_owned(), rows, what, count });
     let mut trusted = 0;
     let mut errors = Vec::new();
     for (slip, adequate_n) in OBJECTS.lines().skip(1).filter_map(object) {
@@ -157,17 +96,21 @@ fn self_test(name: &str, estimator: &HostEstimator) -> Result<(), Fault> {
         errors.push((f64::from(estimate.force_n) / adequate_n - 1.0).abs());
     }
     if errors.len() < rows {
-        return unsure("answers", errors.len());
+        return Err(format!("of {rows} known objects it answers {}", errors.len()));
     }
     // No number is as far off as can be.
     errors.sort_by(f64::total_cmp);
-    let worst = |part: usize| errors.get(part).copied().unwrap_or(f64::NAN);
+    let worst = |part: usize| 100.0 * errors.get(part).copied().unwrap_or(f64::NAN);
     let [median, tail] = [worst(rows / 2), worst(rows * 19 / 20)];
     if !(median <= MEDIAN && tail <= TAIL) {
-        let (median, tail) = (100.0 * median, 100.0 * tail);
-        return Err(Fault::Wrong { name: name.to_owned(), median, tail });
+        return Err(format!(
+            "half of its answers are off by {median:.0} % or more, one of 20 by {tail:.0} % or more; {MEDIAN} % and {TAIL} % are the most"
+        ));
     }
-    if trusted < TRUSTED { unsure("is sure enough of", trusted) } else { Ok(()) }
+    if trusted < TRUSTED {
+        return Err(format!("of {rows} known objects it is sure enough of {trusted}"));
+    }
+    Ok(())
 }
 
 /// A slip and its adequate force (N), from a line of the objects.

@@ -31,7 +31,6 @@ impl Origin {
 }
 
 /// Why a model is to go, without what is too long or stands for something in the parameters of a question.
-#[must_use]
 pub(super) fn reason(text: &str) -> String {
     parameter(text, LONGEST_REASON)
 }
@@ -77,16 +76,16 @@ pub struct Paused {
 /// The file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct History {
+pub(super) struct History {
     /// Whether roll-outs pause here.
-    pub paused: Option<Paused>,
+    pub(super) paused: Option<Paused>,
     /// The latest last.
-    pub entries: Vec<Entry>,
+    pub(super) entries: Vec<Entry>,
 }
 
 impl History {
     /// A model of that roll-out begins here, or goes on to the next stage.
-    pub fn begin(
+    pub(super) fn begin(
         &mut self,
         model: &ModelId,
         origin: &Origin,
@@ -111,7 +110,7 @@ impl History {
     }
 
     /// A model ends here, after so many grasps; one that was accepted before has an entry of its own for that.
-    pub fn end(&mut self, model: &ModelId, how: How, why: Option<String>, now_ns: u64) {
+    pub(super) fn end(&mut self, model: &ModelId, how: How, why: Option<String>, now_ns: u64) {
         if self.open(model).is_none() {
             let known = |entry: &&Entry| entry.model.sha256 == model.sha256;
             let last = self.entries.iter().rev().find(known);
@@ -125,7 +124,7 @@ impl History {
     }
 
     /// The entry of a model that goes on.
-    pub fn open(&mut self, model: &ModelId) -> Option<&mut Entry> {
+    pub(super) fn open(&mut self, model: &ModelId) -> Option<&mut Entry> {
         let is_open =
             |entry: &&mut Entry| entry.how.is_none() && entry.model.sha256 == model.sha256;
         self.entries.iter_mut().rev().find(is_open)
@@ -138,6 +137,3 @@ impl History {
         self.entries.push(entry);
     }
 }
-
-#[cfg(test)]
-mod tests;

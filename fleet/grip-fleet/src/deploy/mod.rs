@@ -13,42 +13,36 @@ mod rehearsal;
 mod shelf;
 mod standing;
 
-pub use examine::{Examined, Fault, MOST_BYTES, digest, examine, hex};
-pub use history::{Entry, History, Origin, Paused};
-pub use models::{Models, Notice, OrderFault, Put, Swap};
-pub use order::{Offer, Order, OrderError};
-pub use rehearsal::{rehearse, replay};
-pub use shelf::Shelf;
-pub use standing::{
-    Ended, How, Lasting, ModelId, ReplayReport, ShadowReport, Standing, TrialReport,
-};
+pub use examine::{Examined, MOST_BYTES, digest, examine, hex};
+pub use history::{Entry, Origin, Paused};
+pub use models::{Models, Notice, Put, Swap};
+pub use order::{Offer, Order};
+pub use rehearsal::rehearse;
+pub use standing::{Ended, How, ModelId, ReplayReport, ShadowReport, Standing, TrialReport};
 
 use crate::rollout::{Finished, Grasp, Rehearsal};
 use grip_link::message::FaultCode;
+use grip_session::exit::message;
+use history::History;
+use shelf::Shelf;
+use standing::Lasting;
 
 /// Grasps that are kept of each model, the latest ones; of a model on trial the first.
 const MOST_GRASPS: usize = 1000;
 
-/// Why a model is not taken.
+/// Why a model or an order is refused, in a sentence for whoever sent it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Declined {
-    /// One at a time.
-    #[error("{0} is on trial here")]
-    OnTrial(ModelId),
-    /// A gripper in FAULT grasps nothing.
-    #[error("this gripper has latched fault {:04x}, and nothing can be tried on it", .0.0)]
-    Fault(FaultCode),
-    /// Nobody can be that late.
-    #[error("lease={0}: 1 to 86400 s are possible")]
-    Lease(u32),
-    /// The model that is meant is not on trial.
-    #[error("that model is not on trial here{}", match .0 { Some(how) => format!(": {how}"), None => String::new() })]
-    NoTrial(Option<How>),
+#[error("{0}")]
+pub struct Refused(pub(crate) String);
+
+/// The same of what something else says against it.
+fn refused(error: &(dyn core::error::Error + 'static)) -> Refused {
+    Refused(message(error))
 }
 
 /// What has to be done.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Step {
+enum Step {
     /// Nothing.
     Stay,
     /// This model has to be put in force; none stands for that of the configuration.
@@ -77,7 +71,7 @@ impl Watched {
 
 /// The models of one gripper.
 #[derive(Clone, Debug)]
-pub struct Deployment {
+struct Deployment {
     /// What the configuration names.
     configured: ModelId,
     lasting: Lasting,
@@ -95,8 +89,7 @@ pub struct Deployment {
 
 impl Deployment {
     /// Begins with what an earlier run has left: a trial that it was on has ended.
-    #[must_use]
-    pub fn new(configured: ModelId, lasting: Lasting) -> Self {
+    fn new(configured: ModelId, lasting: Lasting) -> Self {
         let mut new = Self {
             configured,
             lasting,
@@ -115,44 +108,41 @@ impl Deployment {
     }
 
     /// Lets grasps of models on trial, or beside the one in force, count or not.
-    pub const fn pause(&mut self, is_paused: bool) {
+    const fn pause(&mut self, is_paused: bool) {
         self.is_paused = is_paused;
     }
 
     /// Whether an order to take or to try this model waits until roll-outs go on here. The way back does not.
-    #[must_use]
-    pub fn waits(&self, model: &ModelId) -> bool {
+    fn waits(&self, model: &ModelId) -> bool {
         self.is_paused && self.in_force().sha256 != model.sha256 && !self.is_known(model)
     }
 
     /// The model that has to be in force; none stands for that of the configuration.
-    #[must_use]
-    pub fn wanted(&self) -> Option<&ModelId> {
+    fn wanted(&self) -> Option<&ModelId> {
         self.trial.as_ref().map(|trial| &trial.model).or(self.lasting.accepted.as_ref())
     }
 
     /// What has to be on the disk.
-    #[must_use]
-    pub const fn lasting(&self) -> &Lasting {
+    const fn lasting(&self) -> &Lasting {
         &self.lasting
     }
 
     /// Whether a model that has passed its examination would be taken; `false` where it is in force already.
-    ///
-    /// # Errors
-    /// [`Declined`].
-    pub fn check(&self, model: &ModelId, lease_s: u32) -> Result<bool, Declined> {
+    fn check(&self, model: &ModelId, lease_s: u32) -> Result<bool, Refused> {
         if self.in_force().sha256 == model.sha256 {
             return Ok(false);
         }
         if !(1..=86_400).contains(&lease_s) {
-            return Err(Declined::Lease(lease_s));
+            return Err(Refused(format!("lease={lease_s}: 1 to 86400 s are possible")));
         }
         if let Some(trial) = &self.trial {
-            return Err(Declined::OnTrial(trial.model.clone()));
+            return Err(Refused(format!("{} is on trial here", trial.model)));
         }
         if self.fault.is_fault() && !self.is_known(model) {
-            return Err(Declined::Fault(self.fault));
+            let fault = self.fault.0;
+            return Err(Refused(format!(
+                "this gripper has latched fault {fault:04x}, and nothing can be tried on it"
+            )));
         }
         Ok(true)
     }
@@ -166,10 +156,7 @@ impl Deployment {
 
     /// An order to take a model that has passed its examination. Where a step follows, the model is on trial, unless it is that of the
     /// configuration or the one before: these are in force again without a trial.
-    ///
-    /// # Errors
-    /// [`Declined`]; nothing has changed.
-    pub fn take(&mut self, model: ModelId, lease_s: u32, now_us: u64) -> Result<Step, Declined> {
+    fn take(&mut self, model: ModelId, lease_s: u32, now_us: u64) -> Result<Step, Refused> {
         if !self.check(&model, lease_s)? {
             self.renew(&model.sha256, now_us);
             return Ok(Step::Stay);
@@ -188,47 +175,40 @@ impl Deployment {
     }
 
     /// Whether a model that has passed its examination is to estimate beside the one in force; `false` where it does so already, or is in force.
-    ///
-    /// # Errors
-    /// [`Declined`].
-    pub fn check_shadow(&self, model: &ModelId, lease_s: u32) -> Result<bool, Declined> {
+    fn check_shadow(&self, model: &ModelId, lease_s: u32) -> Result<bool, Refused> {
         let known = self.shadow.as_ref().is_some_and(|shadow| shadow.model == *model);
         Ok(self.check(model, lease_s)? && !known)
     }
 
     /// The model estimates beside the one in force; grasps of higher numbers than this are its own.
-    pub fn cast(&mut self, model: ModelId, lease_s: u32, since: u64, now_us: u64) {
+    fn cast(&mut self, model: ModelId, lease_s: u32, since: u64, now_us: u64) {
         let (watched_us, grasps) = (now_us, Vec::new());
         self.shadow = Some(Watched { model, grasps, since, lease_s, watched_us });
     }
 
     /// The shadow has to go: another model takes over, or nobody watches it any more. The one that was there, and in how many grasps it was asked.
-    pub fn end_shadow(&mut self) -> Option<(ModelId, usize)> {
+    fn end_shadow(&mut self) -> Option<(ModelId, usize)> {
         self.shadow.take().map(|shadow| (shadow.model, shadow.grasps.len()))
     }
 
     /// Whether this model estimates beside the one in force.
-    #[must_use]
-    pub fn is_shadow(&self, sha256: &str) -> bool {
+    fn is_shadow(&self, sha256: &str) -> bool {
         self.shadow.as_ref().is_some_and(|shadow| shadow.model.sha256 == sha256)
     }
 
     /// Whether nobody watches the shadow any more.
-    #[must_use]
-    pub fn is_shadow_left(&self, now_us: u64) -> bool {
+    fn is_shadow_left(&self, now_us: u64) -> bool {
         self.shadow.as_ref().is_some_and(|shadow| shadow.is_left(now_us))
     }
 
     /// Somebody watches the trial of this model, or its work as a shadow.
-    ///
-    /// # Errors
-    /// [`Declined::NoTrial`] where there is none, and it is not in force.
-    pub fn watch(&mut self, sha256: &str, now_us: u64) -> Result<(), Declined> {
+    fn watch(&mut self, sha256: &str, now_us: u64) -> Result<(), Refused> {
         if self.renew(sha256, now_us) || self.in_force().sha256 == sha256 {
             return Ok(());
         }
         let last = self.lasting.last.as_ref().filter(|last| last.model.sha256 == sha256);
-        Err(Declined::NoTrial(last.map(|last| last.how)))
+        let why = last.map_or_else(String::new, |last| format!(": {}", last.how));
+        Err(Refused(format!("that model is not on trial here{why}")))
     }
 
     fn renew(&mut self, sha256: &str, now_us: u64) -> bool {
@@ -238,10 +218,7 @@ impl Deployment {
     }
 
     /// An order to keep the model on trial.
-    ///
-    /// # Errors
-    /// As [`Deployment::watch`].
-    pub fn accept(&mut self, sha256: &str, now_us: u64) -> Result<(), Declined> {
+    fn accept(&mut self, sha256: &str, now_us: u64) -> Result<(), Refused> {
         self.watch(sha256, now_us)?;
         if let Some(Watched { model, .. }) = self.trial.take() {
             self.lasting.trial = None;
@@ -252,19 +229,19 @@ impl Deployment {
     }
 
     /// The model on trial could not be put in force.
-    pub fn failed(&mut self) {
+    fn failed(&mut self) {
         self.end(How::Failed);
     }
 
     /// The model that is wanted is in force, and grasps of higher numbers than this are its own. The grasps of one that was given up for a
     /// trial count again.
-    pub fn swapped(&mut self, begun: u64) {
+    fn swapped(&mut self, begun: u64) {
         self.since = begun;
         self.grasps = core::mem::take(&mut self.resumed);
     }
 
     /// An order to give this model back, or the one in force, whatever was counted with it. Of one that is not in force there is nothing to give back.
-    pub fn back(&mut self, sha256: Option<&str>) -> Step {
+    fn back(&mut self, sha256: Option<&str>) -> Step {
         let is_meant = |model: &ModelId| sha256.is_none_or(|sha256| model.sha256 == sha256);
         if self.trial.as_ref().is_some_and(|trial| is_meant(&trial.model)) {
             return self.end(How::Ordered);
@@ -280,7 +257,7 @@ impl Deployment {
     }
 
     /// A grasp has ended. One of another model is too late.
-    pub fn grasped(&mut self, finished: &Finished) {
+    fn grasped(&mut self, finished: &Finished) {
         if self.is_paused && (self.trial.is_some() || self.shadow.is_some()) {
             return;
         }
@@ -302,7 +279,7 @@ impl Deployment {
     }
 
     /// The time, and the latched fault of the gripper.
-    pub fn tick(&mut self, now_us: u64, fault: FaultCode) -> Step {
+    fn tick(&mut self, now_us: u64, fault: FaultCode) -> Step {
         self.fault = fault;
         let left = self.trial.as_ref().is_some_and(|trial| trial.is_left(now_us));
         if left { self.end(How::Unwatched) } else { Step::Stay }
@@ -310,15 +287,14 @@ impl Deployment {
 
     /// Other settings are in force, with the model named where none was taken over the network. Grasps with the old ones are no comparison any
     /// more.
-    pub fn reloaded(&mut self, configured: ModelId) -> Step {
+    fn reloaded(&mut self, configured: ModelId) -> Step {
         self.configured = configured;
         self.grasps.clear();
         if self.trial.is_some() { self.end(How::Reloaded) } else { Step::Stay }
     }
 
     /// How it stands.
-    #[must_use]
-    pub fn standing(&self) -> Standing {
+    fn standing(&self) -> Standing {
         let configured = || self.configured.clone();
         let before = match (&self.trial, &self.lasting.accepted) {
             (Some(_), accepted) => Some(accepted.clone().unwrap_or_else(configured)),
@@ -345,21 +321,18 @@ impl Deployment {
     }
 
     /// Grasps with this model that somebody watches, from that many on: those of its trial, or those in which it was asked as a shadow.
-    #[must_use]
-    pub fn grasps_of(&self, sha256: &str, from: usize) -> &[Grasp] {
+    fn grasps_of(&self, sha256: &str, from: usize) -> &[Grasp] {
         let shadow = self.shadow.as_ref().filter(|shadow| shadow.model.sha256 == sha256);
         shadow.map_or(self.grasps(from), |shadow| shadow.grasps.get(from..).unwrap_or_default())
     }
 
     /// Grasps with the model in force, from that many on.
-    #[must_use]
-    pub fn grasps(&self, from: usize) -> &[Grasp] {
+    fn grasps(&self, from: usize) -> &[Grasp] {
         self.grasps.get(from..).unwrap_or_default()
     }
 
     /// Grasps with the model before the one on trial.
-    #[must_use]
-    pub fn grasps_before(&self) -> &[Grasp] {
+    fn grasps_before(&self) -> &[Grasp] {
         self.trial.as_ref().map_or(&[], |trial| &trial.grasps)
     }
 
@@ -379,7 +352,5 @@ impl Deployment {
     }
 }
 
-#[cfg(test)]
-mod signed_tests;
 #[cfg(test)]
 mod tests;

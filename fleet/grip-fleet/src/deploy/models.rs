@@ -1,8 +1,8 @@
 //! The rules of [`Deployment`] with a [`Shelf`] beneath them: answers, notices for people and the models to put in force, by orders and counts.
 
 use super::{
-    Declined, Deployment, Entry, Examined, Fault, History, How, ModelId, Offer, Order, Origin,
-    Paused, Rehearsal, ReplayReport, Shelf, Standing, Step, examine,
+    Deployment, Entry, Examined, History, How, ModelId, Offer, Order, Origin, Paused, Refused,
+    Rehearsal, ReplayReport, Shelf, Standing, Step, examine,
 };
 use crate::{StoreError, rollout::Finished};
 use grip_link::message::FaultCode;
@@ -28,26 +28,6 @@ pub enum Notice {
     Done(String),
     /// As it should not.
     Trouble(String),
-}
-
-/// Why an order is not obeyed.
-#[derive(Debug, thiserror::Error)]
-pub enum OrderFault {
-    /// The model is none for this gripper.
-    #[error(transparent)]
-    Fault(#[from] Fault),
-    /// Not now.
-    #[error(transparent)]
-    Declined(#[from] Declined),
-    /// It cannot be kept.
-    #[error("the model cannot be kept: {0}")]
-    Shelf(#[from] StoreError),
-    /// It cannot be put in force.
-    #[error("the model cannot be put in force: {0}")]
-    Swap(String),
-    /// It cannot be asked beside the one in force.
-    #[error("the model cannot estimate beside the one in force: {0}")]
-    Shadow(String),
 }
 
 /// The models of one gripper, in force and on disk.
@@ -107,7 +87,7 @@ impl Models {
 
     /// Examines a model that has come, and its signature. The model in force, the one before and that of the configuration were taken by the
     /// rules of their time: no signature closes the way back.
-    fn examine(&self, offer: &Offer) -> Result<Examined, Fault> {
+    fn examine(&self, offer: &Offer) -> Result<Examined, Refused> {
         let model = examine(&offer.name, &offer.sha256, &offer.bytes)?;
         let deployment = &self.deployment;
         let is_known =
@@ -115,7 +95,10 @@ impl Models {
         match self.keys.check(&model.text) {
             Ok(signed) => Ok(Examined { signed, ..model }),
             Err(_) if is_known => Ok(model),
-            Err(source) => Err(Fault::Signature { name: model.id.name, source }),
+            Err(error) => {
+                let name = &model.id.name;
+                Err(Refused(format!("{name}: {error}; {}", error.remedy(name))))
+            }
         }
     }
 
@@ -148,13 +131,13 @@ impl Models {
     /// Obeys an order.
     ///
     /// # Errors
-    /// [`OrderFault`], a sentence for whoever sent it; the model in force stays.
+    /// [`Refused`]; the model in force stays.
     pub fn obey(
         &mut self,
         order: Order,
         now_us: u64,
         swap: &mut Swap<'_>,
-    ) -> Result<Standing, OrderFault> {
+    ) -> Result<Standing, Refused> {
         let (mut grasps, mut replay, mut history) = (Vec::new(), None, Vec::new());
         match order {
             Order::Notify => {}
@@ -210,7 +193,7 @@ impl Models {
     }
 
     /// Lets roll-outs pause here, or go on: first on disk.
-    fn pause(&mut self, paused: Option<Paused>) -> Result<(), StoreError> {
+    fn pause(&mut self, paused: Option<Paused>) -> Result<(), Refused> {
         if self.history.paused.is_some() == paused.is_some() {
             return Ok(());
         }
@@ -219,7 +202,7 @@ impl Models {
             None => "roll-outs go on here".to_owned(),
         };
         let history = History { paused, ..self.history.clone() };
-        self.shelf.note_history(&history)?;
+        self.shelf.note_history(&history).map_err(|error| not_kept(&error))?;
         self.history = history;
         self.deployment.pause(self.history.paused.is_some());
         self.report(text);
@@ -281,7 +264,7 @@ impl Models {
         lease_s: u32,
         now_us: u64,
         swap: &mut Swap<'_>,
-    ) -> Result<(), OrderFault> {
+    ) -> Result<(), Refused> {
         if !self.deployment.check_shadow(&model.id, lease_s)? {
             // Who asks again watches it.
             self.deployment.watch(&model.id.sha256, now_us)?;
@@ -290,7 +273,9 @@ impl Models {
         if self.deployment.waits(&model.id) {
             return Ok(());
         }
-        let since = swap(Put::Beside(Some(model))).map_err(OrderFault::Shadow)?;
+        let since = swap(Put::Beside(Some(model))).map_err(|why| {
+            Refused(format!("the model cannot estimate beside the one in force: {why}"))
+        })?;
         self.end_entry(How::Ordered, None);
         self.deployment.cast(model.id.clone(), lease_s, since, now_us);
         self.history.begin(&model.id, origin, model.signed.as_ref(), self.utc_ns);
@@ -335,7 +320,7 @@ impl Models {
         lease_s: u32,
         now_us: u64,
         swap: &mut Swap<'_>,
-    ) -> Result<(), OrderFault> {
+    ) -> Result<(), Refused> {
         if self.deployment.waits(&model.id) {
             return Ok(());
         }
@@ -367,9 +352,9 @@ impl Models {
         step: &Step,
         why: Option<String>,
         swap: &mut Swap<'_>,
-    ) -> Result<(), OrderFault> {
+    ) -> Result<(), Refused> {
         self.follow(step, why, swap);
-        if self.due { Err(OrderFault::Swap("it is tried again".to_owned())) } else { Ok(()) }
+        if self.due { Err(not_in_force("it is tried again")) } else { Ok(()) }
     }
 
     /// A grasp has ended.
@@ -407,21 +392,21 @@ impl Models {
     }
 
     /// First on disk, so that a daemon that ends now knows of the trial; then in force.
-    fn begin(&mut self, model: &Examined, swap: &mut Swap<'_>) -> Result<(), OrderFault> {
+    fn begin(&mut self, model: &Examined, swap: &mut Swap<'_>) -> Result<(), Refused> {
         let kept = self.shelf.put(&model.id, &model.text);
         let begun = kept
             .and_then(|()| self.shelf.note(self.deployment.lasting()))
-            .map_err(OrderFault::Shelf)
-            .and_then(|()| swap(Put::InForce(Some(model))).map_err(OrderFault::Swap));
+            .map_err(|error| not_kept(&error))
+            .and_then(|()| swap(Put::InForce(Some(model))).map_err(|why| not_in_force(&why)));
         match begun {
             Ok(begun) => {
                 self.deployment.swapped(begun);
                 Ok(())
             }
-            Err(fault) => {
+            Err(refused) => {
                 self.deployment.failed();
                 self.note();
-                Err(fault)
+                Err(refused)
             }
         }
     }
@@ -491,167 +476,10 @@ impl Models {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::{Models, Notice, Offer, Order, Put, Rehearsal, Standing};
-    use crate::{
-        deploy::{How, ModelId, digest},
-        rollout::{Compared, Finished, Grasp},
-    };
-    use grip_link::message::FaultCode;
-    use grip_session::model::default_text;
-    use std::path::Path;
+fn not_kept(error: &StoreError) -> Refused {
+    Refused(format!("the model cannot be kept: {}", message(error)))
+}
 
-    const NONE: FaultCode = FaultCode::NONE;
-
-    fn model(name: &str, text: &str) -> ModelId {
-        ModelId { name: name.to_owned(), sha256: digest(text.as_bytes()) }
-    }
-
-    fn take(name: &str, text: &str) -> Order {
-        Order::Take(Offer::new(name.to_owned(), text.as_bytes().to_vec(), 60))
-    }
-
-    fn open(folder: &Path) -> Models {
-        Models::open(folder, model("file", default_text())).unwrap()
-    }
-
-    fn grasped(models: &mut Models, count: u64) {
-        (1..=count).for_each(|n| models.grasped(&Finished { number: n, grasp: Grasp::default() }));
-    }
-
-    #[test]
-    fn what_was_accepted_is_there_at_the_next_start_and_what_was_on_trial_is_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let [other, third] = [" ", "  "].map(|spaces| format!("{}{spaces}", default_text()));
-        let mut in_force = Vec::new();
-        let mut swap = |put: Put<'_>| {
-            let Put::InForce(model) = put else { panic!("{put:?}") };
-            in_force.push(model.map(|model| model.id.name.clone()));
-            Ok(4)
-        };
-        let sha256 = digest(other.as_bytes());
-        let grasps = |standing: &Standing| (standing.grasped, standing.grasps.len());
-        {
-            let mut models = open(folder.path());
-            let swap = &mut swap;
-            grasped(&mut models, 3);
-            let taken = models.obey(take("a", &other), 0, swap).unwrap();
-            assert_eq!((grasps(&taken), taken.trial.unwrap().before), ((0, 3), 3), "those before");
-            grasped(&mut models, 6);
-            let watch = Order::Watch { sha256: sha256.clone(), from: 1 };
-            let watched = models.obey(watch, 0, swap).unwrap();
-            assert_eq!(grasps(&watched), (2, 1), "those that are not known yet");
-            models.obey(Order::Accept { sha256: sha256.clone() }, 0, swap).unwrap();
-            assert_eq!(models.standing().last.unwrap().how, How::Accepted);
-            models.obey(take("b", &third), 0, swap).unwrap();
-            assert!(models.standing().trial.is_some());
-        }
-        let mut models = open(folder.path());
-        models.resume(&digest(default_text().as_bytes()), &mut swap);
-        models.resume(&sha256, &mut swap);
-        assert_eq!(models.standing().last.unwrap().how, How::Restarted);
-        assert!(
-            matches!(&models.notices()[..], [Notice::Done(text), _] if text.contains("started again"))
-        );
-        models.obey(Order::Back { sha256: Some(sha256), why: None }, 0, &mut swap).unwrap();
-        assert_eq!(models.standing().in_force.name, "file");
-        let [a, b] = ["a", "b"].map(|name| Some(name.to_owned()));
-        assert_eq!(in_force, [a.clone(), b, a, None]);
-    }
-
-    #[test]
-    fn what_cannot_be_put_in_force_changes_nothing_and_the_way_back_is_tried_again() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut models = open(folder.path());
-        let other = format!("{} ", default_text());
-        let no = &mut |_: Put<'_>| Err("no".to_owned());
-        let yes = &mut |_: Put<'_>| Ok(0);
-        let reported = models.obey(take("a", &other), 0, no).unwrap_err().to_string();
-        assert_eq!(reported, "the model cannot be put in force: no");
-        assert_eq!(models.standing().in_force.name, "file");
-        models.obey(take("a", &other), 0, yes).unwrap();
-        models.notices();
-        // Nobody watches it.
-        models.tick(61_000_000, NONE, no);
-        models.tick(61_100_000, NONE, no);
-        let troubles =
-            models.notices().into_iter().filter(|notice| matches!(notice, Notice::Trouble(_)));
-        assert_eq!(troubles.count(), 1, "reported once");
-        models.tick(61_200_000, NONE, yes);
-        assert_eq!(
-            models.notices(),
-            [Notice::Done(format!("{} is in force", model("file", default_text())))]
-        );
-    }
-
-    #[test]
-    fn a_shadow_has_grasps_of_its_own_and_goes_with_its_lease_or_when_a_model_is_taken() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut models = open(folder.path());
-        let other = format!("{} ", default_text());
-        let Order::Take(offer) = take("a", &other) else { unreachable!() };
-        let sha256 = offer.sha256.clone();
-        let mut put = Vec::new();
-        let mut swap = |to: Put<'_>| {
-            put.push(match to {
-                Put::InForce(model) => (true, model.is_some()),
-                Put::Beside(model) => (false, model.is_some()),
-            });
-            Ok(4)
-        };
-        let standing = models.obey(Order::Shadow(offer.clone()), 0, &mut swap).unwrap();
-        assert_eq!(standing.in_force.name, "file", "it is not in force");
-        assert_eq!((standing.shadow.unwrap().model.name, standing.trial), ("a".to_owned(), None));
-        // Of grasps that had not begun before, those in which both were asked.
-        let (in_force_n, shadow_n, slipped_n) = (Some(6.0), Some(5.0), 3.0);
-        let compared = Some(Compared { in_force_n, shadow_n, slipped_n, held_n: None });
-        for (number, compared) in [(4, compared), (5, None), (6, compared), (7, compared)] {
-            let grasp = Grasp { compared, ..Grasp::default() };
-            models.grasped(&Finished { number, grasp });
-        }
-        let watch = |from| Order::Watch { sha256: sha256.clone(), from };
-        let watched = models.obey(watch(1), 30_000_000, &mut swap).unwrap();
-        assert_eq!((watched.grasps.len(), watched.shadow.unwrap().compared), (1, 2));
-        // Asked again nothing is put, and the grasps stay.
-        let again = models.obey(Order::Shadow(offer.clone()), 40_000_000, &mut swap).unwrap();
-        assert_eq!(again.shadow.unwrap().compared, 2);
-        models.tick(99_000_000, NONE, &mut swap);
-        assert!(models.standing().shadow.is_some());
-        models.tick(101_000_000, NONE, &mut swap);
-        assert_eq!(models.standing().shadow, None);
-        models.obey(watch(0), 102_000_000, &mut swap).unwrap_err();
-        models.obey(Order::Shadow(offer.clone()), 103_000_000, &mut swap).unwrap();
-        models.obey(Order::Take(offer), 104_000_000, &mut swap).unwrap();
-        assert_eq!(models.standing().shadow, None);
-        assert!(models.standing().trial.is_some());
-        let (beside, none, in_force) = ((false, true), (false, false), (true, true));
-        assert_eq!(put, [beside, none, beside, none, in_force]);
-    }
-
-    #[test]
-    fn recordings_are_replayed_once_and_what_they_show_is_kept_for_a_lease() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut models = open(folder.path());
-        let swap = &mut |put: Put<'_>| panic!("{put:?}");
-        let offer = |text: &str| {
-            let Order::Take(offer) = take("a", text) else { unreachable!() };
-            Order::Replay(offer)
-        };
-        let [other, third] = [" ", "  "].map(|spaces| format!("{}{spaces}", default_text()));
-        let asked = models.obey(offer(&other), 0, swap).unwrap().replay.unwrap();
-        assert!(asked.running);
-        assert_eq!(models.rehearsing().unwrap().id.sha256, digest(other.as_bytes()));
-        // Asked again, also for another model, it goes on.
-        for text in [&other, &third] {
-            assert!(models.obey(offer(text), 1_000_000, swap).unwrap().replay.unwrap().running);
-            assert!(models.rehearsing().is_none());
-        }
-        let shown = Rehearsal { recordings: 2, skipped: vec!["x".to_owned()], grasps: Vec::new() };
-        models.rehearsed(shown.clone());
-        let asked = models.obey(offer(&other), 2_000_000, swap).unwrap().replay.unwrap();
-        assert_eq!((asked.running, asked.rehearsal), (false, shown));
-        assert!(models.obey(offer(&other), 63_000_000, swap).unwrap().replay.unwrap().running);
-        assert!(models.rehearsing().is_some(), "what was shown then is too old");
-    }
+fn not_in_force(why: &str) -> Refused {
+    Refused(format!("the model cannot be put in force: {why}"))
 }

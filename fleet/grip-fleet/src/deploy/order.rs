@@ -1,7 +1,10 @@
 //! An order about models as parameters and a payload of a question, and back.
 
-use super::{Origin, digest, history::reason};
+use super::{Origin, Refused, digest, history::reason};
 use std::sync::Arc;
+
+/// What can be ordered.
+const KNOWN: &str = "check, replay, shadow, take, watch, accept, back, pause, resume and history";
 
 /// A model.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,26 +64,6 @@ pub enum Order {
     History,
 }
 
-/// Why a question is no order.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OrderError {
-    /// A parameter is missing or no number.
-    #[error("an order to {order} a model needs {name}=, and got {got}")]
-    Parameter {
-        /// Which order.
-        order: &'static str,
-        /// Which parameter.
-        name: &'static str,
-        /// What came.
-        got: String,
-    },
-    /// An order of another kind.
-    #[error(
-        "order={0} is not known; there are check, replay, shadow, take, watch, accept, back, pause, resume and history"
-    )]
-    Unknown(String),
-}
-
 impl Order {
     /// The names and values behind the key of the question; the file of an [`Offer`] goes beside them.
     #[must_use]
@@ -121,11 +104,11 @@ impl Order {
     /// Reads an order.
     ///
     /// # Errors
-    /// [`OrderError`], a sentence for whoever sent it.
+    /// [`Refused`].
     pub fn read(
         parameter: impl Fn(&str) -> Option<String>,
         bytes: Vec<u8>,
-    ) -> Result<Self, OrderError> {
+    ) -> Result<Self, Refused> {
         let order = parameter("order").unwrap_or_default();
         match order.as_str() {
             "" => Ok(Self::Notify),
@@ -148,7 +131,10 @@ impl Order {
             "replay" => Ok(Self::Replay(Offer::read(&parameter, "replay", bytes)?)),
             "shadow" => Ok(Self::Shadow(Offer::read(&parameter, "shadow", bytes)?)),
             "take" => Ok(Self::Take(Offer::read(&parameter, "take", bytes)?)),
-            other => Err(OrderError::Unknown(other.chars().take(20).collect())),
+            other => {
+                let other: String = other.chars().take(20).collect();
+                Err(Refused(format!("order={other} is not known; there are {KNOWN}")))
+            }
         }
     }
 }
@@ -179,7 +165,7 @@ impl Offer {
         parameter: &impl Fn(&str) -> Option<String>,
         order: &'static str,
         bytes: Vec<u8>,
-    ) -> Result<Self, OrderError> {
+    ) -> Result<Self, Refused> {
         let whole = |name| parameter(name).and_then(|text| text.parse().ok()).unwrap_or_default();
         let stage = u32::try_from(whole("stage")).unwrap_or_default();
         let by = parameter("by").unwrap_or_default();
@@ -197,18 +183,22 @@ fn number<T: core::str::FromStr>(
     parameter: &impl Fn(&str) -> Option<String>,
     order: &'static str,
     name: &'static str,
-) -> Result<T, OrderError> {
+) -> Result<T, Refused> {
     let got = text(parameter, order, name)?;
-    got.parse().map_err(|_| OrderError::Parameter { order, name, got })
+    got.parse().map_err(|_| wrong(order, name, &got))
 }
 
 fn text(
     parameter: &impl Fn(&str) -> Option<String>,
     order: &'static str,
     name: &'static str,
-) -> Result<String, OrderError> {
-    let missing = || OrderError::Parameter { order, name, got: "nothing".to_owned() };
-    parameter(name).ok_or_else(missing)
+) -> Result<String, Refused> {
+    parameter(name).ok_or_else(|| wrong(order, name, "nothing"))
+}
+
+/// A parameter is missing or no number.
+fn wrong(order: &str, name: &str, got: &str) -> Refused {
+    Refused(format!("an order to {order} a model needs {name}=, and got {got}"))
 }
 
 #[cfg(test)]

@@ -72,10 +72,7 @@ pub fn rehearse(shelf: &Result<Shelf, String>, model: &HostEstimator) -> Rehears
 }
 
 /// The grasps of a recording in which both models were asked; one that goes on at its end is as if it was let go then.
-///
-/// # Errors
-/// [`TapeError`].
-pub fn replay(file: &Path, model: &HostEstimator) -> Result<Vec<Grasp>, TapeError> {
+fn replay(file: &Path, model: &HostEstimator) -> Result<Vec<Grasp>, TapeError> {
     let (mut tape, mut replay) = (Tape::new(TapeOptions::default()), Replay::new(model));
     tape.play(file, &mut |played| match played {
         Played::Began => replay.end(),

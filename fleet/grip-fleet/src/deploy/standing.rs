@@ -21,35 +21,25 @@ impl fmt::Display for ModelId {
     }
 }
 
-/// How a trial, or an accepted model, came to its end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum How {
-    /// The roll-out was over, and it stays.
-    Accepted,
-    /// Somebody asked for the model of before.
+slip_core::named! {
+    /// How a trial, or an accepted model, came to its end.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum How {
+        fn sentence: "It in words.";
+    }
+    Accepted: "The roll-out was over, and it stays.", "its trial is over, and it stays";
     #[serde(rename = "told")]
-    Ordered,
-    /// Nobody watched the trial for the time of its lease.
-    Unwatched,
-    /// The daemon ended during the trial.
-    Restarted,
-    /// Other settings came in force during the trial.
-    Reloaded,
-    /// It could not be put in force.
-    Failed,
+    Ordered: "Somebody asked for the model of before.", "it was asked to";
+    Unwatched: "Nobody watched the trial for the time of its lease.", "nobody watched its trial any more";
+    Restarted: "The daemon ended during the trial.", "gripd or gripfleet has started again during the trial";
+    Reloaded: "Other settings came in force during the trial.", "its settings were changed during the trial";
+    Failed: "It could not be put in force.", "it could not be put in force";
 }
 
 impl fmt::Display for How {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Accepted => "its trial is over, and it stays",
-            Self::Ordered => "it was asked to",
-            Self::Unwatched => "nobody watched its trial any more",
-            Self::Restarted => "gripd or gripfleet has started again during the trial",
-            Self::Reloaded => "its settings were changed during the trial",
-            Self::Failed => "it could not be put in force",
-        })
+        f.write_str(self.sentence())
     }
 }
 
@@ -65,16 +55,16 @@ pub struct Ended {
 /// What survives an end of the daemon.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Lasting {
+pub(super) struct Lasting {
     /// The model that was accepted last; that of the configuration, where absent.
-    pub accepted: Option<ModelId>,
+    pub(super) accepted: Option<ModelId>,
     /// The model before it; that of the configuration, where absent.
-    pub before: Option<ModelId>,
+    pub(super) before: Option<ModelId>,
     /// The model on trial: a daemon that finds one here has ended during the trial.
-    pub trial: Option<ModelId>,
+    pub(super) trial: Option<ModelId>,
     /// What became of the last one; an end that is not known, such as one of an earlier version, is none.
     #[serde(deserialize_with = "known")]
-    pub last: Option<Ended>,
+    pub(super) last: Option<Ended>,
 }
 
 fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Ended>, D::Error> {
