@@ -15,24 +15,6 @@ pub struct About {
     pub model: Option<String>,
 }
 
-impl About {
-    /// As it travels.
-    ///
-    /// # Errors
-    /// Where the serialiser fails; no value here makes it.
-    pub fn to_json(&self) -> Result<String, serde_json::Error> {
-        serde_json::to_string(self)
-    }
-
-    /// Reads an answer.
-    ///
-    /// # Errors
-    /// What is no such JSON.
-    pub fn from_json(bytes: &[u8]) -> Result<Self, serde_json::Error> {
-        serde_json::from_slice(bytes)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::About;
@@ -44,10 +26,10 @@ mod tests {
             firmware: Some("1.2.3".to_owned()),
             model: None,
         };
-        let text = about.to_json().unwrap();
+        let text = serde_json::to_string(&about).unwrap();
         assert_eq!(text, r#"{"program":"gripd 0.1.0","firmware":"1.2.3"}"#);
         let later = text.replace("{\"program", "{\"colour\":[1],\"program");
-        assert_eq!(About::from_json(later.as_bytes()).unwrap(), about);
-        assert!(About::from_json(b"{}").is_err());
+        assert_eq!(serde_json::from_str::<About>(&later).unwrap(), about);
+        assert!(serde_json::from_str::<About>("{}").is_err());
     }
 }

@@ -133,12 +133,6 @@ impl Follower {
         self.again = false;
     }
 
-    /// The last event that was reported.
-    #[must_use]
-    pub fn last(&self) -> Option<EventId> {
-        self.received.back().copied()
-    }
-
     fn known(&self, id: EventId) -> bool {
         self.received.iter().any(|last| last.run == id.run && id.seq <= last.seq)
     }

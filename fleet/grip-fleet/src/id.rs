@@ -1,10 +1,13 @@
 //! Number and time of an event, encoded in 24 bytes and decoded.
 
 use core::{fmt, str::FromStr};
+use serde_with::{DeserializeFromStr, SerializeDisplay};
 
 /// Which event of a gripper this is. Every start of the daemon that keeps the log is a run of its own and counts from 1, so that
 /// no number is ever given twice, also where a crash of the machine has cost the end of the log.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, SerializeDisplay, DeserializeFromStr,
+)]
 pub struct EventId {
     /// The run: differs from start to start of the daemon, in no order.
     pub run: u32,

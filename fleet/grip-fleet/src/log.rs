@@ -115,18 +115,6 @@ impl EventLog {
         self.events.range(index.min(self.events.len())..)
     }
 
-    /// Events there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.events.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.events.is_empty()
-    }
-
     /// Events that have made room for others: the place of the oldest that is there.
     #[must_use]
     pub const fn dropped(&self) -> u64 {
@@ -169,7 +157,7 @@ mod tests {
     #[test]
     fn the_oldest_make_room() {
         let log = log(5, 10, 4 * 32);
-        assert_eq!((log.len(), log.dropped(), log.head().seq), (4, 6, 10));
+        assert_eq!((log.from(0).len(), log.dropped(), log.head().seq), (4, 6, 10));
         assert_eq!(after(&log, &[EventId { run: 5, seq: 2 }]), [7, 8, 9, 10]);
         // Who has a place goes on from there, whatever has made room since.
         assert_eq!(
@@ -177,7 +165,7 @@ mod tests {
             (vec![7, 8, 9, 10], vec![9, 10], 6)
         );
         let tiny = super::tests::log(5, 3, 0);
-        assert_eq!((tiny.len(), tiny.dropped()), (1, 2));
+        assert_eq!((tiny.from(0).len(), tiny.dropped()), (1, 2));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Files in which a program keeps its own state: of one program at a time, each replaced as a whole.
 
 use core::fmt::Display;
-use serde::de::DeserializeOwned;
+use serde::{Serialize, de::DeserializeOwned};
 use std::{
     fs::{self, File, TryLockError},
     io::{self, Write as _},
@@ -75,6 +75,17 @@ pub(crate) fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Store
     let mut file = File::create(&new).map_err(at(&new))?;
     file.write_all(bytes).map_err(at(&new))?;
     rename(&new, &file, folder, name)
+}
+
+/// What [`read`] reads.
+pub(crate) fn write_json(
+    folder: &Path,
+    name: &str,
+    what: &impl Serialize,
+) -> Result<(), StoreError> {
+    let bytes = serde_json::to_vec_pretty(what);
+    let bytes = bytes.map_err(|error| content(&folder.join(name), &error))?;
+    write(folder, name, &bytes)
 }
 
 /// Gives a finished file its name, on disk too.

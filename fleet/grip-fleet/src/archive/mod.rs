@@ -14,10 +14,8 @@ use crate::{
     message::Message,
     store::{StoreError, at, content, lock, read, rename, write},
 };
-use grip_record::mcap::{
-    JsonTimes, JsonWriter, McapWriteError, RecoverError, Recovered, no_unpack, recover,
-};
-use grip_session::utc;
+use grip_record::mcap::{JsonTimes, JsonWriter, McapWriteError, Recovered, no_unpack, recover};
+use grip_session::{exit::message, utc};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{
@@ -43,33 +41,6 @@ const EVENT: Kind =
 const HEALTH: Kind =
     Kind { topic: "health", name: "grip.Health", schema: include_str!("health.schema.json") };
 
-/// Why nothing can be archived.
-#[derive(Debug, thiserror::Error)]
-pub enum ArchiveError {
-    /// Folder or state cannot be used.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// A message cannot be written.
-    #[error("{}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: McapWriteError,
-    },
-    /// What a kill has left cannot be finished.
-    #[error("{}: {source}", path.display())]
-    Recover {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: RecoverError,
-    },
-    /// A message that cannot be JSON; none is known.
-    #[error("a message cannot be written as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
-
 /// Where the archive stands.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct State {
@@ -77,7 +48,7 @@ struct State {
     file: Option<String>,
     bytes: u64,
     /// The last event of each run, by gripper.
-    received: BTreeMap<String, Vec<String>>,
+    received: BTreeMap<Member, Vec<EventId>>,
 }
 
 /// The file that is being written.
@@ -109,18 +80,14 @@ impl Archive {
     /// Opens a folder, which is made where it is missing, and finishes what a kill has left. `program` names who writes, with its version.
     ///
     /// # Errors
-    /// [`ArchiveError`].
-    pub fn open(folder: &Path, program: &str) -> Result<Self, ArchiveError> {
+    /// [`StoreError`].
+    pub fn open(folder: &Path, program: &str) -> Result<Self, StoreError> {
         let lock = lock(folder, "archive.lock", "another archive is being written there")?;
         let path = folder.join(STATE);
         let state: State = read(&path)?;
-        let wrong = |error: String| content(&path, &error);
-        let mut followers = BTreeMap::new();
-        for (member, ids) in &state.received {
-            let ids: Result<Vec<EventId>, _> = ids.iter().map(|id| id.parse()).collect();
-            let ids = ids.map_err(|error| wrong(error.to_string()))?;
-            followers.insert(member.parse().map_err(wrong)?, Follower::resumed(Since::Start, ids));
-        }
+        let resumed = |ids: &Vec<EventId>| Follower::resumed(Since::Start, ids.iter().copied());
+        let followers = state.received.iter().map(|(member, ids)| (member.clone(), resumed(ids)));
+        let followers = followers.collect();
         let mut archive = Self {
             folder: folder.to_owned(),
             program: program.to_owned(),
@@ -156,7 +123,7 @@ impl Archive {
     /// Writes an event at a time (ns since 1970), unless it is there already; before it how many are `missing`.
     ///
     /// # Errors
-    /// [`ArchiveError`]: nothing more can be written then.
+    /// [`StoreError`]: nothing more can be written then.
     pub fn event(
         &mut self,
         now_ns: u64,
@@ -164,22 +131,25 @@ impl Archive {
         stamp: Stamp,
         missing: u64,
         message: &Message,
-    ) -> Result<(), ArchiveError> {
+    ) -> Result<(), StoreError> {
         let follower = self.followers.entry(member.clone());
         let follower = follower.or_insert_with(|| Follower::new(Since::Start));
         if follower.answer(stamp.id) == Verdict::Known {
             return Ok(());
         }
-        let ids = follower.received().map(|id| id.to_string()).collect();
+        let ids = follower.received().collect();
         if missing > 0 {
             let what =
                 BTreeMap::from([("type", Value::from("missing")), ("events", missing.into())]);
-            let json = serde_json::to_string(&json::object(member, None, &what)?)?;
+            let json =
+                json::object(member, None, &what).map(|object| Value::from(object).to_string());
+            let json = json.map_err(|error| content(&self.folder, &error))?;
             self.write(now_ns, member, EVENT, stamp, &json)?;
         }
-        let json = json::of_message(member, stamp, message)?;
+        let json = json::of_message(member, stamp, message);
+        let json = json.map_err(|error| content(&self.folder, &error))?;
         self.write(now_ns, member, EVENT, stamp, &json)?;
-        self.state.received.insert(member.to_string(), ids);
+        self.state.received.insert(member.clone(), ids);
         self.events = true;
         Ok(())
     }
@@ -187,23 +157,24 @@ impl Archive {
     /// Writes HEALTH.
     ///
     /// # Errors
-    /// [`ArchiveError`]: nothing more can be written then.
+    /// [`StoreError`]: nothing more can be written then.
     pub fn health(
         &mut self,
         now_ns: u64,
         member: &Member,
         stamp: Stamp,
         message: &Message,
-    ) -> Result<(), ArchiveError> {
-        let json = json::of_message(member, stamp, message)?;
+    ) -> Result<(), StoreError> {
+        let json = json::of_message(member, stamp, message);
+        let json = json.map_err(|error| content(&self.folder, &error))?;
         self.write(now_ns, member, HEALTH, stamp, &json)
     }
 
     /// Puts everything on disk: a kill costs nothing of it from here on.
     ///
     /// # Errors
-    /// [`ArchiveError`].
-    pub fn commit(&mut self) -> Result<(), ArchiveError> {
+    /// [`StoreError`].
+    pub fn commit(&mut self) -> Result<(), StoreError> {
         if let Some(open) = self.open.as_mut().filter(|_| self.written) {
             let part = part(&self.folder, &open.name);
             open.writer.flush().map_err(in_mcap(&part))?;
@@ -219,8 +190,8 @@ impl Archive {
     /// Finishes the file that is being written; the next message begins another one.
     ///
     /// # Errors
-    /// [`ArchiveError`].
-    pub fn close(&mut self) -> Result<(), ArchiveError> {
+    /// [`StoreError`].
+    pub fn close(&mut self) -> Result<(), StoreError> {
         self.commit()?;
         let Some(open) = self.open.take() else { return Ok(()) };
         let part = part(&self.folder, &open.name);
@@ -237,7 +208,7 @@ impl Archive {
         kind: Kind,
         stamp: Stamp,
         json: &str,
-    ) -> Result<(), ArchiveError> {
+    ) -> Result<(), StoreError> {
         let day = utc::day(log_ns / 1_000_000_000);
         let goes_on = |open: &Open| open.day == day && open.writer.bytes() < LARGEST;
         if !self.open.as_ref().is_some_and(goes_on) {
@@ -256,7 +227,7 @@ impl Archive {
     }
 
     /// Begins the next file of a day; what a kill has left of it before its first commit is replaced.
-    fn begin(&mut self, day: String) -> Result<(), ArchiveError> {
+    fn begin(&mut self, day: String) -> Result<(), StoreError> {
         let names = (0..).map(|number: u32| match number {
             0 => format!("{day}.mcap"),
             _ => format!("{day}-{number:04}.mcap"),
@@ -272,7 +243,7 @@ impl Archive {
     }
 
     /// Makes a whole file of what a kill has left.
-    fn finish_left(&mut self) -> Result<(), ArchiveError> {
+    fn finish_left(&mut self) -> Result<(), StoreError> {
         let Some(name) = self.state.file.clone() else { return Ok(()) };
         let left = part(&self.folder, &name);
         match File::open(&left) {
@@ -282,7 +253,7 @@ impl Archive {
                 let input = io::BufReader::new(input).take(self.state.bytes);
                 let mut buffered = BufWriter::new(&out);
                 let saved = recover(&left, input, &mut buffered, &self.program, no_unpack)
-                    .map_err(|source| ArchiveError::Recover { path: left.clone(), source })?;
+                    .map_err(|error| content(&left, &message(&error)))?;
                 buffered.flush().map_err(at(&whole))?;
                 drop(buffered);
                 rename(&whole, &out, &self.folder, &name)?;
@@ -291,19 +262,20 @@ impl Archive {
             }
             // It was finished, and the kill came before the state was written.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(source) => return Err(at(&left)(source).into()),
+            Err(source) => return Err(at(&left)(source)),
         }
         self.settle()
     }
 
     /// No file is being written.
-    fn settle(&mut self) -> Result<(), ArchiveError> {
+    fn settle(&mut self) -> Result<(), StoreError> {
         (self.state.file, self.state.bytes) = (None, 0);
         self.save()
     }
 
-    fn save(&self) -> Result<(), ArchiveError> {
-        Ok(write(&self.folder, STATE, &serde_json::to_vec(&self.state)?)?)
+    fn save(&self) -> Result<(), StoreError> {
+        let state = serde_json::to_vec(&self.state);
+        write(&self.folder, STATE, &state.map_err(|error| content(&self.folder, &error))?)
     }
 }
 
@@ -312,9 +284,9 @@ fn part(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.part"))
 }
 
-fn in_mcap(path: &Path) -> impl Fn(McapWriteError) -> ArchiveError + use<> {
+fn in_mcap(path: &Path) -> impl Fn(McapWriteError) -> StoreError + use<> {
     let path = path.to_owned();
-    move |source| ArchiveError::Write { path: path.clone(), source }
+    move |error| content(&path, &message(&error))
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! Messages of a live view of one daemon: the topics, schemas and bytes that a recording has, so that the same
 //! layout shows both.
 //!
-//! [`Translator`] is that without a network and without a clock; `Server`, behind the feature `foxglove`, serves it to any number of
-//! Foxglove apps.
+//! [`Translator`] is that without a network and without a clock; [`Server`] serves it to any number of Foxglove apps.
 
 mod convert;
 mod server;

@@ -14,7 +14,7 @@ pub struct Ask<'a> {
     /// For what.
     pub part: Part,
     /// Names and values behind the key; without `;`, `=` and `#`.
-    pub parameters: &'a [(&'a str, &'a str)],
+    pub parameters: &'a [(&'a str, String)],
     /// What comes with it.
     pub payload: &'a [u8],
     /// How long an answer may take.

@@ -56,7 +56,7 @@ pub fn ask_about(
     let take = move |reply: Reply| {
         if let Ok(sample) = reply.into_result()
             && let Some((member, Part::About)) = Member::parse(sample.key_expr().as_str())
-            && let Ok(about) = About::from_json(&sample.payload().to_bytes())
+            && let Ok(about) = serde_json::from_slice(&sample.payload().to_bytes())
         {
             received(member, about);
         }
@@ -110,7 +110,7 @@ fn answer(listed: &mut BTreeMap<Member, Listed>, sample: &Sample) {
     let listed = listed.entry(member).or_default();
     let bytes = sample.payload().to_bytes();
     if part == Part::About {
-        listed.about = About::from_json(&bytes).ok();
+        listed.about = serde_json::from_slice(&bytes).ok();
     } else if let Ok(message) = Message::from_wire(&bytes)
         && let Ok(message) = message.read()
     {

@@ -37,30 +37,9 @@ pub struct Network {
 /// Why there is no session, or why it does not do what it should.
 #[derive(Debug, thiserror::Error)]
 pub enum NetError {
-    /// The configuration file is none.
-    #[error("{}: no Zenoh configuration: {reason}", file.display())]
-    File {
-        /// The file.
-        file: PathBuf,
-        /// What Zenoh states.
-        reason: String,
-    },
-    /// The address is none.
-    #[error("router = {router}: {reason}; expected an endpoint such as tcp/10.0.0.1:7447")]
-    Router {
-        /// The address.
-        router: String,
-        /// What Zenoh states.
-        reason: String,
-    },
-    /// An endpoint of Zenoh's TLS.
-    #[error(
-        "{endpoint}: Zenoh's TLS can spoil memory; write quic/ in its place, here and at the router, with the same keys and certificates"
-    )]
-    Tls {
-        /// The endpoint.
-        endpoint: String,
-    },
+    /// File or address can never be a network: a sentence.
+    #[error("{0}")]
+    Place(String),
     /// A router cannot listen there.
     #[error("a router cannot listen at {place}: {reason}")]
     Listen {
@@ -69,11 +48,6 @@ pub enum NetError {
         /// What Zenoh states.
         reason: String,
     },
-    /// Neither address nor file.
-    #[error(
-        "no router: say where one listens, for example tcp/10.0.0.1:7447, or name a Zenoh configuration file that does"
-    )]
-    Nowhere,
     /// No router answers.
     #[error("no router answers at {router}: {reason}")]
     NoRouter {
@@ -125,22 +99,25 @@ impl Network {
     fn config(&self, mode: &str, place: &str, more: &[(&str, &str)]) -> Result<Config, NetError> {
         let mut config = match &self.file {
             None => Config::default(),
-            Some(file) => Config::from_file(file)
-                .map_err(|reason| NetError::File { file: file.clone(), reason: short(&reason) })?,
+            Some(file) => Config::from_file(file).map_err(|reason| {
+                let (file, reason) = (file.display(), short(&reason));
+                NetError::Place(format!("{file}: no Zenoh configuration: {reason}"))
+            })?,
         };
         match &self.router {
             Some(router) => check_endpoint(router)?,
-            None if self.file.is_none() => return Err(NetError::Nowhere),
+            None if self.file.is_none() => {
+                let text = "no router: say where one listens, for example tcp/10.0.0.1:7447, or name a Zenoh configuration file that does";
+                return Err(NetError::Place(text.to_owned()));
+            }
             None => refuse_tls(&config, place)?,
         }
         let endpoints = self.router.as_ref().map(|router| format!("[{router:?}]"));
         let fixed = [("scouting/multicast/enabled", "false"), ("scouting/gossip/enabled", "false")];
         let own = [("mode", mode)].into_iter().chain(fixed).chain(more.iter().copied());
         for (key, value) in own.chain(endpoints.as_deref().map(|endpoints| (place, endpoints))) {
-            config.insert_json5(key, value).map_err(|reason| NetError::Router {
-                router: self.name(),
-                reason: short(&reason),
-            })?;
+            let wrong = |reason| no_endpoint(&self.name(), &short(&reason));
+            config.insert_json5(key, value).map_err(wrong)?;
         }
         Ok(config)
     }
@@ -196,8 +173,7 @@ impl Network {
 /// keys, certificates, how many may connect and who may do what: for tests, and where none is installed. It ends with the session.
 ///
 /// # Errors
-/// [`NetError::File`], [`NetError::Nowhere`], [`NetError::Tls`], [`NetError::Router`] where the endpoint is none and [`NetError::Listen`] where it cannot
-/// listen there.
+/// [`NetError::Place`], and [`NetError::Listen`] where it cannot listen there.
 pub fn router(network: &Network) -> Result<Session, NetError> {
     let wrong = |reason: zenoh::Error| {
         let text = short(&reason);
@@ -215,16 +191,28 @@ pub fn router(network: &Network) -> Result<Session, NetError> {
 
 /// Whether this is an address, of a kind that is built in.
 fn check_endpoint(text: &str) -> Result<(), NetError> {
-    let wrong = |reason| NetError::Router { router: text.to_owned(), reason };
-    let endpoint: EndPoint = text.parse().map_err(|reason| wrong(short(&reason)))?;
+    let endpoint: EndPoint = text.parse().map_err(|reason| no_endpoint(text, &short(&reason)))?;
     match endpoint.protocol().as_str() {
         "tcp" | "quic" | "unixsock-stream" => Ok(()),
-        // Two threads use one connection of it at the same time (eclipse-zenoh/zenoh#2557).
-        "tls" => Err(NetError::Tls { endpoint: text.to_owned() }),
+        "tls" => Err(tls(text)),
         other => {
-            Err(wrong(format!("{other} is not built in, only tcp, quic and unixsock-stream are")))
+            let built = "is not built in, only tcp, quic and unixsock-stream are";
+            Err(no_endpoint(text, &format!("{other} {built}")))
         }
     }
+}
+
+fn no_endpoint(router: &str, reason: &str) -> NetError {
+    NetError::Place(format!(
+        "router = {router}: {reason}; expected an endpoint such as tcp/10.0.0.1:7447"
+    ))
+}
+
+/// Two threads use one connection of Zenoh's TLS at the same time (eclipse-zenoh/zenoh#2557).
+fn tls(endpoint: &str) -> NetError {
+    NetError::Place(format!(
+        "{endpoint}: Zenoh's TLS can spoil memory; write quic/ in its place, here and at the router, with the same keys and certificates"
+    ))
 }
 
 /// Refuses `tls/` among the endpoints under `key`: a list, or one for each mode.
@@ -235,7 +223,7 @@ fn refuse_tls(config: &Config, key: &str) -> Result<(), NetError> {
     while let Some(value) = left.pop() {
         match value {
             Value::String(endpoint) if endpoint.starts_with("tls/") => {
-                return Err(NetError::Tls { endpoint });
+                return Err(tls(&endpoint));
             }
             Value::Array(more) => left.extend(more),
             Value::Object(more) => left.extend(more.into_iter().map(|(_, more)| more)),

@@ -35,17 +35,11 @@ pub enum FetchError<E: core::error::Error + 'static> {
     #[error("{0} is being written")]
     Growing(String),
     /// Another file of its name is here.
-    #[error("{} is here, and another file than that of the gripper; it is left alone", file.display())]
-    Different {
-        /// The file.
-        file: PathBuf,
-    },
+    #[error("{} is here, and another file than that of the gripper; it is left alone", .0.display())]
+    Different(PathBuf),
     /// Somebody else fetches it.
-    #[error("{} is being fetched by another program", file.display())]
-    Busy {
-        /// The file.
-        file: PathBuf,
-    },
+    #[error("{} is being fetched by another program", .0.display())]
+    Busy(PathBuf),
     /// What came are not the bytes that were asked for.
     #[error("{name}: what came at byte {at} is not what was asked for, or damaged")]
     Damaged {
@@ -88,7 +82,7 @@ pub fn fetch<E: core::error::Error + 'static>(
     if fs::symlink_metadata(&target).is_ok() {
         return match same(recording, &target, ask)? {
             true => Ok(Fetched::There),
-            false => Err(FetchError::Different { file: target }),
+            false => Err(FetchError::Different(target)),
         };
     }
     let part = folder.join(format!(".{name}.{}-{}.part", recording.bytes, recording.modified_ns));
@@ -97,7 +91,7 @@ pub fn fetch<E: core::error::Error + 'static>(
     let out = options.read(true).write(true).create(true).truncate(false).open(&part);
     let out = out.map_err(written)?;
     match out.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(FetchError::Busy { file: target }),
+        Err(TryLockError::WouldBlock) => return Err(FetchError::Busy(target)),
         // A file system without locks has nobody else, as far as is known.
         Ok(()) | Err(TryLockError::Error(_)) => {}
     }
@@ -106,20 +100,9 @@ pub fn fetch<E: core::error::Error + 'static>(
     out.set_len(resumed).map_err(written)?;
     let mut at = resumed;
     while at < recording.bytes {
-        let pieces = ask(at, MOST.min(recording.bytes - at)).map_err(FetchError::Asked)?;
-        let before = at;
-        for wire in &pieces {
-            let damaged = || FetchError::Damaged { name: name.clone(), at };
-            let piece = Piece::read(wire).filter(|piece| piece.at == at).ok_or_else(damaged)?;
-            if at + piece.bytes.len() as u64 > recording.bytes {
-                return Err(damaged());
-            }
-            out.write_all_at(piece.bytes, at).map_err(written)?;
-            at += piece.bytes.len() as u64;
-        }
-        if at == before {
-            return Err(FetchError::Damaged { name: name.clone(), at });
-        }
+        at = pieces(recording, at, MOST.min(recording.bytes - at), ask, &mut |piece| {
+            out.write_all_at(piece.bytes, piece.at).map_err(written)
+        })?;
         out.sync_data().map_err(written)?;
     }
     out.sync_all().map_err(written)?;
@@ -150,29 +133,39 @@ fn same<E: core::error::Error + 'static>(
     }
     let here = File::open(file).map_err(unreadable)?;
     let count = recording.bytes.min(PIECE as u64);
+    let mut is_same = true;
     for from in [0, recording.bytes - count] {
-        let (mut at, end) = (from, from + count);
-        while at < end {
-            let before = at;
-            let damaged = |at| FetchError::Damaged { name: recording.name.clone(), at };
-            for wire in ask(at, end - at).map_err(FetchError::Asked)? {
-                let fits = |piece: &Piece<'_>| {
-                    piece.at == at && piece.bytes.len() as u64 <= recording.bytes - at
-                };
-                let piece = Piece::read(&wire).filter(fits).ok_or_else(|| damaged(at))?;
+        let mut at = from;
+        while is_same && at < from + count {
+            at = pieces(recording, at, from + count - at, ask, &mut |piece| {
                 let mut bytes = vec![0; piece.bytes.len()];
-                here.read_exact_at(&mut bytes, at).map_err(unreadable)?;
-                if bytes != piece.bytes {
-                    return Ok(false);
-                }
-                at += piece.bytes.len() as u64;
-            }
-            if at == before {
-                return Err(damaged(at));
-            }
+                here.read_exact_at(&mut bytes, piece.at).map_err(unreadable)?;
+                is_same &= bytes == piece.bytes;
+                Ok(())
+            })?;
         }
     }
-    Ok(true)
+    Ok(is_same)
+}
+
+/// Asks once for `bytes` from a place on, and takes what comes, piece by piece; how far it came.
+fn pieces<E: core::error::Error + 'static>(
+    recording: &Recording,
+    mut at: u64,
+    bytes: u64,
+    ask: &mut Asking<'_, E>,
+    take: &mut dyn FnMut(&Piece<'_>) -> Result<(), FetchError<E>>,
+) -> Result<u64, FetchError<E>> {
+    let damaged = |at| FetchError::Damaged { name: recording.name.clone(), at };
+    let before = at;
+    for wire in ask(at, bytes).map_err(FetchError::Asked)? {
+        let fits =
+            |piece: &Piece<'_>| piece.at == at && piece.bytes.len() as u64 <= recording.bytes - at;
+        let piece = Piece::read(&wire).filter(fits).ok_or_else(|| damaged(at))?;
+        take(&piece)?;
+        at += piece.bytes.len() as u64;
+    }
+    if at == before { Err(damaged(at)) } else { Ok(at) }
 }
 
 #[cfg(test)]

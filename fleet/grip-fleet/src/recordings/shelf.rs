@@ -16,17 +16,9 @@ const START: &str = "{start}";
 /// Why there is nothing to report, or no such recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ShelfError {
-    /// Nothing else is reported.
-    #[error("record = {0}: only recordings that end with .mcap can be fetched")]
-    Kind(String),
-    /// There is no one folder.
-    #[error("record = {0}: recordings in folders named by their start cannot be fetched")]
-    Folder(String),
-    /// Names that cannot travel.
-    #[error(
-        "record = {0}: recordings of that name cannot be fetched: only letters, digits and ._-+@ and spaces may stand in it"
-    )]
-    Name(String),
+    /// Of recordings with such names none is reported: why.
+    #[error("record = {0}: {1}")]
+    Template(String, &'static str),
     /// Nothing of that name is reported.
     #[error("no recording of that name")]
     Unknown,
@@ -58,19 +50,23 @@ impl Shelf {
     /// The shelf of a template.
     ///
     /// # Errors
-    /// [`ShelfError::Kind`], [`ShelfError::Folder`] and [`ShelfError::Name`].
+    /// [`ShelfError::Template`].
     pub fn new(template: &RecordTemplate) -> Result<Self, ShelfError> {
-        let text = || template.as_str().to_owned();
+        let wrong = |why| ShelfError::Template(template.as_str().to_owned(), why);
         let path = Path::new(template.as_str());
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let stem = name.strip_suffix(".mcap").ok_or_else(|| ShelfError::Kind(text()))?;
+        let stem = name.strip_suffix(".mcap");
+        let stem =
+            stem.ok_or_else(|| wrong("only recordings that end with .mcap can be fetched"))?;
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let folder = folder.unwrap_or_else(|| Path::new("."));
         if folder.to_string_lossy().contains(START) {
-            return Err(ShelfError::Folder(text()));
+            return Err(wrong("recordings in folders named by their start cannot be fetched"));
         }
         if !is_plain(&name.replace(START, "20261121T225908Z-0001")) {
-            return Err(ShelfError::Name(text()));
+            return Err(wrong(
+                "recordings of that name cannot be fetched: only letters, digits and ._-+@ and spaces may stand in it",
+            ));
         }
         Ok(Self { folder: folder.to_owned(), stem: stem.to_owned() })
     }
