@@ -2,7 +2,7 @@
 //!
 //! Each model grasps the same objects of the grasp simulator once, and estimates once beside the default model on them. A roll-out draws the grasps
 //! of its grippers from these, with a seed: before it with the default model, then beside it, and then with the new one. Stages, numbers of grasps
-//! and judge are those of `gripfleet deploy`; the first table leaves the shadow stage out (`--shadow 0`), the second one has it.
+//! and judge are those of `gripfleet deploy`; once without the shadow stage (`--shadow 0`), once with it.
 //! `slow_lift.toml` is the scene of docs/results.md.
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -11,7 +11,8 @@ use clap::Parser;
 use grip_fleet::{
     Member, Uid,
     rollout::{
-        Difference, Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig, Stop,
+        Difference, Draws, Grasp, JudgeConfig, Order, Progress, Report, Rollout, RolloutConfig,
+        Stop,
     },
 };
 use grip_session::{
@@ -70,9 +71,9 @@ fn main() -> anyhow::Result<()> {
     );
     let mut pools = Vec::new();
     for (share, name) in MODELS {
-        let pool = pool(&args, &scene, share)?;
-        describe(name, &pool);
         let model = parse_estimator("model.json", &hand::scaled(share)?)?;
+        let pool = play_all(&args, &scene, &model, None)?;
+        describe(name, &pool);
         let beside = play_all(&args, &scene, &default_estimator()?, Some(&model))?;
         let beside: Vec<Grasp> =
             beside.into_iter().filter(|grasp| grasp.compared.is_some()).collect();
@@ -92,32 +93,23 @@ fn main() -> anyhow::Result<()> {
         ..RolloutConfig::default()
     };
     println!("a stage takes {grasps} grasps: {difference:?}, {BEFORE} grasps before");
-    println!("model, rolled back, in stage 1, grasps until then p50 / p90");
-    for (name, pools) in &pools {
-        let all = roll_outs(&args, config, &before, pools);
-        let back: Vec<&Ended> = all.iter().filter(|ended| ended.rolled_back).collect();
-        let first = back.iter().filter(|ended| ended.stage == 1).count();
-        let grasps = quantiles(back.iter().map(|ended| ended.grasps));
-        println!("{name}, {} of {}, {first}, {grasps}", back.len(), all.len());
-    }
-    let config = RolloutConfig { shadow: None, ..config };
     println!(
-        "with a shadow stage: model, stopped as a shadow, grasps compared until then p50 / p90, rolled back later, grasps with it until then p50 / p90"
+        "model, shadow stage, stopped as a shadow, grasps compared until then p50 / p90, rolled back, in stage 1, grasps with it until then p50 / p90"
     );
-    for (name, pools) in &pools {
-        let all = roll_outs(&args, config, &before, pools);
-        let (shadows, back): (Vec<_>, Vec<_>) = (
-            all.iter().filter(|ended| ended.shadow).collect(),
-            all.iter().filter(|ended| ended.rolled_back).collect(),
-        );
-        let compared = quantiles(shadows.iter().map(|ended| ended.compared));
-        let grasps = quantiles(back.iter().map(|ended| ended.grasps));
-        println!(
-            "{name}, {} of {}, {compared}, {}, {grasps}",
-            shadows.len(),
-            all.len(),
-            back.len()
-        );
+    for (shadow, with) in [(Some(0), "no"), (None, "yes")] {
+        let config = RolloutConfig { shadow, ..config };
+        for (name, pools) in &pools {
+            let all = roll_outs(&args, config, &before, pools);
+            let shadows: Vec<_> = all.iter().filter(|ended| ended.shadow).collect();
+            let back: Vec<_> = all.iter().filter(|ended| ended.rolled_back).collect();
+            let first = back.iter().filter(|ended| ended.stage == 1).count();
+            let compared = quantiles(shadows.iter().map(|ended| ended.compared));
+            let grasps = quantiles(back.iter().map(|ended| ended.grasps));
+            let (shadows, back, all) = (shadows.len(), back.len(), all.len());
+            println!(
+                "{name}, {with}, {shadows} of {all}, {compared}, {back} of {all}, {first}, {grasps}"
+            );
+        }
     }
     Ok(())
 }
@@ -131,7 +123,7 @@ struct Pools {
 fn roll_outs(args: &Args, config: RolloutConfig, before: &[Grasp], pools: &Pools) -> Vec<Ended> {
     let one = |number| {
         let draws = Draws(args.seed.wrapping_mul(1_000_003).wrapping_add(number));
-        draws.roll_out(config, before, pools)
+        roll_out(draws, config, before, pools)
     };
     (0..args.rollouts).map(one).collect()
 }
@@ -145,12 +137,6 @@ fn quantiles(values: impl Iterator<Item = usize>) -> String {
         value.map_or("-".to_owned(), ToString::to_string)
     };
     format!("{} / {}", at(5), at(9))
-}
-
-/// What became of each object with a model that asks for this share of the force.
-fn pool(args: &Args, scene: &Scene, share: f64) -> anyhow::Result<Vec<Grasp>> {
-    let estimator = parse_estimator("model.json", &hand::scaled(share)?)?;
-    play_all(args, scene, &estimator, None)
 }
 
 /// What became of each object with the first model, and what the second one asked for beside it.
@@ -212,83 +198,67 @@ struct Ended {
     grasps: usize,
 }
 
-/// Random numbers (SplitMix64).
-struct Draws(u64);
-
-impl Draws {
-    fn of(&mut self, pool: &[Grasp]) -> Grasp {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        let place = (mixed ^ (mixed >> 31)) % pool.len().max(1) as u64;
-        usize::try_from(place).ok().and_then(|place| pool.get(place)).copied().unwrap_or_default()
-    }
-
-    /// All grippers grasp in turn.
-    fn roll_out(mut self, config: RolloutConfig, before: &[Grasp], pools: &Pools) -> Ended {
-        let member = |n| Member {
-            site: "hall".parse().unwrap_or_else(|_| unreachable!()),
-            uid: Uid([n; 16]),
-        };
-        let mut rollout = Rollout::new(config, (0..GRIPPERS).map(member));
-        let mut trying: BTreeMap<Member, usize> = BTreeMap::new();
-        let (mut beside, mut history) = (Vec::new(), BTreeMap::new());
-        loop {
-            for order in rollout.step() {
-                let (member, report) = match order {
-                    Order::Check(member) => {
-                        let grasps: Vec<Grasp> = (0..BEFORE).map(|_| self.of(before)).collect();
-                        history.insert(member.clone(), grasps.clone());
-                        (member, Report::Fit(grasps))
-                    }
-                    Order::Replay(member) => (member, Report::Replaying),
-                    Order::Shadow(member) => {
-                        beside.push((member.clone(), 0));
-                        (member, Report::Beside)
-                    }
-                    Order::Take(member) => {
-                        trying.insert(member.clone(), 0);
-                        let grasps = history.get(&member).cloned().unwrap_or_default();
-                        (member, Report::Taken(grasps))
-                    }
-                    Order::Accept(member) => (member, Report::Kept),
-                    Order::GiveBack(member) => (member, Report::Back),
-                };
-                rollout.receive(&member, report, 0);
-            }
-            match rollout.progress() {
-                Progress::Done | Progress::Stopped(0) => break,
-                Progress::Shadow => {
-                    for (member, from) in &mut beside {
-                        let grasps = vec![self.of(&pools.beside)];
-                        rollout.receive(member, Report::Compared { from: *from, grasps }, 0);
-                        *from += 1;
-                        let (wanted, tally) = rollout.shadow();
-                        if rollout.stopped().is_some() || tally.grasps >= wanted {
-                            break;
-                        }
-                    }
-                    continue;
+/// All grippers grasp in turn, what is drawn.
+fn roll_out(mut draws: Draws, config: RolloutConfig, before: &[Grasp], pools: &Pools) -> Ended {
+    let member =
+        |n| Member { site: "hall".parse().unwrap_or_else(|_| unreachable!()), uid: Uid([n; 16]) };
+    let mut rollout = Rollout::new(config, (0..GRIPPERS).map(member));
+    let mut trying: BTreeMap<Member, usize> = BTreeMap::new();
+    let (mut beside, mut history) = (Vec::new(), BTreeMap::new());
+    loop {
+        for (member, order) in rollout.step() {
+            let report = match order {
+                Order::Check => {
+                    let grasps: Vec<Grasp> = (0..BEFORE).map(|_| draws.of(before)).collect();
+                    history.insert(member.clone(), grasps.clone());
+                    Report::Fit(grasps)
                 }
-                Progress::Stage(_) if rollout.stopped().is_none() => {}
-                _ => continue,
-            }
-            for (member, from) in &mut trying {
-                let grasps = vec![self.of(&pools.pool)];
-                rollout.receive(member, Report::Grasps { from: *from, grasps }, 0);
-                *from += 1;
-                if rollout.stopped().is_some() {
-                    break;
+                Order::Replay => Report::Replaying,
+                Order::Shadow => {
+                    beside.push((member.clone(), 0));
+                    Report::Beside
                 }
+                Order::Take => {
+                    trying.insert(member.clone(), 0);
+                    Report::Taken(history.get(&member).cloned().unwrap_or_default())
+                }
+                Order::Accept => Report::Kept,
+                Order::GiveBack => Report::Back,
+            };
+            rollout.receive(&member, report, 0);
+        }
+        match rollout.progress() {
+            Progress::Done | Progress::Stopped(0) => break,
+            Progress::Shadow => {
+                for (member, from) in &mut beside {
+                    let grasps = vec![draws.of(&pools.beside)];
+                    rollout.receive(member, Report::Compared { from: *from, grasps }, 0);
+                    *from += 1;
+                    let (wanted, tally) = rollout.shadow();
+                    if rollout.stopped().is_some() || tally.grasps >= wanted {
+                        break;
+                    }
+                }
+                continue;
+            }
+            Progress::Stage(_) if rollout.stopped().is_none() => {}
+            _ => continue,
+        }
+        for (member, from) in &mut trying {
+            let grasps = vec![draws.of(&pools.pool)];
+            rollout.receive(member, Report::Grasps { from: *from, grasps }, 0);
+            *from += 1;
+            if rollout.stopped().is_some() {
+                break;
             }
         }
-        let rolled_back = matches!(rollout.stopped(), Some(Stop::Worse { .. }));
-        let shadow = matches!(rollout.stopped(), Some(Stop::Wrong { .. }));
-        if let Some(stop) = rollout.stopped().filter(|_| !rolled_back && !shadow) {
-            eprintln!("{stop}");
-        }
-        let grasps = trying.values().sum();
-        let (stage, compared) = (rollout.stage(), rollout.shadow().1.grasps);
-        Ended { shadow, rolled_back, stage, compared, grasps }
     }
+    let rolled_back = matches!(rollout.stopped(), Some(Stop::Worse { .. }));
+    let shadow = matches!(rollout.stopped(), Some(Stop::Wrong { .. }));
+    if let Some(stop) = rollout.stopped().filter(|_| !rolled_back && !shadow) {
+        eprintln!("{stop}");
+    }
+    let grasps = trying.values().sum();
+    let (stage, compared) = (rollout.stage(), rollout.shadow().1.grasps);
+    Ended { shadow, rolled_back, stage, compared, grasps }
 }

@@ -101,19 +101,24 @@ impl Deployer {
         let waits = !rollout.paused().is_empty() && rollout.progress() != Progress::Checking;
         let why = rollout.stopped().map(ToString::to_string);
         let stage = rollout.stage().try_into().unwrap_or(0);
-        let open = rollout.open().filter_map(|order| match order {
-            rollout::Order::GiveBack(who) => {
-                Some((who, Order::Back { sha256: Some(sha256()), why: why.clone() }))
+        let open = rollout.open().filter_map(|(who, order)| {
+            if waits && order != rollout::Order::GiveBack {
+                return None;
             }
-            _ if waits => None,
-            rollout::Order::Check(who) => Some((who, Order::Check(offer.clone()))),
-            rollout::Order::Replay(who) => Some((who, Order::Replay(offer.clone()))),
-            rollout::Order::Shadow(who) => Some((who, Order::Shadow(offer.clone()))),
-            rollout::Order::Take(who) => {
-                let origin = Origin { stage, ..offer.origin.clone() };
-                Some((who, Order::Take(Offer { origin, ..offer.clone() })))
-            }
-            rollout::Order::Accept(who) => Some((who, Order::Accept { sha256: sha256() })),
+            let order = match order {
+                rollout::Order::GiveBack => {
+                    Order::Back { sha256: Some(sha256()), why: why.clone() }
+                }
+                rollout::Order::Check => Order::Check(offer.clone()),
+                rollout::Order::Replay => Order::Replay(offer.clone()),
+                rollout::Order::Shadow => Order::Shadow(offer.clone()),
+                rollout::Order::Take => {
+                    let origin = Origin { stage, ..offer.origin.clone() };
+                    Order::Take(Offer { origin, ..offer.clone() })
+                }
+                rollout::Order::Accept => Order::Accept { sha256: sha256() },
+            };
+            Some((who, order))
         });
         let watched = rollout.watched();
         let watch =
@@ -255,9 +260,7 @@ pub fn standing(
     patience: Duration,
 ) -> Result<Standing, NetError> {
     let parameters = order.parameters();
-    let parameters: Vec<(&str, &str)> =
-        parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
-    let (part, parameters, payload) = (Part::Model, parameters.as_slice(), order.payload());
+    let (part, parameters, payload) = (Part::Model, &*parameters, order.payload());
     let answer = ask(session, &Ask { member, part, parameters, payload, patience })?;
     let unusable = |reason| NetError::Unusable { member: member.to_string(), reason };
     let standing: Standing = serde_json::from_slice(&answer.concat())

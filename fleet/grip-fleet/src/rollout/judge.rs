@@ -8,8 +8,6 @@
 //! a grasp and of many grippers are averaged or multiplied and stay e-values.
 
 use super::Grasp;
-use core::fmt;
-use serde::{Deserialize, Serialize};
 
 /// Bets: with exponent `s` place `j` of `m` pays `m ((j / m)^s - ((j - 1) / m)^s)`. The smaller, the more stands on the worst place.
 const BETS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
@@ -51,23 +49,14 @@ impl Default for Difference {
     }
 }
 
-/// What got worse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Worse {
-    /// More objects are lost, or they slip more often or further.
-    Hold,
-    /// They are held with more force than they were shown to need.
-    Force,
-}
-
-impl fmt::Display for Worse {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Hold => "objects are lost, or slip more often or further",
-            Self::Force => "objects are held with too much force",
-        })
+slip_core::named! {
+    /// What got worse.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Worse {
+        fn sentence: "It in words.";
     }
+    Hold: "More objects are lost, or they slip more often or further.", "objects are lost, or slip more often or further";
+    Force: "They are held with more force than they were shown to need.", "objects are held with too much force";
 }
 
 /// Earlier grasps that each new one can be compared with, where there are `before` of them and up to `now` new ones are wanted.
@@ -220,7 +209,8 @@ fn float(count: u32) -> f32 {
 }
 
 /// Draws with a seed (Steele, Lea and Flood, OOPSLA 2014: SplitMix64).
-pub(super) struct Draws(pub(super) u64);
+#[derive(Clone, Copy, Debug)]
+pub struct Draws(pub u64);
 
 impl Draws {
     const fn next(&mut self) -> u64 {
@@ -231,12 +221,12 @@ impl Draws {
     }
 
     /// 0 to 1.
-    pub(super) fn share(&mut self) -> f64 {
+    pub fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// One of some grasps; a grasp without anything where there is none.
-    fn of(&mut self, grasps: &[Grasp]) -> Grasp {
+    pub fn of(&mut self, grasps: &[Grasp]) -> Grasp {
         let place = usize::try_from(self.next() % grasps.len().max(1) as u64).unwrap_or(0);
         grasps.get(place).copied().unwrap_or_default()
     }

@@ -13,7 +13,7 @@ mod report;
 mod shadow;
 
 pub use grasp::{Finished, Grasp, GraspLog, Rehearsal};
-pub use judge::{Bets, Difference, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
+pub use judge::{Bets, Difference, Draws, Evidence, JudgeConfig, MOST_GRASPS, Worse, per};
 pub use report::{Order, Progress, Report, Stop};
 pub use shadow::{Compared, ShadowConfig, Tally, Wrong};
 
@@ -81,7 +81,7 @@ struct Silence {
 }
 
 /// A roll-out to some grippers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Rollout {
     config: RolloutConfig,
     members: BTreeMap<Member, Phase>,
@@ -107,23 +107,8 @@ impl Rollout {
     /// A roll-out that begins with the next [`Rollout::step`].
     pub fn new(config: RolloutConfig, members: impl IntoIterator<Item = Member>) -> Self {
         let members = members.into_iter().map(|member| (member, Phase::New)).collect();
-        let (silent, before) = (BTreeMap::new(), BTreeMap::new());
         let shadow = config.shadow.unwrap_or_else(|| config.shadow().needed());
-        Self {
-            config,
-            members,
-            silent,
-            before,
-            grasps: None,
-            share: 0,
-            stage: 0,
-            shadow,
-            tally: Tally::default(),
-            replay: config.replay,
-            replays: Tally::default(),
-            paused: BTreeSet::new(),
-            stop: None,
-        }
+        Self { config, members, shadow, replay: config.replay, ..Self::default() }
     }
 
     /// A gripper was asked and has not answered, or with something that is no answer; it is to be asked again.
@@ -254,7 +239,7 @@ impl Rollout {
     }
 
     /// What is to be ordered of whom, by what was reported until now.
-    pub fn step(&mut self) -> Vec<Order> {
+    pub fn step(&mut self) -> Vec<(Member, Order)> {
         self.look();
         // Where somebody refuses it, all the others are still asked, so that all reasons are reported at once.
         if self.is_checking() {
@@ -315,26 +300,26 @@ impl Rollout {
         count: usize,
         next: &Phase,
         is_meant: impl Fn(&Phase) -> bool,
-    ) -> Vec<Order> {
+    ) -> Vec<(Member, Order)> {
         let meant = self.members.iter_mut().filter(|(_, phase)| is_meant(phase)).take(count);
         let ordered = meant.filter_map(|(member, phase)| {
             *phase = next.clone();
-            phase.order(member)
+            Some((member.clone(), next.order()?))
         });
         ordered.collect()
     }
 
     /// Orders that were given and not answered yet; each may be given again.
-    pub fn open(&self) -> impl Iterator<Item = Order> {
+    pub fn open(&self) -> impl Iterator<Item = (Member, Order)> {
         let stops = self.stop.is_some();
         let counts =
             move |phase: &Phase| !stops || matches!(phase, Phase::Checked | Phase::Returning);
         let open = self.members.iter().filter(move |(_, phase)| counts(phase));
-        open.filter_map(|(member, phase)| phase.order(member))
+        open.filter_map(|(member, phase)| Some((member.clone(), phase.order()?)))
     }
 
     /// Everybody who would take the model lets it estimate first.
-    fn cast(&mut self) -> Vec<Order> {
+    fn cast(&mut self) -> Vec<(Member, Order)> {
         let orders = self.order(usize::MAX, &Phase::Cast, Phase::is_waiting);
         // Nobody is left to compare anything.
         if orders.is_empty() && !self.members.values().any(Phase::is_shadow) {

@@ -1,7 +1,6 @@
 //! Where each gripper of a roll-out is, and the grasps of those that are watched.
 
 use super::{Bets, Grasp, Order};
-use crate::key::Member;
 
 /// One gripper in the roll-out.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,8 +91,8 @@ impl Phase {
     pub(super) const WAITING: Self = Self::Waiting { replayed: false };
 
     /// The order that leads into this phase, as long as it is not answered.
-    pub(super) fn order(&self, member: &Member) -> Option<Order> {
-        let order = match self {
+    pub(super) const fn order(&self) -> Option<Order> {
+        Some(match self {
             Self::Checked => Order::Check,
             Self::Replaying => Order::Replay,
             Self::Cast => Order::Shadow,
@@ -101,8 +100,7 @@ impl Phase {
             Self::Accepting => Order::Accept,
             Self::Returning => Order::GiveBack,
             _ => return None,
-        };
-        Some(order(member.clone()))
+        })
     }
 
     pub(super) const fn is_open_question(&self) -> bool {

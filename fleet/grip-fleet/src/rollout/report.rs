@@ -4,20 +4,20 @@ use super::{Grasp, MOST_GRASPS, Rehearsal, Tally, Worse, Wrong};
 use crate::key::Member;
 
 /// What a gripper is ordered.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// Would you take the new model?
-    Check(Member),
+    Check,
     /// Replay your recordings with it.
-    Replay(Member),
+    Replay,
     /// Let it estimate beside the model in force.
-    Shadow(Member),
+    Shadow,
     /// Take it and try it.
-    Take(Member),
+    Take,
     /// Keep it.
-    Accept(Member),
+    Accept,
     /// Go back to the one before.
-    GiveBack(Member),
+    GiveBack,
 }
 
 /// What a gripper reports.
@@ -75,7 +75,7 @@ pub enum Stop {
         reason: String,
     },
     /// The model is worse.
-    #[error("after {grasps} grasps with the new model: {what}")]
+    #[error("after {grasps} grasps with the new model: {}", what.sentence())]
     Worse {
         /// In what.
         what: Worse,
@@ -83,7 +83,7 @@ pub enum Stop {
         grasps: usize,
     },
     /// The model asks for the wrong force; no finger has moved by it.
-    #[error("{what}, as a shadow at the grippers ({tally})")]
+    #[error("{}, as a shadow at the grippers ({tally})", what.sentence())]
     Wrong {
         /// How.
         what: Wrong,
@@ -91,7 +91,7 @@ pub enum Stop {
         tally: Tally,
     },
     /// The model asks for the wrong force in recordings.
-    #[error("{what}, in replays of the grippers' own recordings ({tally})")]
+    #[error("{}, in replays of the grippers' own recordings ({tally})", what.sentence())]
     Replayed {
         /// How.
         what: Wrong,

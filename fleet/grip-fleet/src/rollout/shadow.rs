@@ -63,26 +63,15 @@ impl Compared {
     }
 }
 
-/// How a shadow model was wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Wrong {
-    /// It asked for less than the object was shown to need.
-    Low,
-    /// It asked for over-force.
-    High,
-    /// It had no answer where the model in force had one.
-    Unsure,
-}
-
-impl fmt::Display for Wrong {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Low => "it asks for less force than the objects need",
-            Self::High => "it asks for too much force",
-            Self::Unsure => "it is too unsure to answer where the model in force has an answer",
-        })
+slip_core::named! {
+    /// How a shadow model was wrong.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Wrong {
+        fn sentence: "It in words.";
     }
+    Low: "It asked for less than the object was shown to need.", "it asks for less force than the objects need";
+    High: "It asked for over-force.", "it asks for too much force";
+    Unsure: "It had no answer where the model in force had one.", "it is too unsure to answer where the model in force has an answer";
 }
 
 /// When a shadow model is stopped.

@@ -56,20 +56,20 @@ impl Plant {
         Self { rollout, now_us: 0, new: BTreeMap::new(), most: 0, lost_every }
     }
 
-    fn obey(&mut self, orders: Vec<Order>) {
-        for order in orders {
-            let (member, report) = match order {
-                Order::Check(member) => (member, Report::Fit(before())),
-                Order::Replay(member) => (member, Report::Replayed(Rehearsal::default())),
-                Order::Shadow(member) => (member, Report::Beside),
-                Order::Take(member) => {
+    fn obey(&mut self, orders: impl IntoIterator<Item = (Member, Order)>) {
+        for (member, order) in orders {
+            let report = match order {
+                Order::Check => Report::Fit(before()),
+                Order::Replay => Report::Replayed(Rehearsal::default()),
+                Order::Shadow => Report::Beside,
+                Order::Take => {
                     self.new.insert(member.clone(), 0);
-                    (member, Report::Taken(before()))
+                    Report::Taken(before())
                 }
-                Order::Accept(member) => (member, Report::Kept),
-                Order::GiveBack(member) => {
+                Order::Accept => Report::Kept,
+                Order::GiveBack => {
                     self.new.remove(&member);
-                    (member, Report::Back)
+                    Report::Back
                 }
             };
             self.rollout.receive(&member, report, self.now_us);
@@ -179,11 +179,11 @@ fn a_roll_out_is_taken_up_again() {
     (0..15).for_each(|_| plant.turn());
     assert_eq!(plant.new.len(), 1);
     plant.rollout = Rollout::new(CONFIG, members(3));
-    plant.obey(members(3).into_iter().map(Order::Check).collect());
+    plant.obey(members(3).into_iter().map(|who| (who, Order::Check)));
     let first = members(1).remove(0);
     plant.rollout.step();
-    plant.obey(members(3).into_iter().map(Order::Check).collect());
-    assert_eq!(plant.rollout.step(), [Order::Take(first.clone())]);
+    plant.obey(members(3).into_iter().map(|who| (who, Order::Check)));
+    assert_eq!(plant.rollout.step(), [(first.clone(), Order::Take)]);
     plant.rollout.receive(&first, Report::Taken(before()), plant.now_us);
     let grasps = (0..15).map(|n| grasp(n, false)).collect();
     plant.rollout.receive(&first, Report::Grasps { from: 0, grasps }, plant.now_us);
@@ -196,108 +196,152 @@ fn a_roll_out_is_taken_up_again() {
     assert_eq!(plant.rollout.known(&first), Some(16));
 }
 
-/// A roll-out to grippers that would all take the model.
-fn checked(count: u8) -> Rollout {
-    let mut rollout = Rollout::new(CONFIG, members(count));
-    let asked: Vec<Order> = members(count).into_iter().map(Order::Check).collect();
-    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, asked));
-    members(count).iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
-    rollout
+/// A roll-out to some grippers, each called by its number.
+struct Told {
+    rollout: Rollout,
+    now_us: u64,
 }
 
-/// The first of them has got the model, and tries it since then (1 s).
-fn tried(count: u8) -> (Rollout, Member) {
-    let mut rollout = checked(count);
-    let first = members(1).remove(0);
-    assert_eq!(rollout.step(), [Order::Take(first.clone())]);
-    rollout.receive(&first, Report::Taken(before()), SECOND);
-    (rollout, first)
+impl Told {
+    /// Everybody was asked whether it would take the model.
+    fn new(config: RolloutConfig, count: u8) -> Self {
+        let mut rollout = Rollout::new(config, members(count));
+        let asked: Vec<_> = members(count).into_iter().map(|who| (who, Order::Check)).collect();
+        assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, asked));
+        Self { rollout, now_us: 0 }
+    }
+
+    /// Takes words such as `@60 0 silent, all fit`: from 60 s on nothing is heard of the first one.
+    fn hear(&mut self, words: &str) {
+        for word in words.split(", ").filter(|word| !word.is_empty()) {
+            let word = match word.strip_prefix('@').and_then(|word| word.split_once(' ')) {
+                Some((second, word)) => {
+                    self.now_us = SECOND * second.parse::<u64>().unwrap();
+                    word
+                }
+                None => word,
+            };
+            let (who, what) = word.split_once(' ').unwrap_or((word, ""));
+            let all = self.rollout.members.keys().cloned();
+            let who: Vec<Member> = match who {
+                "all" => all.collect(),
+                "stop" => {
+                    self.rollout.abort();
+                    continue;
+                }
+                number => vec![members(10).remove(number.parse().unwrap())],
+            };
+            who.iter().for_each(|who| self.say(who, what));
+        }
+    }
+
+    fn say(&mut self, who: &Member, what: &str) {
+        let (what, reason) = what.split_once(": ").unwrap_or((what, ""));
+        let count = |n: usize| Report::Compared { from: 0, grasps: compared(6.0, n) };
+        let report = match what {
+            "silent" => {
+                let reason = Some(reason.to_owned()).filter(|reason| !reason.is_empty());
+                return self.rollout.miss(who, reason, self.now_us);
+            }
+            "fits" => Report::Fit(before()),
+            "tries" => Report::Trying(before()),
+            "knows" => Report::Known,
+            "had" => Report::Had,
+            "takes" => Report::Taken(before()),
+            "beside" => Report::Beside,
+            "compares" => count(reason.parse().unwrap()),
+            "replays" => Report::Replaying,
+            "replayed" => replayed(6.0, 5),
+            "nothing" => Report::Grasps { from: 0, grasps: Vec::new() },
+            "enough" => Report::Grasps { from: 0, grasps: before() },
+            "keeps" => Report::Kept,
+            "back" => Report::Back,
+            "refuses" => Report::Refused(reason.to_owned()),
+            "leaves" => Report::Left(reason.to_owned()),
+            _ => panic!("{what}"),
+        };
+        self.rollout.receive(who, report, self.now_us);
+    }
+
+    /// What is ordered now, of whom, and where the roll-out is.
+    fn ordered(&mut self) -> String {
+        let mut text = String::new();
+        for (who, order) in self.rollout.step() {
+            text += &format!("{order:?} {}, ", who.uid.0[0]);
+        }
+        format!("{text}{:?}", self.rollout.progress())
+    }
+
+    /// What is heard, and what is ordered then, step by step.
+    #[track_caller]
+    fn goes(mut self, steps: &[(&str, &str)]) -> Self {
+        for (heard, wanted) in steps {
+            self.hear(heard);
+            assert_eq!(self.ordered(), *wanted, "{heard}");
+        }
+        self
+    }
+
+    /// The reason why it was stopped, with the numbers of the grippers for their names.
+    fn why(&self) -> String {
+        let text = self.rollout.stopped().map(ToString::to_string).unwrap_or_default();
+        members(10).iter().enumerate().fold(text, |text, (number, member)| {
+            text.replace(&member.to_string(), &number.to_string())
+        })
+    }
 }
 
-/// No grasp has ended.
-fn nothing() -> Report {
-    Report::Grasps { from: 0, grasps: Vec::new() }
-}
-
-/// The grasps that are wanted of a gripper.
-fn enough() -> Report {
-    Report::Grasps { from: 0, grasps: before() }
+fn told(count: u8) -> Told {
+    Told::new(CONFIG, count)
 }
 
 #[test]
 fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
-    let mut rollout = Rollout::new(CONFIG, members(4));
-    rollout.step();
-    let who = members(4);
-    rollout.receive(&who[0], Report::Fit(before()), 1);
-    rollout.receive(&who[2], Report::Refused("too early".to_owned()), 1);
-    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
-    rollout.receive(&who[3], Report::Refused("too old".to_owned()), 3);
-    assert_eq!((rollout.progress(), rollout.step()), (Progress::Checking, vec![]));
-    // The last one never answers.
-    for second in [2, 62] {
-        rollout.miss(&who[1], None, second * SECOND);
-        assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Checking));
-    }
-    rollout.miss(&who[1], None, 63 * SECOND);
-    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
-    let reported = rollout.stopped().unwrap().to_string();
-    assert_eq!(reported, format!("{} refused the model: too early", who[2]));
-}
-
-#[test]
-fn whoever_stops_it_waits_for_nobody_who_has_not_stated_whether_it_would_take_it() {
-    let mut rollout = Rollout::new(CONFIG, members(3));
-    rollout.step();
-    rollout.abort();
-    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stopped(0)));
-    rollout.receive(&members(1)[0], Report::Fit(before()), 2);
-    assert_eq!((rollout.step(), rollout.stopped()), (vec![], Some(&Stop::Ordered)));
+    let told = told(4).goes(&[
+        ("@1 0 fits, 2 refuses: too early", "Checking"),
+        ("@3 3 refuses: too old", "Checking"),
+        // The last one never answers.
+        ("@2 1 silent", "Checking"),
+        ("@62 1 silent", "Checking"),
+        ("@63 1 silent", "Stopped(0)"),
+    ]);
+    assert_eq!(told.why(), "2 refused the model: too early");
+    // Whoever stops it waits for nobody who has not said.
+    let told = self::told(3).goes(&[("stop", "Stopped(0)"), ("0 fits", "Stopped(0)")]);
+    assert_eq!(told.rollout.stopped(), Some(&Stop::Ordered));
 }
 
 #[test]
 fn a_refusal_stops_it() {
-    let mut rollout = checked(3);
-    let orders = rollout.step();
-    let [Order::Take(first)] = orders.as_slice() else { panic!("{orders:?}") };
-    rollout.receive(first, Report::Refused("another hash".to_owned()), 1);
-    assert_eq!(rollout.step(), []);
-    assert_eq!(rollout.progress(), Progress::Stopped(0));
-    let reported = rollout.stopped().unwrap().to_string();
-    assert_eq!(reported, format!("{first} refused the model: another hash"));
+    let steps = [("all fits", "Take 0, Stage(1)"), ("0 refuses: another hash", "Stopped(0)")];
+    assert_eq!(told(3).goes(&steps).why(), "0 refused the model: another hash");
 }
 
 #[test]
 fn silence_stops_it_and_who_comes_back_is_reported_to_give_back() {
-    let (mut rollout, first) = tried(3);
-    let first = &first;
-    rollout.miss(first, None, 2 * SECOND);
-    // It answers once, and then states why it cannot.
-    rollout.receive(first, nothing(), 40 * SECOND);
-    rollout.miss(first, None, 41 * SECOND);
-    rollout.miss(first, None, 101 * SECOND);
-    assert_eq!(rollout.step(), []);
-    rollout.miss(first, Some("no folder".to_owned()), 102 * SECOND);
-    assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
-    assert_eq!(rollout.progress(), Progress::Stopped(1), "it may have the model still");
-    rollout.receive(first, Report::Back, 110 * SECOND);
-    assert_eq!(rollout.progress(), Progress::Stopped(0));
-    let reported = rollout.stopped().unwrap().to_string();
-    assert_eq!(reported, format!("{first} has not answered for too long: no folder"));
+    let told = told(3).goes(&[
+        ("all fits", "Take 0, Stage(1)"),
+        // It answers once, and then states why it cannot.
+        ("@1 0 takes, @2 0 silent, @40 0 nothing, @41 0 silent, @101 0 silent", "Stage(1)"),
+        ("@102 0 silent: no folder", "GiveBack 0, Stopped(1)"),
+        ("@110 0 back", "Stopped(0)"),
+    ]);
+    assert_eq!(told.why(), "0 has not answered for too long: no folder");
 }
 
 /// A turn over many grippers may take longer than patience: whoever answers when asked is there.
 #[test]
 fn who_was_not_asked_for_long_is_not_gone() {
-    let (mut rollout, first) = tried(2);
-    let first = &first;
-    for second in [300, 600, 1200] {
-        rollout.receive(first, nothing(), second * SECOND);
-        assert_eq!(rollout.step(), []);
+    let told = told(2).goes(&[
+        ("all fits", "Take 0, Stage(1)"),
+        ("0 takes, @300 0 nothing", "Stage(1)"),
         // One answer that was lost is none of patience, however late the next question comes.
-        rollout.miss(first, None, (second + 100) * SECOND);
-        assert_eq!((rollout.step(), rollout.stopped()), (vec![], None));
-    }
+        ("@400 0 silent", "Stage(1)"),
+        ("@600 0 nothing", "Stage(1)"),
+        ("@700 0 silent", "Stage(1)"),
+        ("@1200 0 nothing, @1300 0 silent", "Stage(1)"),
+    ]);
+    assert_eq!(told.why(), "");
 }
 
 #[test]
@@ -318,110 +362,49 @@ fn who_goes_back_by_itself_stops_it_for_all() {
 
 #[test]
 fn nobody_keeps_it_before_everybody_has_tried_it() {
-    let (mut rollout, first) = tried(2);
-    let second = members(2).remove(1);
-    rollout.receive(&first, enough(), SECOND);
-    assert_eq!(rollout.step(), [Order::Take(second.clone())]);
-    rollout.receive(&second, Report::Taken(before()), SECOND);
-    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Stage(2)));
-    rollout.receive(&second, enough(), SECOND);
-    let all = [Order::Accept(first.clone()), Order::Accept(second.clone())];
-    assert_eq!((rollout.step(), rollout.progress()), (all.to_vec(), Progress::Accepting));
-    rollout.receive(&first, Report::Kept, SECOND);
-    // The second one does not answer any more: both go back.
-    rollout.miss(&second, None, SECOND);
-    rollout.miss(&second, None, 62 * SECOND);
-    let back = [Order::GiveBack(first), Order::GiveBack(second)];
-    assert_eq!(rollout.step(), back);
+    told(2).goes(&[
+        ("all fits", "Take 0, Stage(1)"),
+        ("0 takes, 0 enough", "Take 1, Stage(2)"),
+        ("1 takes", "Stage(2)"),
+        ("1 enough", "Accept 0, Accept 1, Accepting"),
+        // The second one does not answer any more: both go back.
+        ("0 keeps, @1 1 silent, @62 1 silent", "GiveBack 0, GiveBack 1, Stopped(2)"),
+    ]);
 }
 
-/// A way back that is deployed: nobody needs a grasp to compare with.
 #[test]
-fn who_knows_the_model_gets_it_at_once() {
-    let mut rollout = Rollout::new(CONFIG, members(3));
-    rollout.step();
-    members(3).iter().for_each(|member| rollout.receive(member, Report::Known, 1));
-    let all: Vec<Order> = members(3).into_iter().map(Order::Take).collect();
-    assert_eq!(rollout.step(), all);
-    members(3).iter().for_each(|member| rollout.receive(member, Report::Had, 1));
-    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
+fn who_has_the_model_or_knows_it_needs_no_trial_and_is_not_the_first_to_try_it() {
+    // A way back that is deployed: nobody needs a grasp to compare with.
+    told(3).goes(&[("all knows", "Take 0, Take 1, Take 2, Stage(1)"), ("all had", "Done")]);
+    told(2).goes(&[("all had", "Done")]);
+    told(4).goes(&[
+        ("0 had, 1 fits, 2 fits, 3 fits", "Take 1, Stage(1)"),
+        ("1 takes, 1 enough", "Take 2, Stage(2)"),
+        ("2 takes, stop", "GiveBack 1, GiveBack 2, Stopped(2)"),
+    ]);
+    // It has got it from elsewhere meanwhile: another one is the first to try it, alone.
+    told(3).goes(&[
+        ("all fits", "Take 0, Stage(1)"),
+        ("0 had", "Take 1, Stage(1)"),
+        ("1 takes, stop", "GiveBack 1, Stopped(1)"),
+        ("1 back", "Stopped(0)"),
+    ]);
 }
 
 #[test]
 fn strangers_and_late_words_change_nothing() {
-    let mut rollout = Rollout::new(CONFIG, members(2));
-    let stranger = Member { uid: Uid([9; 16]), ..members(1).remove(0) };
-    rollout.receive(&stranger, Report::Refused(String::new()), 0);
-    rollout.receive(&members(1)[0], nothing(), 0);
-    assert_eq!((rollout.stopped(), rollout.progress()), (None, Progress::Checking));
-    let nobody = Rollout::new(CONFIG, []);
-    assert_eq!(nobody.progress(), Progress::Done);
+    told(2).goes(&[("5 refuses: all of it", "Checking"), ("0 nothing", "Checking")]);
+    assert_eq!(Rollout::new(CONFIG, []).progress(), Progress::Done);
 }
 
 #[test]
 fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
-    let (mut rollout, first) = tried(2);
-    let first = &first;
+    let mut told = told(2).goes(&[("all fits", "Take 0, Stage(1)"), ("@1 0 takes", "Stage(1)")]);
     for second in 2..=3601 {
-        rollout.receive(first, nothing(), second * SECOND);
-        assert_eq!(rollout.step(), [], "a pause of an hour at most");
+        told = told.goes(&[(&format!("@{second} 0 nothing"), "Stage(1)")]);
     }
-    rollout.receive(first, nothing(), 3602 * SECOND);
-    assert_eq!(rollout.step(), [Order::GiveBack(first.clone())]);
-    assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first.clone() }));
-}
-
-#[test]
-fn who_had_the_model_before_does_not_stand_for_the_first_to_try_it() {
-    let mut rollout = Rollout::new(CONFIG, members(4));
-    rollout.step();
-    let who = members(4);
-    rollout.receive(&who[0], Report::Had, 1);
-    who[1..].iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 1));
-    assert_eq!(rollout.step(), [Order::Take(who[1].clone())]);
-    rollout.receive(&who[1], Report::Taken(before()), 3);
-    rollout.receive(&who[1], enough(), 4);
-    assert_eq!(rollout.step(), [Order::Take(who[2].clone())]);
-    rollout.receive(&who[2], Report::Taken(before()), 6);
-    rollout.abort();
-    let back = [Order::GiveBack(who[1].clone()), Order::GiveBack(who[2].clone())];
-    assert_eq!(rollout.step(), back);
-    // All of them have it already.
-    let mut rollout = Rollout::new(CONFIG, members(2));
-    rollout.step();
-    members(2).iter().for_each(|member| rollout.receive(member, Report::Had, 1));
-    assert_eq!((rollout.step(), rollout.progress()), (vec![], Progress::Done));
-}
-
-#[test]
-fn who_has_got_the_model_from_elsewhere_meanwhile_keeps_it() {
-    let mut rollout = checked(3);
-    let mut reported = Vec::new();
-    for now_us in 0..3 {
-        for order in rollout.step() {
-            let (Order::Check(member)
-            | Order::Replay(member)
-            | Order::Shadow(member)
-            | Order::Take(member)
-            | Order::Accept(member)
-            | Order::GiveBack(member)) = &order;
-            let report = if reported.is_empty() { Report::Had } else { Report::Taken(before()) };
-            rollout.receive(member, report, now_us);
-            reported.push(order);
-        }
-    }
-    rollout.abort();
-    // Another one is the first to try it, alone.
-    let [_, second, third] = &members(3)[..] else { panic!() };
-    assert_eq!(reported, [Order::Take(members(1).remove(0)), Order::Take(second.clone())]);
-    let back = rollout.step();
-    assert_eq!((back, rollout.stage()), (vec![Order::GiveBack(second.clone())], 1));
-    assert!(rollout.holding().all(|member| member != third));
-    assert_eq!(rollout.stopped(), Some(&Stop::Ordered));
-    let holding: Vec<Member> = rollout.holding().cloned().collect();
-    assert_eq!(rollout.progress(), Progress::Stopped(holding.len()));
-    holding.iter().for_each(|member| rollout.receive(member, Report::Back, 10));
-    assert_eq!(rollout.progress(), Progress::Stopped(0));
+    let told = told.goes(&[("@3602 0 nothing", "GiveBack 0, Stopped(1)")]);
+    assert_eq!(told.why(), "0 has grasped nothing for too long");
 }
 
 /// Grasps in which a shadow asked for this force, where 6 N held the object, and 3 N did not.
@@ -432,87 +415,67 @@ fn compared(shadow_n: f32, count: usize) -> Vec<Grasp> {
 }
 
 /// A roll-out to two grippers that both let the model estimate, for six grasps.
-fn beside() -> (Rollout, [Member; 2]) {
-    let mut rollout = Rollout::new(RolloutConfig { shadow: Some(6), ..CONFIG }, members(2));
-    rollout.step();
-    let both = [members(2).remove(0), members(2).remove(1)];
-    both.iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
-    assert_eq!(rollout.step(), both.clone().map(Order::Shadow));
-    both.iter().for_each(|member| rollout.receive(member, Report::Beside, 0));
-    assert_eq!((rollout.progress(), rollout.holding().count()), (Progress::Shadow, 0));
-    (rollout, both)
+fn beside() -> Told {
+    Told::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2)
+        .goes(&[("all fits", "Shadow 0, Shadow 1, Shadow"), ("all beside", "Shadow")])
 }
 
 #[test]
 fn a_model_is_asked_beside_those_in_force_before_anybody_has_it() {
-    let (mut rollout, [first, second]) = beside();
-    let report = |from, count| Report::Compared { from, grasps: compared(6.0, count) };
-    rollout.receive(&first, report(0, 3), 1);
+    let (mut told, both) = (beside(), members(2));
+    assert_eq!(told.rollout.holding().count(), 0);
     // What is known already is not counted twice, and what comes after a gap is not taken.
-    rollout.receive(&first, report(1, 3), 1);
-    rollout.receive(&second, report(1, 3), 1);
-    assert_eq!((rollout.known(&first), rollout.known(&second)), (Some(4), Some(0)));
-    assert_eq!((rollout.step(), rollout.shadow().1.grasps), (Vec::new(), 4));
+    for (who, from) in [(0, 0), (0, 1), (1, 1)] {
+        told.rollout.receive(&both[who], Report::Compared { from, grasps: compared(6.0, 3) }, 1);
+    }
+    assert_eq!(
+        both.iter().map(|who| told.rollout.known(who)).collect::<Vec<_>>(),
+        [Some(4), Some(0)]
+    );
+    assert_eq!((told.ordered().as_str(), told.rollout.shadow().1.grasps), ("Shadow", 4));
     // Its gripfleet has started again: what it had compared counts, and it begins anew.
-    rollout.receive(&second, Report::Left("no trial".to_owned()), 2);
-    assert_eq!(rollout.step(), [Order::Shadow(second.clone())]);
-    rollout.receive(&second, Report::Beside, 2);
-    rollout.receive(&second, report(0, 2), 3);
-    assert_eq!(rollout.step(), [Order::Take(first)]);
-    assert_eq!(rollout.progress(), Progress::Stage(1));
+    told.goes(&[
+        ("1 leaves: no trial", "Shadow 1, Shadow"),
+        ("1 beside, 1 compares: 2", "Take 0, Stage(1)"),
+    ]);
 }
 
 #[test]
 fn a_model_that_asks_for_far_too_much_is_stopped_before_a_finger_moves() {
-    let (mut rollout, [first, second]) = beside();
-    rollout.receive(&first, Report::Compared { from: 0, grasps: compared(30.0, 2) }, 1);
-    assert_eq!(rollout.stopped(), None);
-    rollout.receive(&second, Report::Compared { from: 0, grasps: compared(30.0, 1) }, 1);
-    let tally = Tally { grasps: 3, high: 3, ..Tally::default() };
-    assert_eq!(rollout.stopped(), Some(&Stop::Wrong { what: Wrong::High, tally }));
+    let (mut told, both) = (beside(), members(2));
+    for (who, count, stops) in [(0, 2, false), (1, 1, true)] {
+        let grasps = compared(30.0, count);
+        told.rollout.receive(&both[who], Report::Compared { from: 0, grasps }, 1);
+        assert_eq!(told.rollout.stopped().is_some(), stops);
+    }
     // The shadows go at once, with the reason.
-    let both = [first, second];
-    assert_eq!(rollout.step(), both.clone().map(Order::GiveBack));
-    assert_eq!(rollout.progress(), Progress::Stopped(2));
-    both.iter().for_each(|member| rollout.receive(member, Report::Back, 2));
-    assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
+    let told = told.goes(&[("", "GiveBack 0, GiveBack 1, Stopped(2)"), ("all back", "Stopped(0)")]);
     assert_eq!(
-        rollout.stopped().unwrap().to_string(),
+        told.why(),
         "it asks for too much force, as a shadow at the grippers (3 grasps compared: too little in 0, too much in 3, no answer in 0)"
     );
 }
 
 #[test]
 fn a_shadow_stage_waits_for_those_that_grasp_and_not_for_ever() {
-    let (mut rollout, [first, second]) = beside();
-    let report = |from, count| Report::Compared { from, grasps: compared(6.0, count) };
-    rollout.receive(&first, report(0, 1), 3000 * SECOND);
-    rollout.receive(&second, report(0, 0), 4000 * SECOND);
-    assert_eq!((rollout.step(), rollout.stopped()), (Vec::new(), None));
-    rollout.receive(&first, report(1, 0), 7000 * SECOND);
-    rollout.step();
-    assert_eq!(rollout.stopped(), Some(&Stop::Idle { member: first }));
+    let told = beside().goes(&[
+        ("@3000 0 compares: 1, @4000 1 compares: 0", "Shadow"),
+        ("@7000 0 compares: 1", "GiveBack 0, GiveBack 1, Stopped(2)"),
+    ]);
+    assert_eq!(told.why(), "0 has grasped nothing for too long");
 }
 
 /// Whoever is on trial with the model already has seen the shadow stage.
 #[test]
 fn a_roll_out_that_is_taken_up_again_has_no_second_shadow_stage() {
-    let mut rollout = Rollout::new(RolloutConfig { shadow: Some(6), ..CONFIG }, members(2));
-    rollout.step();
-    rollout.receive(&members(2)[0], Report::Trying(before()), 0);
-    rollout.receive(&members(2)[1], Report::Fit(before()), 0);
-    assert_eq!(rollout.step(), [Order::Take(members(1).remove(0))]);
+    let told = Told::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2);
+    told.goes(&[("0 tries, 1 fits", "Take 0, Stage(1)")]);
 }
 
 /// A roll-out in which both of two grippers replay their recordings.
-fn replaying() -> (Rollout, [Member; 2]) {
-    let mut rollout = Rollout::new(RolloutConfig { replay: true, ..CONFIG }, members(2));
-    rollout.step();
-    let both = [members(2).remove(0), members(2).remove(1)];
-    both.iter().for_each(|member| rollout.receive(member, Report::Fit(before()), 0));
-    assert_eq!(rollout.step(), both.clone().map(Order::Replay));
-    assert_eq!((rollout.progress(), rollout.step()), (Progress::Replay, Vec::new()));
-    (rollout, both)
+fn replaying() -> Told {
+    Told::new(RolloutConfig { replay: true, ..CONFIG }, 2)
+        .goes(&[("all fits", "Replay 0, Replay 1, Replay"), ("", "Replay")])
 }
 
 fn replayed(shadow_n: f32, count: usize) -> Report {
@@ -522,20 +485,16 @@ fn replayed(shadow_n: f32, count: usize) -> Report {
 
 #[test]
 fn recordings_are_replayed_before_a_finger_moves() {
-    let (mut rollout, [first, second]) = replaying();
-    rollout.receive(&first, replayed(6.0, 5), 0);
-    rollout.receive(&second, Report::Replaying, 0);
-    assert_eq!(rollout.step(), []);
-    rollout.receive(&second, Report::Replayed(Rehearsal::default()), 0);
-    assert_eq!(rollout.step(), [Order::Take(first)]);
-    assert_eq!(rollout.replays(), Tally { grasps: 5, ..Tally::default() });
+    let mut told = replaying().goes(&[("0 replayed, 1 replays", "Replay")]);
+    told.rollout.receive(&members(2)[1], Report::Replayed(Rehearsal::default()), 0);
+    let told = told.goes(&[("", "Take 0, Stage(1)")]);
+    assert_eq!(told.rollout.replays(), Tally { grasps: 5, ..Tally::default() });
 
-    let (mut rollout, [first, second]) = replaying();
-    rollout.receive(&first, replayed(2.0, 2), 0);
-    rollout.receive(&second, replayed(2.0, 2), 0);
+    let mut told = replaying();
+    members(2).iter().for_each(|who| told.rollout.receive(who, replayed(2.0, 2), 0));
     let tally = Tally { grasps: 3, low: 3, ..Tally::default() };
-    assert_eq!(rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
-    assert_eq!((rollout.step(), rollout.progress()), (Vec::new(), Progress::Stopped(0)));
+    assert_eq!(told.rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
+    told.goes(&[("", "Stopped(0)")]);
 }
 
 #[test]
@@ -561,7 +520,7 @@ fn a_pause_gives_the_model_to_nobody_and_judges_nothing_until_it_is_over() {
     assert!(matches!(plant.rollout.stopped(), Some(Stop::Worse { .. })));
     // The way back is open in a pause too.
     plant.rollout.pause(&who, true);
-    assert_eq!(plant.rollout.step(), [Order::GiveBack(who)]);
+    assert_eq!(plant.rollout.step(), [(who, Order::GiveBack)]);
 }
 
 #[test]
