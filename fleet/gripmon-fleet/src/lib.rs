@@ -1,7 +1,7 @@
 //! Window for a network of grippers: a table of all of them, and the ordinary view of the one that is opened.
 //!
 //! ```text
-//! thread of the network -> Hall { Roster } -> views -> Vec<TableAction> -> Table -> Request
+//! thread of the network -> Hall { Roster } -> views, Table -> Request
 //! ```
 
 pub mod cli;
@@ -11,11 +11,11 @@ mod lobby;
 mod opened;
 pub mod source;
 mod table;
-pub mod views;
+mod views;
 mod window;
 
 pub use hall::{FRAME, Hall};
 pub use lobby::{Lobby, Request};
 pub use opened::{Lead, opened};
-pub use table::{Table, TableAction};
+pub use table::Table;
 pub use window::run;

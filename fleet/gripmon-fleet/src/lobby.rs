@@ -1,12 +1,11 @@
 //! The table without a system's window around it: one frame from roster and requests, and what is left to be done.
 
 use super::hall::Hall;
-use super::table::{Table, TableAction};
-use crate::grippers::Member;
-use crate::views::{TableSeen, table};
+use super::table::Table;
+use crate::grippers::{Member, Roster};
+use crate::views::window;
 use eframe::egui::{Theme, Ui};
 use gripmon::layout::Look;
-use gripmon::palette::Palette;
 use gripmon::state::Message;
 use std::sync::Arc;
 
@@ -48,29 +47,29 @@ impl Lobby {
             ui.ctx().set_theme(theme);
             ui.ctx().request_repaint();
         }
-        let (hall, palette) = (Arc::clone(&self.hall), Palette::of(theme));
+        let hall = Arc::clone(&self.hall);
         hall.look(|roster| {
             self.table.arrange(roster);
-            let reveal = self.table.reveal.take();
-            let (message, place) = (self.message.as_ref(), self.place.as_str());
-            let seen = TableSeen { roster, table: &self.table, palette, reveal, message, place };
-            let actions = table(ui, &seen);
-            actions.into_iter().filter_map(|action| self.apply(roster, action)).collect()
+            window(ui, self, roster)
         })
     }
 
-    fn apply(&mut self, roster: &crate::grippers::Roster, action: TableAction) -> Option<Request> {
-        match action {
-            TableAction::ToggleTheme => {
-                self.theme = if self.theme == Look::Dark { Look::Light } else { Look::Dark };
-                None
-            }
-            TableAction::Picture => Some(Request::Picture),
-            TableAction::Clear if self.message.is_some() => {
-                self.message = None;
-                None
-            }
-            other => self.table.apply(roster, other).map(Request::Open),
+    /// Light or dark.
+    pub(crate) fn toggle(&mut self) {
+        self.theme = if self.theme == Look::Dark { Look::Light } else { Look::Dark };
+    }
+
+    /// The chosen gripper, to be opened.
+    pub(crate) fn opened(&self, roster: &Roster) -> Option<Request> {
+        let row = self.table.row(roster, self.table.chosen_place(roster)?)?;
+        Some(Request::Open(row.member.clone()))
+    }
+
+    /// What was said last goes; where nothing was, nothing is chosen and filtered any more.
+    pub(crate) fn clear(&mut self, roster: &Roster) {
+        if self.message.take().is_none() {
+            self.table.chosen = None;
+            self.table.filter(roster, String::new());
         }
     }
 }

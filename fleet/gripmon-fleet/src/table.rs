@@ -5,33 +5,6 @@ use crate::grippers::{Column, Member, Roster, Row, Sorting, order};
 /// Time between two orders of the rows (s), unless the user wants another one: rows that leap about cannot be clicked.
 const ORDER_S: f64 = 1.0;
 
-/// A request of the user.
-#[derive(Clone, Debug, PartialEq)]
-pub enum TableAction {
-    /// Order by this column, or the other way round.
-    Sort(Column),
-    /// Only rows with these words.
-    Filter(String),
-    /// Choose this gripper.
-    Choose(Member),
-    /// Choose another one, so many rows further down.
-    Step(isize),
-    /// Choose the first one.
-    First,
-    /// Choose the last one.
-    Last,
-    /// Open this gripper.
-    Open(Member),
-    /// Open the one that is chosen.
-    OpenChosen,
-    /// Nothing is chosen and filtered any more.
-    Clear,
-    /// Light or dark.
-    ToggleTheme,
-    /// A picture of the window.
-    Picture,
-}
-
 /// What the user wants to see.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
@@ -50,7 +23,7 @@ pub struct Table {
 
 impl Table {
     /// Orders the rows where that is due.
-    pub fn arrange(&mut self, roster: &Roster) {
+    pub(crate) fn arrange(&mut self, roster: &Roster) {
         let (rows, now_s) = (roster.rows().len(), roster.now_s());
         let due = |(count, at_s): (usize, f64)| count != rows || now_s >= at_s + ORDER_S;
         if self.ordered.is_none_or(due) {
@@ -60,54 +33,25 @@ impl Table {
     }
 
     /// Rows that are shown.
-    #[must_use]
-    pub const fn len(&self) -> usize {
+    pub(crate) const fn len(&self) -> usize {
         self.order.len()
     }
 
-    /// Whether none is shown.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.order.is_empty()
-    }
-
     /// The row at a place of the table.
-    #[must_use]
-    pub fn row<'a>(&self, roster: &'a Roster, place: usize) -> Option<&'a Row> {
+    pub(crate) fn row<'a>(&self, roster: &'a Roster, place: usize) -> Option<&'a Row> {
         roster.rows().get(*self.order.get(place)?)
     }
 
-    /// Carries out a request that concerns the table only; the gripper that is to be opened.
-    pub fn apply(&mut self, roster: &Roster, action: TableAction) -> Option<Member> {
-        match action {
-            TableAction::Sort(column) => {
-                self.sorting = self.sorting.clicked(column);
-                self.again(roster);
-            }
-            TableAction::Filter(filter) => {
-                self.filter = filter;
-                self.again(roster);
-            }
-            TableAction::Choose(member) => self.chosen = Some(member),
-            TableAction::Step(by) => self.step(roster, by),
-            TableAction::First => self.choose(roster, 0),
-            TableAction::Last => self.choose(roster, usize::MAX),
-            TableAction::Open(member) => {
-                self.chosen = Some(member.clone());
-                return Some(member);
-            }
-            TableAction::OpenChosen => {
-                let place = self.chosen_place(roster)?;
-                return self.row(roster, place).map(|row| row.member.clone());
-            }
-            TableAction::Clear => {
-                self.chosen = None;
-                self.filter.clear();
-                self.again(roster);
-            }
-            TableAction::ToggleTheme | TableAction::Picture => {}
-        }
-        None
+    /// Orders by this column, or the other way round.
+    pub(crate) fn sort(&mut self, roster: &Roster, column: Column) {
+        self.sorting = self.sorting.clicked(column);
+        self.again(roster);
+    }
+
+    /// Shows only rows with these words.
+    pub(crate) fn filter(&mut self, roster: &Roster, filter: String) {
+        self.filter = filter;
+        self.again(roster);
     }
 
     fn again(&mut self, roster: &Roster) {
@@ -116,7 +60,8 @@ impl Table {
         self.reveal = self.chosen_place(roster);
     }
 
-    fn step(&mut self, roster: &Roster, by: isize) {
+    /// Chooses another gripper, so many rows further down.
+    pub(crate) fn step(&mut self, roster: &Roster, by: isize) {
         match self.chosen_place(roster) {
             Some(place) => self.choose(roster, place.saturating_add_signed(by)),
             None if by < 0 => self.choose(roster, usize::MAX),
@@ -125,7 +70,7 @@ impl Table {
     }
 
     /// Chooses the row at this place, or the last one.
-    fn choose(&mut self, roster: &Roster, place: usize) {
+    pub(crate) fn choose(&mut self, roster: &Roster, place: usize) {
         let Some(last) = self.len().checked_sub(1) else { return };
         let place = place.min(last);
         self.chosen = self.row(roster, place).map(|row| row.member.clone());
@@ -133,7 +78,7 @@ impl Table {
     }
 
     /// Where the chosen gripper stands; `None` where it is not shown.
-    fn chosen_place(&self, roster: &Roster) -> Option<usize> {
+    pub(crate) fn chosen_place(&self, roster: &Roster) -> Option<usize> {
         let chosen = self.chosen.as_ref()?;
         let is_it =
             |place: &usize| roster.rows().get(*place).is_some_and(|row| row.member == *chosen);

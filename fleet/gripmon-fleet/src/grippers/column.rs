@@ -1,6 +1,6 @@
 //! A column of the table: its title, what it reports of a gripper, and what it is ordered by.
 
-use super::row::{Presence, Row, Trouble};
+use super::row::{Presence, Row};
 use core::cmp::Ordering;
 use grip_scope::format::{self, NOTHING};
 
@@ -60,57 +60,44 @@ impl Column {
     /// What it reports of a gripper at this time (s).
     #[must_use]
     pub fn text(self, row: &Row, now_s: f64) -> String {
-        let state = row.state.as_ref();
-        let force = |force_n: Option<f32>| force_n.map(|force_n| format!("{force_n:.2}"));
-        let text = match self {
-            Self::Trouble => Some(word(row.trouble(now_s)).to_owned()),
-            Self::Site => Some(row.member.site.to_string()),
-            Self::Gripper => Some(row.member.uid.to_string()),
-            Self::Here => Some(there(row.presence(now_s))),
-            Self::Link => row.figures.map(|figures| figures.link.name().to_owned()),
-            Self::Scene => state.map(|state| state.scene.name().to_owned()),
-            Self::Grip => state.map(|state| state.grip.name().to_owned()),
-            Self::Command => force(state.and_then(|state| state.command_n)),
-            Self::Applied => force(state.and_then(|state| state.applied_n)),
-            Self::Force => force(row.force.highest(now_s)),
-            Self::Statistic => {
-                row.statistic.highest(now_s).map(|times| format::number(times.into()))
-            }
-            Self::Slips => row.figures.map(|figures| figures.slips.to_string()),
-            Self::Minute => Some(row.slips_last_minute(now_s).to_string()),
-            Self::Lost => row.lost().map(|lost| lost.to_string()),
-            Self::Sensors => state.map(|_| sensors(row)),
-            Self::Fault => row.fault().map(|fault| format!("{fault:04x}")),
-            Self::Model => row.model.clone(),
-            Self::Firmware => row.firmware.clone(),
-        };
-        text.unwrap_or_else(|| NOTHING.to_owned())
+        self.value(row, now_s).map_or_else(|| NOTHING.to_owned(), |(_, text)| text)
     }
 
-    /// What it is ordered by, where that is known.
-    pub(super) fn key(self, row: &Row, now_s: f64) -> Option<Key> {
-        let state = row.state.as_ref();
-        let name = |name: &str| Key::Text(name.to_owned());
-        let number = |x: f32| Key::Number(x.into());
+    /// What it is ordered by, and how that is shown, where it is known.
+    pub(super) fn value(self, row: &Row, now_s: f64) -> Option<(Key, String)> {
+        let (state, figures) = (row.state.as_ref(), row.figures);
+        let name = |name: &str| (Key::Text(name.to_owned()), name.to_owned());
+        let text = |text: String| (Key::Text(text.clone()), text);
+        let force = |force_n: f32| (Key::Number(force_n.into()), format!("{force_n:.2}"));
+        let count = |n: u64| (Key::Number(n as f64), n.to_string());
         match self {
-            Self::Trouble => Some(number(f32::from(row.trouble(now_s) as u8))),
-            Self::Site => Some(Key::Text(row.member.site.to_string())),
-            Self::Gripper => Some(Key::Text(row.member.uid.to_string())),
-            Self::Here => Some(Key::Number(away_s(row.presence(now_s)))),
-            Self::Link => row.figures.map(|figures| name(figures.link.name())),
+            Self::Trouble => {
+                let trouble = row.trouble(now_s);
+                Some((Key::Number(f64::from(trouble as u8)), trouble.name().to_owned()))
+            }
+            Self::Site => Some(text(row.member.site.to_string())),
+            Self::Gripper => Some(text(row.member.uid.to_string())),
+            Self::Here => {
+                let presence = row.presence(now_s);
+                Some((Key::Number(away_s(presence)), there(presence)))
+            }
+            Self::Link => figures.map(|figures| name(figures.link.name())),
             Self::Scene => state.map(|state| name(state.scene.name())),
             Self::Grip => state.map(|state| name(state.grip.name())),
-            Self::Command => state.and_then(|state| state.command_n).map(number),
-            Self::Applied => state.and_then(|state| state.applied_n).map(number),
-            Self::Force => row.force.highest(now_s).map(number),
-            Self::Statistic => row.statistic.highest(now_s).map(number),
-            Self::Slips => row.figures.map(|figures| Key::Number(figures.slips.into())),
-            Self::Minute => Some(Key::Number(row.slips_last_minute(now_s) as f64)),
-            Self::Lost => row.lost().map(|lost| Key::Number(count(lost))),
-            Self::Sensors => state.map(|_| Key::Number(row.severity().into())),
-            Self::Fault => row.fault().map(|fault| Key::Number(fault.into())),
-            Self::Model => row.model.clone().map(Key::Text),
-            Self::Firmware => row.firmware.clone().map(Key::Text),
+            Self::Command => state.and_then(|state| state.command_n).map(force),
+            Self::Applied => state.and_then(|state| state.applied_n).map(force),
+            Self::Force => row.force.highest(now_s).map(force),
+            Self::Statistic => {
+                let highest = row.statistic.highest(now_s).map(f64::from);
+                highest.map(|times| (Key::Number(times), format::number(times)))
+            }
+            Self::Slips => figures.map(|figures| count(figures.slips.into())),
+            Self::Minute => Some(count(row.slips_last_minute(now_s) as u64)),
+            Self::Lost => row.lost().map(count),
+            Self::Sensors => state.map(|_| (Key::Number(row.severity().into()), sensors(row))),
+            Self::Fault => row.fault().map(|it| (Key::Number(it.into()), format!("{it:04x}"))),
+            Self::Model => row.model.clone().map(text),
+            Self::Firmware => row.firmware.clone().map(text),
         }
     }
 }
@@ -128,8 +115,7 @@ impl Key {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => a.total_cmp(b),
             (Self::Text(a), Self::Text(b)) => a.cmp(b),
-            (Self::Number(_), Self::Text(_)) => Ordering::Less,
-            (Self::Text(_), Self::Number(_)) => Ordering::Greater,
+            (Self::Number(_), Self::Text(_)) | (Self::Text(_), Self::Number(_)) => Ordering::Equal,
         }
     }
 }
@@ -140,19 +126,6 @@ const fn away_s(presence: Presence) -> f64 {
         Presence::Here => 0.0,
         Presence::Silent(for_s) => for_s,
         Presence::Gone(for_s) => 1e12 + for_s,
-    }
-}
-
-/// A trouble as a word.
-const fn word(trouble: Trouble) -> &'static str {
-    match trouble {
-        Trouble::None => "ok",
-        Trouble::Slipping => "slipping",
-        Trouble::Sensor => "sensor",
-        Trouble::Link => "no link",
-        Trouble::Silent => "silent",
-        Trouble::Gone => "gone",
-        Trouble::Fault => "fault",
     }
 }
 
@@ -176,8 +149,4 @@ fn since(for_s: f64) -> String {
 fn sensors(row: &Row) -> String {
     row.worst_sensor()
         .map_or_else(|| "good".to_owned(), |(name, health)| format!("{name} {}", health.name()))
-}
-
-const fn count(n: u64) -> f64 {
-    n as f64
 }

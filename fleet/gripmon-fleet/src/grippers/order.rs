@@ -35,7 +35,7 @@ impl Sorting {
 pub fn order(roster: &Roster, sorting: Sorting, filter: &str) -> Vec<usize> {
     let (rows, now_s) = (roster.rows(), roster.now_s());
     let words: Vec<String> = filter.split_whitespace().map(str::to_lowercase).collect();
-    let key = |row| sorting.column.key(row, now_s);
+    let key = |row| sorting.column.value(row, now_s).map(|(key, _)| key);
     let fitting = rows.iter().enumerate().filter(|(_, row)| holds(row, &words, now_s));
     let mut found: Vec<_> = fitting.map(|(place, row)| (place, &row.member, key(row))).collect();
     found.sort_by(|(_, a, key_a), (_, b, key_b)| {

@@ -102,12 +102,6 @@ impl Roster {
         &self.rows
     }
 
-    /// The row of a gripper.
-    #[must_use]
-    pub fn row(&self, member: &Member) -> Option<&Row> {
-        self.rows.get(*self.places.get(member)?)
-    }
-
     /// How the way to the router is.
     #[must_use]
     pub const fn status(&self) -> &SourceStatus {

@@ -24,23 +24,19 @@ pub enum Presence {
     Gone(f64),
 }
 
-/// What somebody should look at first: the higher, the sooner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Trouble {
-    /// Nothing.
-    None,
-    /// It is stopping a slip just now.
-    Slipping,
-    /// A sensor is not good.
-    Sensor,
-    /// Its daemon has no samples of it: the line is closed, or it is silent.
-    Link,
-    /// It is there and shows nothing.
-    Silent,
-    /// It is gone.
-    Gone,
-    /// It has stopped with a fault, or its stylus cannot be trusted.
-    Fault,
+slip_msg::named! {
+    /// What somebody should look at first: the higher, the sooner.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Trouble {
+        fn name: "A word for it.";
+    }
+    None: "Nothing.", "ok";
+    Slipping: "It is stopping a slip just now.", "slipping";
+    Sensor: "A sensor is not good.", "sensor";
+    Link: "Its daemon has no samples of it: the line is closed, or it is silent.", "no link";
+    Silent: "It is there and shows nothing.", "silent";
+    Gone: "It is gone.", "gone";
+    Fault: "It has stopped with a fault, or its stylus cannot be trusted.", "fault";
 }
 
 /// The figures of its daemon that the table shows.

@@ -1,13 +1,13 @@
 //! One row of the table.
 
 use super::spark::{self, Scales};
-use super::{BETWEEN, TableSeen, edge, is_right};
+use super::{BETWEEN, Seen, edge, is_right};
 use crate::grippers::{Column, Presence, Row, Trouble};
 use eframe::egui::{Color32, FontId, Painter, Rect, Stroke, Ui, vec2};
 use gripmon::palette::{Palette, Tone};
 
 /// Draws what a column shows of a row.
-pub(super) fn cell(ui: &Ui, column: Column, row: &Row, seen: &TableSeen<'_>, scales: &Scales) {
+pub(super) fn cell(ui: &Ui, column: Column, row: &Row, seen: Seen<'_>, scales: &Scales) {
     let (painter, cell, trouble) = (ui.painter(), ui.max_rect(), row.trouble(seen.roster.now_s()));
     // The space between two columns is a half of each.
     let ground = cell.expand2(ui.spacing().item_spacing / 2.0);
@@ -60,7 +60,7 @@ fn lamp(painter: &Painter, cell: Rect, trouble: Trouble, palette: &Palette) {
     }
 }
 
-fn text(painter: &Painter, cell: Rect, column: Column, row: &Row, seen: &TableSeen<'_>) {
+fn text(painter: &Painter, cell: Rect, column: Column, row: &Row, seen: Seen<'_>) {
     let now_s = seen.roster.now_s();
     let (place, align) = edge(cell, column);
     let font = match column {
@@ -73,7 +73,7 @@ fn text(painter: &Painter, cell: Rect, column: Column, row: &Row, seen: &TableSe
 }
 
 /// What is wrong stands out; what is not known any more, or usual, is quiet.
-fn colour(column: Column, row: &Row, seen: &TableSeen<'_>) -> Color32 {
+fn colour(column: Column, row: &Row, seen: Seen<'_>) -> Color32 {
     let (palette, now_s) = (&seen.palette, seen.roster.now_s());
     let presence = row.presence(now_s);
     let is_here = presence == Presence::Here;

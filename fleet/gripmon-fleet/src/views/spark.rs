@@ -1,6 +1,6 @@
 //! The last minutes of a value, as high as a row.
 
-use super::TableSeen;
+use super::Seen;
 use crate::grippers::{COLUMNS, Row, Spark};
 use eframe::egui::{Mesh, Painter, Rangef, Rect, Shape, Stroke, vec2};
 use grip_scope::Span;
@@ -23,25 +23,13 @@ pub(super) fn scale(top_n: f32) -> Scales {
 }
 
 /// Lowest to highest force of each column.
-pub(super) fn force(
-    painter: &Painter,
-    cell: Rect,
-    row: &Row,
-    seen: &TableSeen<'_>,
-    scales: &Scales,
-) {
+pub(super) fn force(painter: &Painter, cell: Rect, row: &Row, seen: Seen<'_>, scales: &Scales) {
     let frame = frame(cell, scales.force);
     curve(painter, &frame, columns(&row.force, seen, |low, high| (low, high)), seen, Tone::Sky);
 }
 
 /// The highest statistic of each column, from the bottom, and where it is a slip.
-pub(super) fn statistic(
-    painter: &Painter,
-    cell: Rect,
-    row: &Row,
-    seen: &TableSeen<'_>,
-    scales: &Scales,
-) {
+pub(super) fn statistic(painter: &Painter, cell: Rect, row: &Row, seen: Seen<'_>, scales: &Scales) {
     let frame = frame(cell, scales.statistic);
     let y = painter.round_to_pixel_center(frame.y(1.0));
     painter.hline(frame.rect.x_range(), y, Stroke::new(1.0, seen.palette.edge));
@@ -57,7 +45,7 @@ fn frame(cell: Rect, scale: Scale) -> Frame {
 /// The number of each column that has values, and from where to where it reaches.
 fn columns<'a>(
     spark: &'a Spark,
-    seen: &TableSeen<'_>,
+    seen: Seen<'_>,
     edges: impl Fn(f32, f32) -> (f32, f32) + 'a,
 ) -> impl Iterator<Item = (f64, (f32, f32))> + 'a {
     let numbered = spark.until(seen.roster.now_s()).enumerate();
@@ -71,7 +59,7 @@ fn curve(
     painter: &Painter,
     frame: &Frame,
     columns: impl Iterator<Item = (f64, (f32, f32))>,
-    seen: &TableSeen<'_>,
+    seen: Seen<'_>,
     tone: Tone,
 ) {
     let mut mesh = Mesh::default();

@@ -37,7 +37,11 @@ pub(crate) fn reported(state: &PipelineState) -> Received {
 }
 
 pub(crate) fn health(slips: u32) -> Received {
-    let health = Health { link: LinkState::Stream, slips, ..Health::default() };
+    health_of(slips, 0)
+}
+
+pub(crate) fn health_of(slips: u32, lost: u64) -> Received {
+    let health = Health { link: LinkState::Stream, slips, lost, ..Health::default() };
     message(Kind::HEALTH, |out| health.write(out).unwrap())
 }
 

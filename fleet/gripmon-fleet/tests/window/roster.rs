@@ -1,6 +1,6 @@
 //! Messages as they come from the network in, what the table states of them.
 
-use crate::grippers::{message, of, reported, state};
+use crate::grippers::{health_of, message, of, reported, state};
 use grip_fleet::{About, Uid};
 use grip_link::message::daemon::{
     GripState, Health, LinkState, Method, Phase, PipelineState, Scene, SensorHealth, SlipReport,
@@ -8,7 +8,7 @@ use grip_link::message::daemon::{
 use grip_link::message::{FaultCode, Kind};
 use grip_scope::feed::SourceStatus;
 use gripmon_fleet::grippers::{
-    Column, FleetFeed, Member, Received, Roster, Sorting, Summary, Trouble, order,
+    Column, FleetFeed, Member, Received, Roster, Row, Sorting, Summary, Trouble, order,
 };
 
 fn member(site: &str, uid: u8) -> Member {
@@ -20,11 +20,6 @@ fn holding() -> PipelineState {
     PipelineState { lost: 7, ..state(4.875) }
 }
 
-fn health(slips: u32, lost: u64) -> Received {
-    let health = Health { link: LinkState::Stream, slips, lost, ..Health::default() };
-    message(Kind::HEALTH, |out| health.write(out).unwrap())
-}
-
 fn slip(number: u32, phase: Phase) -> Received {
     let slip = SlipReport { number, phase, method: Method::Stylus, ..SlipReport::UNKNOWN };
     message(Kind::SLIP, |out| slip.write(out).unwrap())
@@ -34,9 +29,13 @@ fn receive(roster: &mut Roster, member: &Member, at_s: f64, what: Received) {
     roster.take(of(member, at_s, what));
 }
 
+fn row<'a>(roster: &'a Roster, member: &Member) -> &'a Row {
+    roster.rows().iter().find(|row| row.member == *member).unwrap()
+}
+
 /// What the table states of a gripper, column by column.
 fn states(roster: &Roster, member: &Member) -> Vec<String> {
-    let row = roster.row(member).unwrap();
+    let row = row(roster, member);
     Column::ALL.map(|column| column.text(row, roster.now_s())).to_vec()
 }
 
@@ -53,7 +52,7 @@ fn a_row_states_what_its_messages_reported() {
     let nothing = ["ok", "hall-2", &uid, "here", "-", "-", "-", "-", "-", "-", "-", "-", "0", "-"];
     assert_eq!(states(&roster, &one)[..14], nothing);
     assert_eq!(states(&roster, &one)[14..], ["-"; 4]);
-    receive(&mut roster, &one, 1.5, health(12, 9));
+    receive(&mut roster, &one, 1.5, health_of(12, 9));
     receive(&mut roster, &one, 1.6, reported(&holding()));
     let row = states(&roster, &one);
     assert_eq!(row[3..9], ["here", "stream", "holding", "holding", "5.00", "4.88"]);
@@ -102,7 +101,7 @@ fn a_row_states_what_its_messages_reported() {
 #[test]
 fn slips_count_once_each_and_a_minute_forgets_them() {
     let (mut roster, one) = (Roster::default(), member("a", 1));
-    let minute = |roster: &Roster| Column::Minute.text(roster.row(&one).unwrap(), roster.now_s());
+    let minute = |roster: &Roster| Column::Minute.text(row(roster, &one), roster.now_s());
     for (at_s, number, phase) in [
         (10.0, 1, Phase::Incipient),
         (10.1, 2, Phase::Gross),
@@ -127,7 +126,7 @@ fn slips_count_once_each_and_a_minute_forgets_them() {
 #[test]
 fn who_is_silent_or_gone_is_reported_and_keeps_what_was_known() {
     let (mut roster, one) = (Roster::default(), member("a", 1));
-    let there = |roster: &Roster| Column::Here.text(roster.row(&one).unwrap(), roster.now_s());
+    let there = |roster: &Roster| Column::Here.text(row(roster, &one), roster.now_s());
     receive(&mut roster, &one, 0.0, Received::Came);
     receive(&mut roster, &one, 1.0, reported(&holding()));
     roster.take(FleetFeed::Now(3.5));
@@ -135,7 +134,7 @@ fn who_is_silent_or_gone_is_reported_and_keeps_what_was_known() {
     roster.take(FleetFeed::Now(4.5));
     assert_eq!(there(&roster), "silent");
     // Figures do not state what the gripper does.
-    receive(&mut roster, &one, 62.0, health(0, 0));
+    receive(&mut roster, &one, 62.0, health_of(0, 0));
     assert_eq!(there(&roster), "silent 1 min");
     receive(&mut roster, &one, 70.0, Received::Gone);
     assert_eq!((there(&roster).as_str(), roster.summary().gone), ("gone", 1));
@@ -186,7 +185,7 @@ fn counts_of_all_and_the_common_scale() {
     let summary = Summary { all: 3, here: 2, gone: 1, faults: 1, ..Summary::default() };
     assert_eq!(roster.summary(), summary);
     assert_eq!(roster.top_n(), 9.0);
-    assert_eq!(roster.row(&member("b", 3)).unwrap().trouble(1.1), Trouble::Fault);
+    assert_eq!(row(&roster, &member("b", 3)).trouble(1.1), Trouble::Fault);
     receive(&mut roster, &member("b", 1), 1.2, Received::Missing(4));
     assert_eq!(roster.missing(), 4);
     // A force that no gripper has does not flatten all curves.
