@@ -2,24 +2,24 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
+#[path = "../../grip-fleet/tests/rig/mod.rs"]
+#[expect(dead_code, reason = "the tests of grip-fleet need more of it")]
+mod place;
 #[path = "../../../crates/grip-scope/tests/scope/rig.rs"]
 #[expect(dead_code, reason = "the tests of grip-scope need more of it")]
 mod rig;
 
-use grip_fleet::net::{Announced, NetError, Session, router};
-use grip_fleet::{About, EventId, EventLog, Part, Topic, wire};
-use grip_link::message::daemon::{
-    GripState, Gripper, Health, LinkState, Notice, NoticeKind, PipelineState, Scene,
-};
+use grip_fleet::net::{Announced, Session};
+use grip_fleet::{EventLog, Part, wire};
+use grip_link::message::daemon::{GripState, Gripper, Health, LinkState, PipelineState, Scene};
 use grip_link::message::{DeviceState, Kind};
 use grip_scope::{Channel, EventKind, Model, SourceSpec, SourceStatus};
 use gripmon_fleet::Hall;
-use gripmon_fleet::grippers::{Column, Member, Roster, Uid};
+use gripmon_fleet::grippers::{Column, Member, Roster};
 use gripmon_fleet::source::{FleetHandle, FleetPlace, GripperAt, Network};
+use place::{announced, endpoint, notice, patient, router};
 use rig::{Watch, pause, samples};
 use slip_core::units::Micros;
-use std::net::TcpListener;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Looks before a test has hung.
@@ -36,13 +36,7 @@ struct Daemon {
 impl Daemon {
     fn start(network: &Network) -> Self {
         let session = network.open().unwrap();
-        let announced = loop {
-            match Announced::new(&session, &member(), &[Part::About]) {
-                Ok(announced) => break announced,
-                Err(NetError::Taken { .. }) => pause(),
-                Err(error) => panic!("{error}"),
-            }
-        };
+        let announced = announced(&session, &member(), &[Part::About]);
         let log = EventLog::new(7, 1 << 16);
         Self { announced, _session: session, log, turns: 0 }
     }
@@ -62,10 +56,10 @@ impl Daemon {
         };
         let head = self.log.head();
         let state = wire(Kind::STATE, |out| state.write(out).unwrap());
-        self.announced.publish(Topic::State, head, &state);
+        self.announced.publish(Part::State, head, &state);
         let health = Health { link: LinkState::Stream, slips: 3, ..Health::default() };
         let health = wire(Kind::HEALTH, |out| health.write(out).unwrap());
-        self.announced.publish(Topic::Health, head, &health);
+        self.announced.publish(Part::Health, head, &health);
         let gripper = Gripper {
             uid: member().uid.0,
             force_max_n: Some(33.0),
@@ -77,38 +71,20 @@ impl Daemon {
         let with_log = |use_it: &mut dyn FnMut(&EventLog)| use_it(log);
         self.announced.answer(&with_log, &[gripper, health], "");
         while let Some(question) = self.announced.question() {
-            let model = Some("file".to_owned());
-            let about = About { firmware: Some("1.2.3".to_owned()), model, ..About::default() };
-            question.reply(about.to_json().unwrap().as_bytes()).unwrap();
+            let about = br#"{"program":"gripd 1","firmware":"1.2.3","model":"file"}"#;
+            question.reply(about).unwrap();
         }
     }
 
-    fn report(&mut self, text: &str) -> EventId {
-        let (kind, text) = (NoticeKind::Link, text.as_bytes());
-        let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
-        let wire = wire(Kind::NOTICE, |out| notice.write(out).unwrap());
+    fn report(&mut self, text: &str) {
+        let wire = notice(text);
         let id = self.log.append(wire.clone());
-        self.announced.publish(Topic::Events, id, &wire);
-        id
+        self.announced.publish(Part::Events, id, &wire);
     }
 }
 
-fn at(endpoint: &str) -> Network {
-    Network { router: Some(endpoint.to_owned()), file: None }
-}
-
 fn member() -> Member {
-    Member { site: "hall".parse().unwrap(), uid: Uid([0x77; 16]) }
-}
-
-/// A router that is looked for every fifth of a second, and the way to it.
-fn place(folder: &Path) -> (String, Network) {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let endpoint = format!("tcp/127.0.0.1:{port}");
-    let file = folder.join("zenoh.json5");
-    let text = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
-    std::fs::write(&file, text).unwrap();
-    (endpoint.clone(), Network { router: Some(endpoint), file: Some(file) })
+    place::member(0x77)
 }
 
 /// Looks at the table until it reports this of the gripper.
@@ -124,13 +100,14 @@ fn until(hall: &Hall, mut meanwhile: impl FnMut(), done: impl Fn(&Roster) -> boo
 }
 
 fn states(roster: &Roster, column: Column) -> String {
-    roster.row(&member()).map_or_else(String::new, |row| column.text(row, roster.now_s()))
+    let row = roster.rows().iter().find(|row| row.member == member());
+    row.map_or_else(String::new, |row| column.text(row, roster.now_s()))
 }
 
 #[test]
 fn the_table_is_filled_over_a_router_that_comes_and_goes() {
-    let folder = tempfile::tempdir().unwrap();
-    let (endpoint, network) = place(folder.path());
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
     let place = FleetPlace { network: network.clone(), site: None };
     let hall = Arc::<Hall>::default();
     let filled = Arc::clone(&hall);
@@ -140,7 +117,7 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
         || {},
         |roster| matches!(roster.status(), SourceStatus::Waiting { reason, .. } if reason.contains("no router answers")),
     );
-    let listening = router(&at(&endpoint)).unwrap();
+    let listening = router(&endpoint);
     let mut daemon = Daemon::start(&network);
     let is_filled = |roster: &Roster| {
         states(roster, Column::Applied) == "4.50"
@@ -158,15 +135,15 @@ fn the_table_is_filled_over_a_router_that_comes_and_goes() {
     };
     until(&hall, || {}, is_gone);
     assert_eq!(hall.look(|it| states(it, Column::Applied)), "4.50", "what was known stays");
-    let _listening = router(&at(&endpoint)).unwrap();
+    let _listening = router(&endpoint);
     until(&hall, || daemon.turn(), is_filled);
 }
 
 #[test]
 fn one_gripper_of_a_network_is_a_source_without_samples() {
-    let folder = tempfile::tempdir().unwrap();
-    let (endpoint, network) = place(folder.path());
-    let _listening = router(&at(&endpoint)).unwrap();
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _listening = router(&endpoint);
     let spec =
         SourceSpec::Other(Arc::new(GripperAt { network: network.clone(), member: member() }));
     let mut watch = Watch::new(spec);

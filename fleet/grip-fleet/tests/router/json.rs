@@ -1,6 +1,10 @@
 //! Events and HEALTH as JSON, over a router.
 
-use super::{Daemon, network, port, router, wire};
+use super::{
+    Daemon,
+    rig::{endpoint, patient, router},
+    wire,
+};
 use grip_fleet::{EventId, Part, WallTime, net::Session};
 use grip_link::message::Kind;
 use serde_json::Value;
@@ -34,10 +38,9 @@ fn answers_in_json(
 
 #[test]
 fn a_client_that_reads_json_only_gets_what_the_others_get() {
-    let folder = tempfile::tempdir().unwrap();
-    let port = port();
-    let _router = router(port);
-    let network = network(folder.path(), port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let _router = router(&endpoint);
+    let network = patient(folder.path(), &endpoint);
     let mut daemon = Daemon::start(folder.path(), &network, 1, 0x2a);
     let session = network.open().unwrap();
     daemon.report();

@@ -1,22 +1,27 @@
-//! A real router in this process, two grippers and receivers, on loopback: routers stop, daemons start again, and every event
-//! arrives once.
+//! A real router in this process, grippers and receivers, on loopback: routers stop, daemons start again, and every event arrives once; each does what
+//! its key is for; and ROS 2 has the grippers too.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
 
 mod json;
+mod quic;
+#[path = "../rig/mod.rs"]
+mod rig;
+mod ros;
 
 use core::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
 use grip_fleet::{
-    EventId, EventLog, Member, Part, Selector, Since, Site, Spool, Topic, Uid,
+    EventId, EventLog, Member, Part, Selector, Since, Spool, Uid,
     net::{self, Announced, Ask, NetError, Network, Reported, Session, Watch, ask, list},
     wire,
 };
 use grip_link::message::{
     Kind,
-    daemon::{Gripper as Ident, Health, Notice, NoticeKind, ToClient},
+    daemon::{Gripper as Ident, Health, ToClient},
 };
+use rig::{announced, at, endpoint, member, notice, patient, router};
 use std::{
     collections::BTreeMap,
     fs,
@@ -33,38 +38,13 @@ const STEP: Duration = Duration::from_millis(2);
 const MOST: usize = 40_000;
 const ROOM: usize = 1 << 20;
 
-/// A port that is free now.
-fn port() -> u16 {
-    TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
-}
-
-fn router(port: u16) -> Session {
-    let router = Some(format!("tcp/127.0.0.1:{port}"));
-    net::router(&Network { router, file: None }).unwrap()
-}
-
-/// A network that looks for its router every fifth of a second.
-fn network(folder: &Path, port: u16) -> Network {
-    let file = folder.join("zenoh.json5");
-    let text = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
-    fs::write(&file, text).unwrap();
-    Network { router: Some(format!("tcp/127.0.0.1:{port}")), file: Some(file) }
-}
-
-/// An event whose text is a number.
-fn event(number: u32) -> Vec<u8> {
-    let text = number.to_string();
-    let (kind, text) = (NoticeKind::Link, text.as_bytes());
-    let notice = Notice { kind, code: 0, value: 0, count: 0, host_us: 0, text };
-    wire(Kind::NOTICE, |out| notice.write(out).unwrap())
-}
-
 /// A daemon with its gripper.
 struct Daemon {
     member: Member,
     spool: Spool,
     announced: Announced,
     _session: Session,
+    /// Events so far: the text of each is its number.
     sent: u32,
 }
 
@@ -74,25 +54,18 @@ impl Daemon {
     }
 
     fn on(session: Session, folder: &Path, uid: u8, run: u32) -> Self {
-        let member = Member { site: site(), uid: Uid([uid; 16]) };
+        let member = member(uid);
         let spool = Spool::open(folder, member.uid, run, ROOM).unwrap();
-        // The router may not know yet that the one before has gone.
-        let announced = loop {
-            match Announced::new(&session, &member, &[]) {
-                Ok(announced) => break announced,
-                Err(NetError::Taken { .. }) => thread::yield_now(),
-                Err(error) => panic!("{error}"),
-            }
-        };
+        let announced = announced(&session, &member, &[]);
         Self { member, spool, announced, _session: session, sent: 0 }
     }
 
     fn report(&mut self) {
         self.sent += 1;
-        let wire = event(self.sent);
+        let wire = notice(&self.sent.to_string());
         let id = self.spool.append(wire.clone());
         assert!(self.spool.trouble().is_none());
-        self.announced.publish(Topic::Events, id, &wire);
+        self.announced.publish(Part::Events, id, &wire);
     }
 
     /// What a daemon does all the time.
@@ -100,7 +73,7 @@ impl Daemon {
         let head = self.spool.log().head();
         let health = wire(Kind::HEALTH, |out| Health::default().write(out).unwrap());
         if at.is_multiple_of(50) {
-            self.announced.publish(Topic::Health, head, &health);
+            self.announced.publish(Part::Health, head, &health);
         }
         let ident = Ident { uid: self.member.uid.0, boot_id: 7, ..Ident::NONE };
         let ident = wire(Kind::GRIPPER, |out| ident.write(out).unwrap());
@@ -120,10 +93,6 @@ impl Daemon {
     }
 }
 
-fn site() -> Site {
-    "hall".parse().unwrap()
-}
-
 /// A receiver, and what it got: numbers of the texts, by gripper.
 struct Receiver {
     watch: Watch,
@@ -138,7 +107,7 @@ struct Receiver {
 impl Receiver {
     fn new(network: &Network, since: Since) -> Self {
         let session = network.open().unwrap();
-        let watch = Watch::new(session, &Selector::default(), since, &[Topic::Health]).unwrap();
+        let watch = Watch::new(session, &Selector::default(), since, &[Part::Health]).unwrap();
         Self { watch, got: BTreeMap::new(), ids: Vec::new(), figures: 0, most_asked: 0 }
     }
 
@@ -192,15 +161,15 @@ fn settle(daemons: &mut [Daemon], receivers: &mut [Receiver]) {
 
 #[test]
 fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let mut running = Some(router(port));
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let mut running = Some(router(&endpoint));
     let mut daemons = [1, 2].map(|uid| Daemon::start(folder.path(), &network, uid, 1));
     let mut receivers = vec![Receiver::new(&network, Since::Start)];
     for at in 0..900 {
         match at {
             200 => running.take().unwrap().close().wait().unwrap(),
-            500 => running = Some(router(port)),
+            500 => running = Some(router(&endpoint)),
             _ => {}
         }
         if at % 3 == 0 {
@@ -218,18 +187,19 @@ fn a_router_that_stops_and_starts_again_costs_no_event_and_doubles_none() {
 
 /// A line to the router that can be cut: nothing passes, and nobody is informed. What was under way then is lost.
 struct Line {
-    port: u16,
+    endpoint: String,
     cut: Arc<AtomicBool>,
 }
 
 impl Line {
-    fn to(router: u16) -> Self {
+    fn to(router: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let line = Self { port: listener.local_addr().unwrap().port(), cut: Arc::default() };
-        let cut = Arc::clone(&line.cut);
+        let endpoint = format!("tcp/{}", listener.local_addr().unwrap());
+        let line = Self { endpoint, cut: Arc::default() };
+        let (cut, router) = (Arc::clone(&line.cut), router.replace("tcp/", ""));
         thread::spawn(move || {
             while let Ok((near, _)) = listener.accept() {
-                let Ok(far) = TcpStream::connect(("127.0.0.1", router)) else { continue };
+                let Ok(far) = TcpStream::connect(&router) else { continue };
                 let (near_too, far_too) = (near.try_clone().unwrap(), far.try_clone().unwrap());
                 let (one, other) = (Arc::clone(&cut), Arc::clone(&cut));
                 thread::spawn(move || pass(near, far_too, &one));
@@ -269,12 +239,12 @@ fn pass(mut from: TcpStream, mut to: TcpStream, cut: &AtomicBool) {
 
 #[test]
 fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let _router = router(port);
-    let line = Line::to(port);
-    let through = network(folder.path(), line.port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let _router = router(&endpoint);
+    let line = Line::to(&endpoint);
+    let through = patient(folder.path(), &line.endpoint);
     let mut daemons = [Daemon::start(folder.path(), &through, 1, 1)];
-    let direct = network(folder.path(), port);
+    let direct = patient(folder.path(), &endpoint);
     let mut receivers = [Receiver::new(&direct, Since::Start), Receiver::new(&through, Since::Now)];
     // Who wants only what is new must have received something of the gripper before.
     for at in 0..MOST {
@@ -300,9 +270,9 @@ fn a_line_that_is_cut_for_a_while_costs_no_event_and_doubles_none() {
 /// More grippers than are asked at once; and more events than may wait for a receiver.
 #[test]
 fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let session = network.open().unwrap();
     let new = |uid| Daemon::on(session.clone(), folder.path(), uid, 1);
     let mut daemons: Vec<Daemon> = (1..=70).map(new).collect();
@@ -327,9 +297,9 @@ fn a_receiver_that_comes_late_and_does_not_look_for_a_while_gets_everything_once
 /// page of what it reports then was reported before.
 #[test]
 fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let mut receivers = [Receiver::new(&network, Since::Start)];
     let mut sent = 0;
     let forgotten = 11..20;
@@ -350,14 +320,13 @@ fn a_log_that_has_forgotten_many_runs_is_read_past_what_is_known() {
 /// A client that asks as Zenoh's pages state, with what is set by default: it keeps one answer of each name.
 #[test]
 fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let port = port();
-    let _router = router(port);
-    let network = network(folder.path(), port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let _router = router(&endpoint);
+    let network = patient(folder.path(), &endpoint);
     let mut daemon = Daemon::start(folder.path(), &network, 1, 7);
     (0..60).for_each(|_| daemon.report());
     let session = network.open().unwrap();
-    let name = daemon.member.key(Part::Topic(Topic::Events));
+    let name = daemon.member.key(Part::Events);
     let status = daemon.member.key(Part::Status);
     let mut asked = |question: &str| {
         let answers = session.get(question).wait().unwrap();
@@ -400,14 +369,14 @@ fn a_plain_client_gets_every_event_and_a_question_that_is_wrong_is_refused() {
 /// More than fit into Zenoh's own queue of answers (256).
 #[test]
 fn three_hundred_are_listed_with_what_they_say() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let (asking, plant) = (network.open().unwrap(), network.open().unwrap());
     let members = (0..300_u16).map(|number| {
         let mut uid = Uid([0; 16]);
         uid.0[..2].copy_from_slice(&number.to_le_bytes());
-        Member { site: site(), uid }
+        Member { uid, ..member(0) }
     });
     let mut hands: Vec<_> = members
         .map(|member| (Announced::new(&plant, &member, &[Part::About]).unwrap(), member))
@@ -446,9 +415,9 @@ fn three_hundred_are_listed_with_what_they_say() {
 
 #[test]
 fn two_of_one_name_are_not_there_together() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let first = Daemon::start(folder.path(), &network, 4, 1);
     let session = network.open().unwrap();
     // The router may know of the first one some time after it has begun.
@@ -465,16 +434,16 @@ fn two_of_one_name_are_not_there_together() {
 
 #[test]
 fn a_gripper_is_asked_and_answers_in_parts_or_states_why_not() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let (asking, session) = (network.open().unwrap(), network.open().unwrap());
-    let member = Member { site: site(), uid: Uid([6; 16]) };
+    let member = member(6);
     let mut announced = Announced::new(&session, &member, &[Part::About]).unwrap();
     let asked = |part, count: &'static str, payload: &'static [u8]| {
         let (session, member) = (asking.clone(), member.clone());
         thread::spawn(move || {
-            let parameters = [("count", count)];
+            let parameters = [("count", count.to_owned())];
             let patience = Duration::from_secs(20);
             let question =
                 Ask { member: &member, part, parameters: &parameters, payload, patience };
@@ -528,14 +497,14 @@ fn a_network_that_cannot_be_is_reported_in_a_sentence() {
         "{reported}"
     );
     assert!(text(Network::default()).starts_with("no router: "));
-    let reported = text(Network { router: Some("somewhere".to_owned()), file: None });
+    let reported = text(at("somewhere"));
     assert!(
         reported.starts_with("router = somewhere: ") && !reported.contains(".rs"),
         "{reported}"
     );
-    let reported = text(Network { router: Some("udp/10.0.0.1:7447".to_owned()), file: None });
+    let reported = text(at("udp/10.0.0.1:7447"));
     assert!(reported.contains("udp is not built in"), "{reported}");
-    let reported = text(Network { router: Some("tls/10.0.0.1:7447".to_owned()), file: None });
+    let reported = text(at("tls/10.0.0.1:7447"));
     let refused = "write quic/ in its place";
     assert!(
         reported.starts_with("tls/10.0.0.1:7447: ") && reported.contains(refused),
@@ -554,8 +523,8 @@ fn a_network_that_cannot_be_is_reported_in_a_sentence() {
         };
         assert!(error.to_string().contains(refused), "{error}");
     }
-    let router = format!("tcp/127.0.0.1:{}", port());
-    let network = Network { router: Some(router.clone()), file: None };
+    let router = endpoint();
+    let network = at(&router);
     let Err(error @ NetError::NoRouter { .. }) = network.open() else { panic!("{network:?}") };
     let reported = error.to_string();
     assert!(reported.starts_with(&format!("no router answers at {router}: ")), "{reported}");
@@ -571,9 +540,9 @@ fn a_network_that_cannot_be_is_reported_in_a_sentence() {
 /// A stranger under one of our names.
 #[test]
 fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
-    let (folder, port) = (tempfile::tempdir().unwrap(), port());
-    let network = network(folder.path(), port);
-    let _router = router(port);
+    let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
+    let network = patient(folder.path(), &endpoint);
+    let _router = router(&endpoint);
     let mut daemons = [Daemon::start(folder.path(), &network, 1, 1)];
     let mut receivers = [Receiver::new(&network, Since::Start)];
     daemons[0].report();
@@ -582,12 +551,12 @@ fn a_message_that_is_much_too_large_reaches_nobody_and_costs_no_event() {
     for (key, value) in [
         ("mode", "\"client\"".to_owned()),
         ("scouting/multicast/enabled", "false".to_owned()),
-        ("connect/endpoints", format!("[\"tcp/127.0.0.1:{port}\"]")),
+        ("connect/endpoints", format!("[{endpoint:?}]")),
     ] {
         other.insert_json5(key, &value).unwrap();
     }
     let stranger = zenoh::open(other).wait().unwrap();
-    let key = daemons[0].member.key(Part::Topic(Topic::Health));
+    let key = daemons[0].member.key(Part::Health);
     for len in [6 << 20, 600] {
         stranger.put(&key, vec![7_u8; len]).wait().unwrap();
     }

@@ -1,33 +1,14 @@
 //! `gripfleet archive`, killed before and after it has put events on disk, and stopped, beside a router and a gripper that the test plays.
 
-use crate::fleet::{Ends, endpoint, play, router};
-use core::{sync::atomic::AtomicBool, time::Duration};
-use grip_record::mcap::{Foreign, ForeignReader, no_unpack};
-use rustix::process::{Pid, Signal, kill_process};
-use serde_json::Value;
-use std::{
-    fs,
-    path::Path,
-    process::{self, Child},
-    thread,
+use crate::{
+    fleet::{gripper, router, running},
+    rig::endpoint,
 };
-
-fn archive(folder: &Path, endpoint: &str) -> Child {
-    let mut command = process::Command::new(env!("CARGO_BIN_EXE_gripfleet"));
-    command.args(["archive", "--router", endpoint]).arg(folder).spawn().unwrap()
-}
-
-/// Waits until the last event is on disk.
-fn until_kept(folder: &Path) {
-    for _ in 0..3000 {
-        let state = fs::read_to_string(folder.join("archive.json")).unwrap_or_default();
-        if state.contains("00000001.3") {
-            return;
-        }
-        thread::park_timeout(Duration::from_millis(20));
-    }
-    panic!("nothing was archived");
-}
+use core::time::Duration;
+use grip_record::mcap::{Foreign, ForeignReader, no_unpack};
+use serde_json::Value;
+use std::{fs, path::Path, thread};
+use stories::{Signal, until};
 
 /// Numbers of the events in all files.
 fn archived(folder: &Path) -> Vec<String> {
@@ -49,29 +30,28 @@ fn archived(folder: &Path) -> Vec<String> {
 #[test]
 fn kills_cost_the_archive_no_event_and_double_none() {
     let folder = tempfile::tempdir().unwrap();
-    let (endpoint, here) = (endpoint(), folder.path().join("archive"));
-    let router = router(&endpoint);
-    let (end, there) = (AtomicBool::new(false), AtomicBool::new(false));
-    thread::scope(|scope| {
-        let ends = Ends(&end, router);
-        scope.spawn(|| play(&endpoint, &end, &there));
-        for kill in 0..3 {
-            let mut child = archive(&here, &endpoint);
-            if kill == 0 {
-                thread::park_timeout(Duration::from_millis(400));
-            } else {
-                until_kept(&here);
-            }
-            child.kill().unwrap();
-            child.wait().unwrap();
-        }
-        let mut last = archive(&here, &endpoint);
-        until_kept(&here);
-        thread::park_timeout(Duration::from_secs(2));
-        kill_process(Pid::from_child(&last), Signal::TERM).unwrap();
-        let code = last.wait().unwrap().code();
-        drop(ends);
-        assert_eq!(code, Some(0));
-    });
+    let endpoint = endpoint();
+    let _router = router(&endpoint);
+    let _gripper = gripper(&endpoint);
+    let here = folder.path().join("archive");
+    let archive = || running(folder.path(), &["archive", "archive", "--router", &endpoint]);
+    // Until the last event is on disk.
+    let is_kept = || {
+        let state = fs::read_to_string(here.join("archive.json")).unwrap_or_default();
+        state.contains("00000001.3")
+    };
+    let early = archive();
+    thread::park_timeout(Duration::from_millis(400));
+    early.kill();
+    for _ in 0..2 {
+        let late = archive();
+        assert!(until(is_kept));
+        late.kill();
+    }
+    let last = archive();
+    assert!(until(is_kept));
+    thread::park_timeout(Duration::from_secs(2));
+    last.signal(Signal::TERM);
+    assert_eq!(last.ended().code, 0);
     assert_eq!(archived(&here), ["00000001.1", "00000001.2", "00000001.3"]);
 }

@@ -1,20 +1,22 @@
 //! `gripfleet recordings` and `collect` beside a router that ends in between, and a gripper that the test plays.
 
 use crate::{
-    fleet::{endpoint, router},
-    run::gripctl as gripfleet,
+    fleet::router,
+    rig::{Played, endpoint, member, patient},
+    run::{content, gripctl as gripfleet},
 };
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use grip_fleet::{
-    EventLog, Member, Uid,
-    net::{Announced, Network, Question},
+    EventLog, Part,
+    net::Question,
     recordings::{Recording, Shelf},
 };
 use grip_session::config::RecordTemplate;
 use serde_json::Value;
 use std::{
     fs::{self, File},
-    path::{Path, PathBuf},
+    path::Path,
+    sync::Arc,
     thread,
 };
 
@@ -22,77 +24,35 @@ const UID: &str = "cdcdcdcdcdcdcdcdcdcdcdcdcdcdcdcd";
 /// Questions for bytes after which the router ends, in the middle of a file of five of them.
 const BEFORE_THE_CUT: u32 = 3;
 
-/// A gripper with recordings, and with one that no gripper has.
-struct Played {
-    network: Network,
-    shelf: Shelf,
-    end: AtomicBool,
-    there: AtomicBool,
-    /// Questions for bytes so far.
+/// Questions for bytes that the gripper was asked so far, and whether it answers more than those before the cut.
+#[derive(Default)]
+struct Cut {
     asked: AtomicU32,
-    /// It answers no more of them until this is set.
-    on: AtomicBool,
+    over: AtomicBool,
 }
 
-impl Played {
-    fn new(folder: &Path, endpoint: &str) -> Self {
-        let file = folder.join("zenoh.json5");
-        fs::write(&file, "{ connect: { retry: { period_init_ms: 100, period_max_ms: 100 } } }")
-            .unwrap();
-        let template = folder.join("there/run.mcap").display().to_string();
-        Self {
-            network: Network { router: Some(endpoint.to_owned()), file: Some(file) },
-            shelf: Shelf::new(&RecordTemplate::new(&template).unwrap()).unwrap(),
-            end: AtomicBool::new(false),
-            there: AtomicBool::new(false),
-            asked: AtomicU32::new(0),
-            on: AtomicBool::new(false),
-        }
+impl Cut {
+    fn waits(&self) -> bool {
+        self.asked.load(Ordering::SeqCst) > BEFORE_THE_CUT && !self.over.load(Ordering::SeqCst)
     }
+}
 
-    fn run(&self) {
-        let session = self.network.open().unwrap();
-        let member = Member { site: "hall".parse().unwrap(), uid: Uid([0xCD; 16]) };
-        let mut announced =
-            Announced::new(&session, &member, &[grip_fleet::Part::Recordings]).unwrap();
-        self.there.store(true, Ordering::SeqCst);
-        let log = EventLog::new(1, 1 << 20);
-        while !self.end.load(Ordering::SeqCst) {
-            announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
-            if let Some(question) = announced.question() {
-                self.answer(&question);
-            }
-            thread::yield_now();
-        }
+/// Reports its recordings, and one that no gripper has.
+fn answer(shelf: &Shelf, question: &Question) {
+    if question.parameter("name").is_none() {
+        let mut all = shelf.list().unwrap();
+        let (name, bytes, modified_ns) = ("../../../etc/passwd".to_owned(), 5, u64::MAX);
+        all.push(Recording { name, bytes, begin_ns: None, modified_ns, growing: false });
+        return question.reply(&serde_json::to_vec(&all).unwrap()).unwrap();
     }
-
-    fn answer(&self, question: &Question) {
-        if question.parameter("name").is_none() {
-            let mut all = self.shelf.list().unwrap();
-            let name = "../../../etc/passwd".to_owned();
-            all.push(Recording {
-                name,
-                bytes: 5,
-                begin_ns: None,
-                modified_ns: u64::MAX,
-                growing: false,
-            });
-            return question.reply(&serde_json::to_vec(&all).unwrap()).unwrap();
-        }
-        if self.asked.fetch_add(1, Ordering::SeqCst) >= BEFORE_THE_CUT {
-            while !self.on.load(Ordering::SeqCst) && !self.end.load(Ordering::SeqCst) {
-                thread::yield_now();
+    // Of a router that has gone nothing is reported, and the answer is lost.
+    match shelf.read(&|name| question.parameter(name)) {
+        Ok(mut reading) => {
+            while let Some(piece) = reading.next_piece().unwrap() {
+                drop(question.reply(&piece));
             }
         }
-        // Of a router that has gone nothing is reported, and the answer is lost.
-        match self.shelf.read(&|name| question.parameter(name)) {
-            Ok(mut reading) => {
-                while let Some(piece) = reading.next_piece().unwrap() {
-                    drop(question.reply(&piece));
-                }
-            }
-            Err(error) => drop(question.refuse(&error.to_string())),
-        }
+        Err(error) => drop(question.refuse(&error.to_string())),
     }
 }
 
@@ -110,75 +70,66 @@ fn recordings(folder: &Path) -> (Vec<u8>, File) {
     (content, growing)
 }
 
-/// Everything in a folder, without the folders.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut all = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() { all.extend(files(&path)) } else { all.push(path) }
-    }
-    all
-}
-
 #[test]
 fn a_router_that_ends_costs_no_byte_and_bad_names_lead_nowhere() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let (content, _growing) = recordings(here);
+    let (bytes, _growing) = recordings(here);
     let endpoint = endpoint();
-    let mut first = router(&endpoint);
-    let played = Played::new(here, &endpoint);
+    let first = router(&endpoint);
+    let session = patient(here, &endpoint).open().unwrap();
+    let template = here.join("there/run.mcap").display().to_string();
+    let shelf = Shelf::new(&RecordTemplate::new(&template).unwrap()).unwrap();
+    let (cut, log) = (Arc::<Cut>::default(), EventLog::new(1, 1 << 20));
+    let (known, mut held) = (Arc::clone(&cut), None);
+    let _played = Played::new(session, &member(0xCD), &[Part::Recordings], move |announced| {
+        announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
+        if held.is_none() {
+            held = announced.question();
+            let is_for_bytes = held.as_ref().is_some_and(|it| it.parameter("name").is_some());
+            known.asked.fetch_add(u32::from(is_for_bytes), Ordering::SeqCst);
+        }
+        if let Some(question) = held.take_if(|_| !known.waits()) {
+            answer(&shelf, &question);
+        }
+    });
     let place = ["--router", &endpoint, "--network", "zenoh.json5"];
     let run = |args: &[&str]| gripfleet(here, &[args, &place].concat());
-    thread::scope(|scope| {
-        scope.spawn(|| played.run());
-        while !played.there.load(Ordering::SeqCst) {
-            thread::yield_now();
-        }
-        let listed = run(&["recordings"]);
-        assert!(
-            listed.out.contains("run-0001.mcap  5 bytes") && listed.out.contains("being written")
-        );
-
+    let listed = run(&["recordings"]);
+    assert!(
+        listed.out.contains("run-0001.mcap  5 bytes") && listed.out.contains("being written"),
+        "{listed:?}"
+    );
+    let (ran, _second) = thread::scope(|scope| {
         let copying = scope.spawn(|| run(&["collect", "got", "--patience", "60", "--json"]));
-        while played.asked.load(Ordering::SeqCst) <= BEFORE_THE_CUT && !copying.is_finished() {
+        while !cut.waits() && !copying.is_finished() {
             thread::yield_now();
         }
-        first.kill().unwrap();
-        first.wait().unwrap();
-        let mut second = router(&endpoint);
-        played.on.store(true, Ordering::SeqCst);
-        let ran = copying.join().unwrap();
-        // The bad name is what makes it a loss.
-        assert_eq!(ran.code, 3, "{ran:?}");
-        let lines = ran.json();
-        let done: Vec<&Value> = lines.iter().map(|line| &line["done"]).collect();
-        assert_eq!(
-            done,
-            ["failed", "growing", "copied", ""]
-                .map(|text| if text.is_empty() { Value::Null } else { text.into() })
-                .iter()
-                .collect::<Vec<_>>(),
-            "{ran:?}"
-        );
-        let reason = lines[0]["reason"].as_str().unwrap();
-        assert!(reason.contains("is no name of a recording"), "{reason}");
-        let target = here.join(format!("got/hall/{UID}/run.mcap"));
-        assert_eq!(files(&here.join("got")), core::slice::from_ref(&target));
-        assert!(fs::read(&target).unwrap() == content);
-
-        let again = run(&["collect", "got", "--uid", UID]);
-        assert!(again.out.contains("run.mcap  is here already"), "{again:?}");
-        fs::write(&target, "my own").unwrap();
-        let other = run(&["collect", "got"]);
-        assert!(other.err.contains("another file than that of the gripper"), "{other:?}");
-        assert_eq!(fs::read(&target).unwrap(), b"my own");
-        let old = run(&["collect", "new", "--since", "0.000001"]);
-        assert!(old.out.contains(" 0 recordings copied"), "{old:?}");
-        played.end.store(true, Ordering::SeqCst);
-        second.kill().unwrap();
-        second.wait().unwrap();
+        first.kill();
+        let second = router(&endpoint);
+        cut.over.store(true, Ordering::SeqCst);
+        (copying.join().unwrap(), second)
     });
+    // The bad name is what makes it a loss.
+    assert_eq!(ran.code, 3, "{ran:?}");
+    let lines = ran.json();
+    let done: Vec<&Value> = lines.iter().map(|line| &line["done"]).collect();
+    let states = ["failed", "growing", "copied"].map(Value::from);
+    assert_eq!(done, [&states[0], &states[1], &states[2], &Value::Null], "{ran:?}");
+    let reason = lines[0]["reason"].as_str().unwrap();
+    assert!(reason.contains("is no name of a recording"), "{reason}");
+    let target = here.join(format!("got/hall/{UID}/run.mcap"));
+    let got = content(&here.join("got"));
+    assert!(got == [(target.display().to_string(), bytes)].into(), "{:?}", got.keys());
+
+    let again = run(&["collect", "got", "--uid", UID]);
+    assert!(again.out.contains("run.mcap  is here already"), "{again:?}");
+    fs::write(&target, "my own").unwrap();
+    let other = run(&["collect", "got"]);
+    assert!(other.err.contains("another file than that of the gripper"), "{other:?}");
+    assert_eq!(fs::read(&target).unwrap(), b"my own");
+    let old = run(&["collect", "new", "--since", "0.000001"]);
+    assert!(old.out.contains(" 0 recordings copied"), "{old:?}");
 }
 
 #[test]

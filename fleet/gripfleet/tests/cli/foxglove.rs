@@ -2,6 +2,7 @@
 
 use crate::{
     daemon::{Daemon, listening},
+    fleet::running,
     run::gripctl as gripfleet,
 };
 use core::{
@@ -11,18 +12,11 @@ use core::{
 use grip_daemon::Item;
 use grip_fleet::live::Topic;
 use grip_record::mcap::Record;
-use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 use slip_core::{Sample, units::Micros};
-use std::{
-    fs::{self, File},
-    io::{BufRead as _, BufReader, Read as _, Write as _},
-    net::TcpStream,
-    path::Path,
-    process::{Child, Command, Stdio},
-    sync::Arc,
-    thread,
-};
+use std::{net::TcpStream, path::Path, sync::Arc};
+use stories::{Program, Signal, until};
+use tungstenite::{ClientRequestBuilder, Message, WebSocket};
 
 /// Longer than anything takes, however busy the machine.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -62,49 +56,28 @@ impl Sampled {
     }
 }
 
-/// `gripfleet foxglove` for the daemon in `folder`; killed when it goes out of scope.
+/// `gripfleet foxglove` for the daemon in a folder.
 struct Server {
-    child: Child,
+    program: Program,
     address: String,
-    err: std::path::PathBuf,
 }
 
 impl Server {
     fn start(folder: &Path, args: &[&str]) -> Self {
         let place = format!("unix:{}", folder.join("gripd.sock").display());
-        let err = folder.join("err.txt");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_gripfleet"))
-            .args(["foxglove", &place, "--listen", "127.0.0.1:0"])
-            .args(args)
-            .stdout(Stdio::piped())
-            .stderr(File::create(&err).unwrap())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let fixed = ["foxglove", &place, "--listen", "127.0.0.1:0"];
+        let program = running(folder, &[&fixed, args].concat());
+        program.until_printed("\n");
+        let line = program.printed();
         let address = line.trim_end().strip_prefix("Foxglove opens ws://").unwrap().to_owned();
-        Self { child, address, err }
-    }
-
-    fn reported(&self) -> String {
-        fs::read_to_string(&self.err).unwrap()
+        Self { program, address }
     }
 
     /// Ends it as a service manager does: its exit code and what it said.
-    fn stop(mut self) -> (i32, String) {
-        kill_process(Pid::from_child(&self.child), Signal::TERM).unwrap();
-        let code = self.child.wait().unwrap().code().unwrap();
-        let reported = self.reported();
-        assert!(!reported.contains("panicked"), "{reported}");
-        (code, reported)
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // Of one that has ended there is nothing to kill.
-        drop(self.child.kill());
-        drop(self.child.wait());
+    fn stop(self) -> (i32, String) {
+        self.program.signal(Signal::TERM);
+        let ended = self.program.ended();
+        (ended.code, ended.err)
     }
 }
 
@@ -116,71 +89,35 @@ enum Came {
     Close,
 }
 
-/// An app: a WebSocket (RFC 6455) by hand.
-struct App(TcpStream);
+/// An app.
+struct App(WebSocket<TcpStream>);
 
 impl App {
     fn connect(server: &Server) -> Self {
         let stream = TcpStream::connect(&server.address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let mut app = Self(stream);
-        let request = format!(
-            "GET / HTTP/1.1\r\nHost: {}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
-             Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\
-             Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n",
-            server.address
-        );
-        app.0.write_all(request.as_bytes()).unwrap();
-        let mut answer = Vec::new();
-        while !answer.ends_with(b"\r\n\r\n") {
-            answer.extend(app.take::<1>());
-        }
-        let answer = String::from_utf8(answer).unwrap();
-        assert!(answer.starts_with("HTTP/1.1 101"), "{answer}");
-        // The answer to this key in the standard.
-        assert!(answer.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="), "{answer}");
-        app
+        let place = format!("ws://{}", server.address).parse().unwrap();
+        let request = ClientRequestBuilder::new(place).with_sub_protocol("foxglove.sdk.v1");
+        Self(tungstenite::client(request, stream).unwrap().0)
     }
 
-    fn take<const N: usize>(&mut self) -> [u8; N] {
-        let mut bytes = [0; N];
-        self.0.read_exact(&mut bytes).unwrap();
-        bytes
-    }
-
-    /// The next message, whole in one frame as the server sends them.
+    /// The next message.
     fn receive(&mut self) -> Came {
-        let [first, short] = self.take();
-        assert_eq!(first & 0x80, 0x80, "a frame that goes on");
-        let len = match short {
-            126 => u16::from_be_bytes(self.take()).into(),
-            127 => u64::from_be_bytes(self.take()),
-            short => short.into(),
-        };
-        let mut payload = vec![0; usize::try_from(len).unwrap()];
-        self.0.read_exact(&mut payload).unwrap();
-        match first & 0x0f {
-            1 => Came::Json(serde_json::from_slice(&payload).unwrap()),
-            2 => {
+        match self.0.read().unwrap() {
+            Message::Text(text) => Came::Json(serde_json::from_str(&text).unwrap()),
+            Message::Binary(payload) => {
                 assert_eq!(payload[0], 1, "{payload:?}");
                 let subscription = u32::from_le_bytes(payload[1..5].try_into().unwrap());
                 let log_ns = u64::from_le_bytes(payload[5..13].try_into().unwrap());
                 Came::Data { subscription, log_ns, bytes: payload[13..].to_vec() }
             }
-            8 => Came::Close,
-            other => panic!("operation {other}"),
+            Message::Close(_) => Came::Close,
+            other => panic!("{other:?}"),
         }
     }
 
-    /// Sends a message, masked with zeros.
     fn send(&mut self, message: &Value) {
-        let text = message.to_string();
-        let len = u16::try_from(text.len()).unwrap();
-        let mut frame = vec![0x81, 0x80 | 126];
-        frame.extend(len.to_be_bytes());
-        frame.extend([0; 4]);
-        frame.extend(text.as_bytes());
-        self.0.write_all(&frame).unwrap();
+        self.0.send(Message::text(message.to_string())).unwrap();
     }
 
     /// The channels that the server has, in the order of their making.
@@ -236,15 +173,9 @@ impl App {
     }
 }
 
-#[expect(clippy::disallowed_methods, reason = "a test may wait for another program")]
-fn until(what: &str, mut is_so: impl FnMut() -> bool) {
-    for _ in 0..6000 {
-        if is_so() {
-            return;
-        }
-        thread::sleep(Duration::from_millis(20));
-    }
-    panic!("{what} did not happen");
+#[track_caller]
+fn becomes(is_so: impl FnMut() -> bool) {
+    assert!(until(is_so));
 }
 
 #[test]
@@ -264,7 +195,7 @@ fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
         assert_eq!(channel["schema"], topic.definition());
     }
     assert_eq!(channels.len(), Topic::ALL.len());
-    until("the session", || daemon.clients.load(Ordering::Relaxed) == 1);
+    becomes(|| daemon.clients.load(Ordering::Relaxed) == 1);
     assert!(!daemon.wants_samples());
     app.subscribe(&channels, Topic::Event);
     let mut none = Vec::new();
@@ -279,7 +210,7 @@ fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
     app.samples(500);
     assert!(daemon.wants_samples());
     app.send(&json!({ "op": "unsubscribe", "subscriptionIds": [Topic::Sample as u32] }));
-    until("that no samples are asked for", || !daemon.wants_samples());
+    becomes(|| !daemon.wants_samples());
     let (code, reported) = server.stop();
     assert_eq!(code, 0, "{reported}");
     while !matches!(app.receive(), Came::Close) {}
@@ -289,7 +220,7 @@ fn an_app_is_shown_what_it_looks_at_and_nothing_else_is_asked_for() {
 fn a_daemon_may_go_and_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let server = Server::start(folder.path(), &["--every", "2"]);
-    until("the sentence", || server.reported().contains("no daemon answers"));
+    server.program.until_reported("no daemon answers");
     let daemon = Sampled::start(folder.path(), 1, 2, 2);
     let (mut app, mut other) = (App::connect(&server), App::connect(&server));
     let channels = app.channels();
@@ -299,10 +230,11 @@ fn a_daemon_may_go_and_come_back() {
     other.subscribe(&channels, Topic::Sample);
     other.samples(100);
     drop(daemon);
-    until("the sentence", || server.reported().contains("the daemon ends; trying again"));
+    server.program.until_reported("the daemon ends; trying again");
     let _second = Sampled::start(folder.path(), 2, 2, 2);
     other.subscribe(&channels, Topic::Link);
-    until("the connection", || server.reported().matches("connected to gripd 9.9.9").count() == 2);
+    let connected = || server.program.reported().matches("connected to gripd 9.9.9").count();
+    becomes(|| connected() == 2);
     let (link_ns, _) = other.next(Topic::Link);
     assert!(link_ns > before_ns);
     // What came before that is the first daemon's.
@@ -321,7 +253,7 @@ fn what_is_dropped_for_a_slow_app_is_reported() {
     let channels = app.channels();
     app.subscribe(&channels, Topic::Sample);
     // It takes nothing more.
-    until("the sentence", || server.reported().contains("an app takes less than comes"));
+    server.program.until_reported("an app takes less than comes");
     let (code, reported) = server.stop();
     assert_eq!(code, 3, "{reported}");
 }

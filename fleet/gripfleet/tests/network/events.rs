@@ -1,10 +1,13 @@
 //! gripfleet beside a router in the test: whoever watches the fleet gets each slip once, whatever becomes of router, daemon and gripfleet.
 
-use crate::pair::{Pair, configure, endpoint, gripfleet};
+use crate::{
+    pair::{Pair, configure, gripfleet},
+    rig::{endpoint, patient, router},
+};
 use core::time::Duration;
 use grip_fleet::{
     About, EventId, Member, Part, Selector, Since,
-    net::{self, Ask, NetError, Network, Reported, Session, Watch, ask, list},
+    net::{Ask, NetError, Network, Reported, Session, Watch, ask, list},
     recordings::{Piece, Recording},
 };
 use grip_link::message::daemon::{Command, NoticeKind, Operation, ToClient};
@@ -17,15 +20,9 @@ const LOOK: Duration = Duration::from_millis(20);
 /// A router's address, and a folder with a configuration that names it.
 fn place(folder: &Path) -> (String, Network) {
     let router = endpoint();
-    let retry = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
-    let file = folder.join("zenoh.json5");
-    fs::write(&file, retry).unwrap();
     configure(folder, &router, "", "network = \"zenoh.json5\"\nspool = \"spool\"");
-    (router.clone(), Network { router: Some(router), file: Some(file) })
-}
-
-fn router(endpoint: &str) -> Session {
-    net::router(&Network { router: Some(endpoint.to_owned()), file: None }).unwrap()
+    let network = patient(folder, &router);
+    (router, network)
 }
 
 /// Slips as they came: the number of each event and that of the slip in it.
@@ -141,7 +138,7 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
     let mut about = About::default();
     assert!(until(|| {
         let text = asked(&session, &member, Part::About, &[]).unwrap();
-        about = About::from_json(text.as_bytes()).unwrap_or_default();
+        about = serde_json::from_str(&text).unwrap_or_default();
         about.firmware.is_some()
     }));
     assert!(about.program.starts_with("gripd ") && about.model.is_some(), "{about:?}");
@@ -180,7 +177,7 @@ fn the_fleet_may_command_only_where_both_keys_say_so_and_with_the_token() {
 fn lent(
     session: &Session,
     member: &Member,
-    parameters: &[(&str, &str)],
+    parameters: &[(&str, String)],
 ) -> Result<Vec<Vec<u8>>, NetError> {
     let (part, patience) = (Part::Recordings, Duration::from_secs(20));
     ask(session, &Ask { member, part, parameters, payload: &[], patience })
@@ -222,11 +219,11 @@ fn finished_recordings_are_given_away_where_that_is_allowed_and_nothing_else_is(
     let state: Vec<(&str, bool)> = reported.iter().map(|one| (&*one.name, one.growing)).collect();
     assert_eq!(state, [("run-0001.mcap", true), ("run.mcap", false)]);
     let words =
-        [("name", "spool"), ("from", "0"), ("bytes", "9"), ("size", "9"), ("modified", "0")];
+        [("name", "spool"), ("from", "0"), ("bytes", "9"), ("size", "9"), ("modified", "0")]
+            .map(|(name, value)| (name, value.to_owned()));
     let refused = lent(&session, &member, &words).unwrap_err().to_string();
     assert!(refused.ends_with("no recording of that name"), "{refused}");
-    let question = reported[1].question(0, 8);
-    let words = question.each_ref().map(|(name, value)| (*name, value.as_str()));
+    let words = reported[1].question(0, 8);
     let piece = lent(&session, &member, &words).unwrap().concat();
     assert_eq!(Piece::read(&piece).unwrap().bytes, &fs::read(&run).unwrap()[..8]);
     second.stop();

@@ -4,3 +4,6 @@
 mod events;
 mod models;
 mod pair;
+#[path = "../../../grip-fleet/tests/rig/mod.rs"]
+#[expect(dead_code, reason = "the tests of grip-fleet need more of it")]
+mod rig;

@@ -1,6 +1,6 @@
 //! Pair of a gripd on the simulator and its gripfleet, which read the same configuration in a folder.
 
-use std::{fs, net::TcpListener, path::Path};
+use std::{fs, path::Path};
 use stories::{Program, Signal, until};
 
 /// Runs of which one must hold its object.
@@ -15,12 +15,6 @@ pub(crate) struct Pair {
 /// gripfleet in `folder`.
 pub(crate) fn gripfleet(folder: &Path, args: &[&str]) -> Program {
     Program::start(Path::new(env!("CARGO_BIN_EXE_gripfleet")), folder, args)
-}
-
-/// Where a router can listen: a port that was free a moment ago.
-pub(crate) fn endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    format!("tcp/127.0.0.1:{port}")
 }
 
 /// Writes the configuration that both read; `top` stands before its tables.

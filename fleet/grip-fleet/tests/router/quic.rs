@@ -1,13 +1,10 @@
 //! The example of a router with QUIC and access control, on loopback with keys made now: each does what it is there for and nothing else.
-#![expect(clippy::unwrap_used, reason = "test code")]
 
-use core::{
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
-};
+use super::{ROOM, rig::Played};
+use core::time::Duration;
 use grip_fleet::{
-    EventId, EventLog, Member, Part, Selector, Since, Topic,
-    net::{self, Announced, Ask, NetError, Network, Reported, Session, Watch, ask},
+    EventId, EventLog, Member, Part, Selector, Since,
+    net::{self, Ask, NetError, Network, Reported, Session, Watch, ask},
 };
 use std::{
     env, fs,
@@ -15,14 +12,12 @@ use std::{
     net::UdpSocket,
     path::{Path, PathBuf},
     process::Command,
-    thread,
 };
 
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Looks of 20 ms before a test gives up.
 const MOST: usize = 1500;
 const LOOK: Duration = Duration::from_millis(20);
-const ROOM: usize = 1 << 20;
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
@@ -100,19 +95,17 @@ fn member(uid: &str) -> Member {
 const ONE: &str = "00112233445566778899aabbccddeeff";
 const TWO: &str = "ffeeddccbbaa99887766554433221100";
 
-/// Reports `about` and takes commands until the end, and publishes an event a turn.
-fn play(session: &Session, member: &Member, end: &AtomicBool) {
-    let mut announced = Announced::new(session, member, &[Part::About, Part::Command]).unwrap();
+/// Reports `about`, takes commands, and publishes an event a turn.
+fn play(session: &Session, member: &Member) -> Played {
     let log = EventLog::new(1, ROOM);
-    while !end.load(Ordering::Relaxed) {
-        let wire = [0, 1, 1, 0];
-        announced.publish(Topic::Events, EventId::default(), &wire);
+    let parts = [Part::About, Part::Command];
+    Played::new(session.clone(), member, &parts, move |announced| {
+        announced.publish(Part::Events, EventId::default(), &[0, 1, 1, 0]);
         announced.answer(&|use_it| use_it(&log), &[[0; 0]; 0], "");
         while let Some(question) = announced.question() {
             question.reply(question.part().name().as_bytes()).unwrap();
         }
-        thread::park_timeout(LOOK);
-    }
+    })
 }
 
 fn asked(session: &Session, member: &Member, part: Part) -> Result<String, NetError> {
@@ -141,46 +134,26 @@ fn received(session: Session) -> Vec<String> {
 fn each_does_what_it_is_there_for_and_nothing_else() {
     let Some(place) = Place::new() else { return };
     let (one, two) = (member(ONE), member(TWO));
-    let end = AtomicBool::new(false);
     let [first, second] = ["gripper-1", "gripper-2"].map(|name| place.session(name));
     // It has the key of another gripper than the one it claims to be.
     let false_one = member("0000000000000000000000000000dead");
-    thread::scope(|scope| {
-        let ended = End(&end);
-        scope.spawn(|| play(&first, &one, &end));
-        scope.spawn(|| play(&second, &false_one, &end));
-        let viewer = place.session("viewer");
-        let (came, key) = (format!("came {one}"), one.key(Part::Topic(Topic::Events)));
-        assert_eq!(received(viewer.clone()), [came, key]);
-        assert_eq!(asked(&viewer, &one, Part::About).unwrap(), "about");
-        let refused = asked(&viewer, &one, Part::Command).unwrap_err();
-        assert!(matches!(refused, NetError::Silent { .. }), "{refused}");
-        let operator = place.session("operator");
-        assert_eq!(asked(&operator, &one, Part::Command).unwrap(), "command");
-        // A gripper may not look at others.
-        let refused = asked(&second, &one, Part::About).unwrap_err();
-        assert!(matches!(refused, NetError::Silent { .. }), "{refused}");
-        drop(ended);
-    });
+    let both = [play(&first, &one), play(&second, &false_one)];
+    let viewer = place.session("viewer");
+    let (came, key) = (format!("came {one}"), one.key(Part::Events));
+    assert_eq!(received(viewer.clone()), [came, key]);
+    assert_eq!(asked(&viewer, &one, Part::About).unwrap(), "about");
+    let refused = asked(&viewer, &one, Part::Command).unwrap_err();
+    assert!(matches!(refused, NetError::Silent { .. }), "{refused}");
+    let operator = place.session("operator");
+    assert_eq!(asked(&operator, &one, Part::Command).unwrap(), "command");
+    // A gripper may not look at others.
+    let refused = asked(&second, &one, Part::About).unwrap_err();
+    assert!(matches!(refused, NetError::Silent { .. }), "{refused}");
+    drop(both);
     // The second gripper under its own name.
-    let end = AtomicBool::new(false);
-    thread::scope(|scope| {
-        let ended = End(&end);
-        scope.spawn(|| play(&second, &two, &end));
-        let operator = place.session("operator");
-        let answer = (0..10).find_map(|_| asked(&operator, &two, Part::About).ok());
-        assert_eq!(answer.as_deref(), Some("about"));
-        drop(ended);
-    });
-}
-
-/// Ends the players also where an assertion fails.
-struct End<'a>(&'a AtomicBool);
-
-impl Drop for End<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
+    let _second = play(&second, &two);
+    let answer = (0..10).find_map(|_| asked(&operator, &two, Part::About).ok());
+    assert_eq!(answer.as_deref(), Some("about"));
 }
 
 #[test]

@@ -1,23 +1,15 @@
 //! A gripper as a node of ROS 2 beside a real router in this process: found by its tokens, received under the names that subscribers of rmw_zenoh ask
 //! for, gone when it goes.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "test code")]
-
+use super::rig::{self, at, endpoint, notice, patient, router};
 use core::time::Duration;
 use grip_fleet::{
-    EventId, Member, Uid,
-    net::{self, Network, RosAnnounced, RosTimes, Session},
+    EventId, Member,
+    net::{RosAnnounced, RosTimes, Session},
     ros::{Attachment, Gid},
     wire,
 };
-use grip_link::message::{
-    Kind,
-    daemon::{Notice, NoticeKind},
-};
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    net::TcpListener,
-};
+use grip_link::message::Kind;
+use std::collections::{BTreeMap, BTreeSet};
 use zenoh::{Wait as _, handlers::FifoChannelHandler, pubsub::Subscriber, sample::Sample};
 
 /// More than any answer takes on a busy computer.
@@ -40,21 +32,16 @@ fn slip(number: u8) -> Vec<u8> {
     })
 }
 
-fn endpoint() -> String {
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    format!("tcp/127.0.0.1:{port}")
-}
-
 /// A router, a gripper's session and that of a ROS computer.
 fn network() -> [Session; 3] {
     let endpoint = endpoint();
-    let network = Network { router: Some(endpoint), file: None };
-    let router = net::router(&network).unwrap();
-    [router, network.open().unwrap(), network.open().unwrap()]
+    let router = router(&endpoint);
+    [router, at(&endpoint).open().unwrap(), at(&endpoint).open().unwrap()]
 }
 
+/// Of a site whose name ROS cannot write.
 fn member() -> Member {
-    Member { site: "hall-2".parse().unwrap(), uid: Uid([7; 16]) }
+    Member { site: "hall-2".parse().unwrap(), ..rig::member(7) }
 }
 
 type Received = Subscriber<FifoChannelHandler<Sample>>;
@@ -126,17 +113,13 @@ fn a_node_and_its_publishers_are_found_and_gone_with_it() {
 #[test]
 fn a_node_is_found_again_when_the_router_has_started_again() {
     let (folder, endpoint) = (tempfile::tempdir().unwrap(), endpoint());
-    let file = folder.path().join("zenoh.json5");
-    let retry = "{ connect: { retry: { period_init_ms: 200, period_max_ms: 200 } } }";
-    fs::write(&file, retry).unwrap();
-    let place = Network { router: Some(endpoint), file: None };
-    let network = Network { file: Some(file), ..place.clone() };
-    let router = net::router(&place).unwrap();
+    let network = patient(folder.path(), &endpoint);
+    let first = router(&endpoint);
     let gripper = network.open().unwrap();
     let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
     let before = tokens_of(&network.open().unwrap(), 0, 4);
-    router.close().wait().unwrap();
-    let _router = net::router(&place).unwrap();
+    first.close().wait().unwrap();
+    let _router = router(&endpoint);
     let ros = network.open().unwrap();
     assert_eq!(tokens_of(&ros, 0, 4), before);
     let received = subscribe(&ros, &format!("0/{PLACE}/{JOINTS}"));
@@ -178,9 +161,7 @@ fn each_topic_is_counted_by_itself_and_other_updates_do_not_travel() {
     let [_router, gripper, ros] = network();
     let mut node = RosAnnounced::new(&gripper, &member(), 0).unwrap();
     let all = subscribe(&ros, &format!("0/{PLACE}/**"));
-    let notice =
-        Notice { kind: NoticeKind::Link, code: 0, value: 0, count: 0, host_us: 0, text: b"open" };
-    let notice = wire(Kind::NOTICE, |out| notice.write(out).unwrap());
+    let notice = notice("open");
     let mut received = BTreeMap::new();
     for round in 1..=100 {
         for wire in [&state(), &notice, &slip(7), &notice, &slip(8)] {
