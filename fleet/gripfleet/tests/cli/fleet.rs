@@ -312,8 +312,20 @@ fn a_model_is_given_to_a_gripper_that_keeps_it() {
     assert!(ran.out.contains(&format!("{MEMBER}  keeps it\n")), "{ran:?}");
     let digest = &digest(other().as_bytes())[..12];
     assert!(ran.out.ends_with(&format!("1 gripper has new.json ({digest})\n")), "{ran:?}");
+    // It has it; and that of its configuration, which it knows, comes without a trial, once.
     let again = ["deploy", "new.json", "--grasps", "20", "--json"];
     assert_eq!(said(&hall.run(&again).done()), ["had"]);
+    hall.write("own.json", default_text());
+    let in_force = || hall.run(&["back", "--json"]).done().json()[0]["in_force"]["name"].clone();
+    let known = hall.run(&["deploy", "own.json", "--json"]).done();
+    assert_eq!(
+        (said(&known), known.json().pop().unwrap()["done"].clone()),
+        (vec!["had".to_owned()], true.into())
+    );
+    assert!(!known.out.contains("\"plan\"") && !known.out.contains("\"stage\""), "{known:?}");
+    assert_eq!(in_force(), "own");
+    let history = hall.run(&["history"]).done().out;
+    assert!(history.contains(" grasps, given back: it was asked to"), "{history}");
     // The plan alone gives it to nobody.
     let ran = deployed(1, &other(), &["--plan", "--json", "--notice-lost", "0.3"]).done();
     assert!(ran.json().pop().unwrap()["type"] == "plan" && !ran.out.contains("taken"), "{ran:?}");
@@ -378,6 +390,24 @@ fn a_gripper_goes_back_after_its_lease_where_the_operator_is_killed_in_a_stage()
     assert!(history().contains(" grasps, goes on"));
     let gone = || history().contains("given back: nobody watched its trial any more");
     assert!(stories::until(gone), "{}", history());
+}
+
+/// The same command within the lease: nobody is asked again what was answered, and what the first one began is its roll-out still.
+#[test]
+fn a_roll_out_is_taken_up_again_where_its_operator_was_killed() {
+    let hall = Hall::new(0, &other());
+    hall.killed(
+        &["deploy", "new.json", "--grasps", "150", "--by", "alice"],
+        "tries it; it has made ",
+    );
+    let again = ["deploy", "new.json", "--grasps", "20", "--shadow", "5", "--by", "bob", "--json"];
+    let says = said(&hall.run(&again).done());
+    // Neither on recordings nor beside the model in force.
+    let new: Vec<&String> = says.iter().filter(|says| *says != "grasped").collect();
+    assert_eq!(new, ["taken", "kept"], "{says:?}");
+    let history = hall.run(&["history", "--json"]).done().json();
+    assert_eq!((history.len(), &history[0]["by"]), (1, &"alice".into()), "{history:?}");
+    assert_eq!(history[0]["how"], "accepted");
 }
 
 /// It pauses before it begins, its operator is killed and another one goes on; the history names all of it.
