@@ -4,6 +4,7 @@ mod cli;
 mod commands;
 mod output;
 mod print;
+mod table;
 mod terminal;
 
 use clap::{

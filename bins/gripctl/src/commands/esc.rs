@@ -1,10 +1,11 @@
 //! `gripctl esc`: every reading of E_sc for a list of irregularities.
 
 use super::checked;
-use crate::{cli::EscArgs, output};
+use crate::{cli::EscArgs, output, table};
 use grip_eval::esc::{EscLine, readings};
 use grip_record::read_irregularities;
 use grip_session::exit::{Exit, WrongArgument};
+use serde_json::json;
 use slip_core::esc::{Reading, Trial};
 
 /// Longer ones (m) are heights and spacings in another unit.
@@ -55,11 +56,7 @@ pub(super) fn trial(force: f64, speed: f64, noise: f64) -> Result<Trial, WrongAr
 
 /// The readings as a table.
 pub(super) fn table(lines: &[EscLine]) -> anyhow::Result<()> {
-    output::line(&format!(
-        "{:<13} {:>17} {:<4} {:>8} {:>10} {:>9}  {:<36} {}",
-        "reading", "value", "unit", "within", "condition", "sigma_S", "flags", "formula"
-    ))?;
-    for (line, reading) in lines.iter().zip(Reading::ALL) {
+    let row = |(line, reading): (&EscLine, Reading)| {
         let within = match (line.value, line.lo, line.hi) {
             (Some(value), Some(lo), Some(hi)) if lo.is_finite() && hi.is_finite() => {
                 format!("{:.0e}", (hi - value).max(value - lo))
@@ -67,18 +64,11 @@ pub(super) fn table(lines: &[EscLine]) -> anyhow::Result<()> {
             (Some(_), ..) => "any".to_owned(),
             (None, ..) => "-".to_owned(),
         };
-        let figure = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2e}"));
-        output::line(&format!(
-            "{:<13} {:>17} {:<4} {:>8} {:>10} {:>9}  {:<36} {}",
-            line.reading,
-            line.value.map_or("-".to_owned(), |v| format!("{v:.9e}")),
-            line.unit,
-            within,
-            figure(line.condition),
-            figure(line.sigma_s),
-            if line.flags.is_empty() { "-".to_owned() } else { line.flags.join(",") },
-            reading.formula(),
-        ))?;
-    }
-    Ok(())
+        let value = line.value.map(|value| format!("{value:.9e}"));
+        json!({"line": line, "value": value, "within": within, "formula": reading.formula()})
+    };
+    let rows: Vec<_> = lines.iter().zip(Reading::ALL).map(row).collect();
+    let value = ["reading=line.reading", "value", "unit=line.unit", "within"];
+    let doubt = ["condition=line.condition", "sigma_S=line.sigma_s", "flags=line.flags", "formula"];
+    table::print(&rows, &[value, doubt].concat())
 }

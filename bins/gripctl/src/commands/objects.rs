@@ -3,7 +3,7 @@
 use super::command::{FORBIDDEN, PATIENCE, first, silent};
 use crate::{
     cli::{ObjectArgs, ObjectsArgs},
-    output,
+    output, table,
 };
 use anyhow::bail;
 use grip_daemon::client::Client;
@@ -17,6 +17,7 @@ use grip_session::{
     memory::{Figure, Memory, Object},
 };
 use serde::Serialize;
+use serde_json::json;
 
 #[derive(Serialize)]
 struct Line<'a> {
@@ -33,36 +34,30 @@ pub(crate) fn list(args: &ObjectsArgs) -> anyhow::Result<Exit> {
         bail!(WrongArgument(format!("{}: no such file", args.file.display())));
     }
     let memory = Memory::read(&args.file).map_err(|error| WrongArgument(error.to_string()))?;
+    let lines: Vec<Line<'_>> = memory
+        .objects()
+        .iter()
+        .map(|(name, object)| Line {
+            kind: "object",
+            name,
+            expected_n: object.expected_n(),
+            object,
+        })
+        .collect();
     if args.json {
-        for (name, object) in memory.objects() {
-            let expected_n = object.expected_n();
-            output::json(&Line { kind: "object", name, expected_n, object })?;
-        }
+        lines.iter().try_for_each(output::json)?;
         return Ok(Exit::Done);
     }
-    output::line(&format!(
-        "{:24} {:>16} {:>12} {:>16} {:>16} {:>16} {:>7} {:>9}",
-        "object",
-        "needs N",
-        "grasped with",
-        "static/kinetic",
-        "spacing um",
-        "height um",
-        "grasps",
-        "forgotten"
-    ))?;
-    for (name, object) in memory.objects() {
-        output::line(&format!(
-            "{name:24} {:>16} {:>12.2} {:>16} {:>16} {:>16} {:>7} {:>9}",
-            figure(object.needed_n),
-            object.expected_n(),
-            figure(object.friction_ratio),
-            figure(object.spacing_um),
-            figure(object.height_um),
-            object.needed_n.grasps,
-            object.forgotten
-        ))?;
-    }
+    let row = |line: &Line<'_>| {
+        let Object { needed_n, friction_ratio, spacing_um, height_um, .. } = line.object;
+        let figures = [needed_n, friction_ratio, spacing_um, height_um].map(|of| figure(*of));
+        json!({"line": line, "of": figures})
+    };
+    let first = ["object=line.name", "needs N=of.0", "grasped with N=line.expected_n"];
+    let surface = ["static/kinetic=of.1", "spacing um=of.2", "height um=of.3"];
+    let last = ["grasps=line.needed_n.grasps", "forgotten=line.forgotten"];
+    let rows: Vec<_> = lines.iter().map(row).collect();
+    table::print(&rows, &[&first[..], &surface, &last].concat())?;
     Ok(Exit::Done)
 }
 

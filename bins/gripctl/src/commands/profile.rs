@@ -3,11 +3,11 @@
 use super::{checked, esc, profile_plot};
 use crate::{
     cli::{Filter, ProfileArgs},
-    output,
+    output, table,
 };
 use anyhow::Context as _;
 use grip_eval::{
-    profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, Spread, evaluate},
+    profile::{Agreement, Evaluation, ProfileLine, ProfileOptions, evaluate},
     roughness::FilterKind,
 };
 use grip_record::{
@@ -15,6 +15,7 @@ use grip_record::{
     outputs::{OutputKind, OutputPath},
 };
 use grip_session::exit::{Exit, WrongArgument, escape};
+use serde_json::json;
 use std::{io::Write as _, path::Path};
 
 /// Columns of the parts: no other command writes them.
@@ -152,12 +153,11 @@ fn print(line: &ProfileLine, level: bool) -> anyhow::Result<()> {
         short(line.low_pass_um)
     ))?;
     output::line("")?;
-    output::line(&format!(
-        "{:<13} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "um", "mean", "sd", "min", "10 %", "median", "90 %", "max"
-    ))?;
-    spread("height delta", line.delta_um)?;
-    spread("spacing s", line.s_um)?;
+    let spread = |name, spread| json!({"um": name, "of": spread});
+    let rows = [spread("height delta", line.delta_um), spread("spacing s", line.s_um)];
+    let least = ["um", "mean=of.mean", "sd=of.sd", "min=of.min", "10 %=of.p10"];
+    let most = ["median=of.p50", "90 %=of.p90", "max=of.max"];
+    table::print(&rows, &[&least[..], &most].concat())?;
     output::line("")?;
     output::line(&format!(
         "E_sc at {} N and {} m/s, {:.4} s to pass the profile",
@@ -196,13 +196,4 @@ fn waviness(line: &ProfileLine) -> String {
 fn short(um: f64) -> String {
     let text = format!("{um:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
-fn spread(name: &str, spread: Option<Spread>) -> anyhow::Result<()> {
-    let figures = spread.map(|s| [s.mean, s.sd, s.min, s.p10, s.p50, s.p90, s.max]);
-    let cells: String = (0..7)
-        .map(|i| format!(" {:>9}", output::or_dash(figures.and_then(|f| f.get(i).copied()), 3)))
-        .collect();
-    output::line(&format!("{name:<13}{cells}"))?;
-    Ok(())
 }

@@ -5,12 +5,13 @@ use crate::{
     cli::{FloorOrigin, ScoreArgs},
     output,
     output::{any_unit, or_dash},
+    table,
 };
 use grip_eval::{
     score::interval::Interval,
     score::{
-        CauseScore, Chance, Clock, DETECTORS, Detector, FloorFrom, Floors, MaterialScore,
-        RecordingScore, Rules, Score, ScoreError, Total, UNKNOWN, Watch, compare,
+        CauseScore, Chance, Clock, DETECTORS, Detector, FloorFrom, Floors, RecordingScore, Rules,
+        Score, ScoreError, Total, UNKNOWN, Watch, compare,
     },
 };
 use grip_session::exit::{Exit, WrongArgument};
@@ -183,10 +184,13 @@ fn show(score: &Score, args: &ScoreArgs) -> anyhow::Result<()> {
     if args.detectors.len() > 1 {
         output::line(&format!("\ndetector: {}", total.detector))?;
     } else {
-        table(&score.recordings)?;
+        recording_table(&score.recordings)?;
     }
     if !materials.is_empty() {
-        material_table(&materials)?;
+        output::line("")?;
+        let steady = ["latency_ms", "steady", "steady_missed", "steady_ms"];
+        let onsets = ["material", "onsets", "missed", "inside", "early"];
+        table::print(&materials, &[&onsets[..], &steady].concat())?;
     }
     summary(&total)?;
     cause_table(&score.causes())
@@ -199,50 +203,29 @@ pub(super) fn without_slip(score: &Score) -> [f64; 3] {
     })
 }
 
-/// A row for each detector.
-fn beside<'a>(scores: impl Iterator<Item = &'a Score>, guard_ms: f64) -> anyhow::Result<()> {
-    output::line(
-        "\ndetector     onsets  missed  inside  early  latency 50 %  95 % ms  without slip: seconds  alarms  per minute  in alarm s",
-    )?;
-    for score in scores {
-        let total = score.total(guard_ms);
-        let [seconds, in_alarm_s, alarms] = without_slip(score);
-        let per_minute = (seconds > 0.0).then(|| 60.0 * alarms / seconds);
-        output::line(&format!(
-            "{:11}  {:>6}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {seconds:>21.1}  {alarms:>6}  {:>10}  {in_alarm_s:>10.1}",
-            total.detector,
-            total.onsets,
-            total.missed,
-            total.inside,
-            total.early,
-            or_dash(total.latency_ms.p50, 1),
-            or_dash(total.latency_ms.p95, 1),
-            or_dash(per_minute, 2),
-        ))?;
-    }
-    Ok(())
+/// A detector beside the others.
+#[derive(Serialize)]
+struct Beside {
+    #[serde(flatten)]
+    total: Total,
+    /// In time in which nothing slipped.
+    alarms: f64,
+    per_minute: Option<f64>,
+    without_slip: [f64; 2],
 }
 
-fn material_table(materials: &[MaterialScore]) -> anyhow::Result<()> {
-    output::line(
-        "\nmaterial  onsets  missed  inside  early  latency 50 %  95 % ms  steady  missed  after 50 % ms",
-    )?;
-    for m in materials {
-        output::line(&format!(
-            "{:8}  {:>6}  {:>6}  {:>6}  {:>5}  {:>12}  {:>7}  {:>6}  {:>6}  {:>13}",
-            m.material,
-            m.onsets,
-            m.missed,
-            m.inside,
-            m.early,
-            or_dash(m.latency_ms.p50, 1),
-            or_dash(m.latency_ms.p95, 1),
-            m.steady,
-            m.steady_missed,
-            or_dash(m.steady_ms.p50, 1),
-        ))?;
-    }
-    Ok(())
+/// A row for each detector.
+fn beside<'a>(scores: impl Iterator<Item = &'a Score>, guard_ms: f64) -> anyhow::Result<()> {
+    let row = |score: &Score| {
+        let [seconds, in_alarm_s, alarms] = without_slip(score);
+        let per_minute = (seconds > 0.0).then(|| 60.0 * alarms / seconds);
+        let total = score.total(guard_ms);
+        Beside { total, alarms, per_minute, without_slip: [seconds, in_alarm_s] }
+    };
+    output::line("\nlatency: median / 95 %; without slip: seconds / of these in alarm")?;
+    let columns = ["detector", "onsets", "missed", "inside", "early", "latency ms=latency_ms"];
+    let without_slip = ["without_slip", "alarms", "per_minute"];
+    table::print(&scores.map(row).collect::<Vec<_>>(), &[&columns[..], &without_slip].concat())
 }
 
 /// The false alarms of each cause, where there is more than one.
@@ -250,17 +233,11 @@ fn cause_table(causes: &[CauseScore]) -> anyhow::Result<()> {
     if causes.is_empty() {
         return Ok(());
     }
-    output::line("\nwithout slip      seconds  in alarm  alarms  per hour (95 %)")?;
-    for c in causes {
-        output::line(&format!(
-            "{:16}  {:>7.1}  {:>8.1}  {:>6}  {}",
-            c.cause,
-            c.seconds,
-            c.in_alarm_s,
-            c.alarms,
-            span(c.per_hour_ci, 1.0, 2),
-        ))?;
-    }
+    output::line("\nwithout slip")?;
+    table::print(
+        causes,
+        &["cause", "seconds", "in alarm s=in_alarm_s", "alarms", "per hour (95 %)=per_hour_ci"],
+    )?;
     if causes.iter().any(|c| c.cause == UNKNOWN) {
         output::line(
             "motion not known: the arm may have moved in it; a column `motion` (0 or 1) or a reference tells",
@@ -286,36 +263,9 @@ fn span(interval: Interval, scale: f64, digits: usize) -> String {
     )
 }
 
-fn table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
-    let name = |r: &RecordingScore| match r.slip {
-        1 => r.recording.clone(),
-        slip => format!("{} #{slip}", r.recording),
-    };
-    let width = recordings.iter().map(|r| name(r).len()).max().unwrap_or(0).max(9);
-    output::line(&format!(
-        "{:width$}  kind    material  onset s  alarm s  latency ms  travel mm",
-        "recording"
-    ))?;
-    for r in recordings {
-        let note = match (r.missed, r.early, r.inside) {
-            (true, ..) => "  MISSED",
-            (_, true, false) => "  EARLY",
-            (_, true, true) => "  EARLY, INSIDE",
-            (_, false, true) => "  INSIDE",
-            _ => "",
-        };
-        output::line(&format!(
-            "{:width$}  {:6}  {:8}  {:>7}  {:>7}  {:>10}  {:>9}{note}",
-            name(r),
-            r.kind,
-            r.material,
-            or_dash(r.onset_s, 3),
-            or_dash(r.alarm_s, 3),
-            or_dash(r.latency_ms, 1),
-            or_dash(r.travel_mm, 3),
-        ))?;
-    }
-    Ok(())
+fn recording_table(recordings: &[RecordingScore]) -> anyhow::Result<()> {
+    let times = ["onset_s", "alarm_s", "latency_ms", "travel_mm", "missed", "early", "inside"];
+    table::print(recordings, &[&["recording", "slip", "kind", "material"][..], &times].concat())
 }
 
 /// Recordings of several rates or units, whose rest is not that of the others.

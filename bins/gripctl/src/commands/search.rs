@@ -5,7 +5,7 @@ use super::{
     columns::{self, Columns},
     train_beyond::explain,
 };
-use crate::{cli::learn::SearchArgs, output};
+use crate::{cli::learn::SearchArgs, output, table};
 use anyhow::Context as _;
 use grip_session::exit::{Exit, WrongArgument};
 use grip_study::outlook::{
@@ -121,9 +121,9 @@ fn config(args: &SearchArgs) -> SearchConfig {
     config
 }
 
-fn report(
+fn report<'a>(
     args: &SearchArgs,
-    found: &Search,
+    found: &'a Search,
     fit: &Fit,
     train: &DataSet,
     validation: &DataSet,
@@ -136,21 +136,11 @@ fn report(
             train.rows(),
             validation.rows()
         ))?;
-        output::line(
-            "rank  hidden    activation  trainer   decay  weights  validation mse (scaled)      cost",
-        )?;
     }
-    for (at, candidate) in found.candidates.iter().take(SHOWN).enumerate() {
-        reported(args, at + 1, candidate)?;
-    }
-    result(args, found, fit, [train.rows(), validation.rows()], cpu_s)
-}
-
-fn reported(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Result<()> {
-    let Candidate { genome, weights, validation_mse, best_mse, cost, .. } = candidate;
-    if args.json {
-        return output::json(&Line {
-            rank,
+    let line = |(at, candidate): (usize, &'a Candidate)| {
+        let Candidate { genome, weights, validation_mse, best_mse, cost, .. } = candidate;
+        Line {
+            rank: at + 1,
             hidden: &genome.hidden,
             activation: genome.activation.name(),
             algorithm: genome.algorithm.name(),
@@ -159,16 +149,16 @@ fn reported(args: &SearchArgs, rank: usize, candidate: &Candidate) -> anyhow::Re
             validation_scaled_mse: *validation_mse,
             best_scaled_mse: *best_mse,
             cost: *cost,
-        });
+        }
+    };
+    let lines: Vec<Line<'_>> = found.candidates.iter().take(SHOWN).enumerate().map(line).collect();
+    if args.json {
+        lines.iter().try_for_each(output::json)?;
+    } else {
+        let net = ["rank", "hidden", "activation", "algorithm", "decay", "weights"];
+        table::print(&lines, &[&net[..], &["validation_scaled_mse", "cost"]].concat())?;
     }
-    let widths: Vec<String> = genome.hidden.iter().map(ToString::to_string).collect();
-    Ok(output::line(&format!(
-        "{rank:4}  {:8}  {:10}  {:7}  {:6e}  {weights:7}  {validation_mse:23.4e}  {cost:8.2e}",
-        widths.join("-"),
-        genome.activation.name(),
-        genome.algorithm.name(),
-        genome.decay
-    ))?)
+    result(args, found, fit, [train.rows(), validation.rows()], cpu_s)
 }
 
 fn result(
@@ -232,27 +222,7 @@ fn others(args: &SearchArgs, sets: Sets<'_>, search: SearchConfig) -> anyhow::Re
         return rows.iter().try_for_each(|learner| output::json(&Compared { learner }));
     }
     output::line("")?;
-    output::line(
-        "learner                          size    train mse     test mse  within 10 %  chosen",
-    )?;
-    for row in &rows {
-        output::line(&format!(
-            "{:28} {:8} {:12.4e} {:12.4e} {:10.1} %  {}",
-            row.name,
-            row.size,
-            row.train.mse,
-            row.test.mse,
-            100.0 * row.test.within_10pct,
-            row.detail
-        ))?;
-        if let Some(spread) = row.uncertainty {
-            output::line(&format!(
-                "{:28} spread {:.3e} (rms), {:.1} % of the test values within two of it",
-                "",
-                spread.spread,
-                100.0 * spread.within_two
-            ))?;
-        }
-    }
-    Ok(())
+    let errors = ["train mse=train.mse", "test mse=test.mse", "within 10 %=test.within_10pct%"];
+    let spread = ["spread=uncertainty.spread", "within two of it %=uncertainty.within_two%"];
+    table::print(&rows, &[&["name", "size"][..], &errors, &spread, &["detail"]].concat())
 }

@@ -55,22 +55,18 @@ struct Result {
     gradient_evaluations: usize,
     repeats_scaled_mse: Vec<f64>,
     #[serde(flatten)]
-    evidence: Evidence,
+    evidence: Option<Evidence>,
     #[serde(flatten)]
     rows: Rows,
 }
 
 /// What Bayesian regularisation has found out, in scaled units; absent for other rules.
-#[derive(Default, Serialize)]
+#[derive(Serialize)]
 struct Evidence {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    alpha: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    beta: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    effective_parameters: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ln_evidence: Option<f64>,
+    alpha: f64,
+    beta: f64,
+    effective_parameters: f64,
+    ln_evidence: f64,
 }
 
 /// How well classes are distinguished; absent where none are.
@@ -353,11 +349,11 @@ fn report(
         repeats: args.repeats,
         gradient_evaluations: run.gradient_evaluations,
         repeats_scaled_mse: fit.runs.iter().map(|run| run.mse).collect(),
-        evidence: run.evidence.map_or_else(Evidence::default, |found| Evidence {
-            alpha: Some(found.alpha),
-            beta: Some(found.beta),
-            effective_parameters: Some(found.effective),
-            ln_evidence: Some(found.ln_evidence),
+        evidence: run.evidence.map(|found| Evidence {
+            alpha: found.alpha,
+            beta: found.beta,
+            effective_parameters: found.effective,
+            ln_evidence: found.ln_evidence,
         }),
         rows,
     };

@@ -1,11 +1,8 @@
 //! `gripctl grasp --matrix`: grippers by sensors by laws.
 
 use super::super::{estimator, host_config};
-use super::{duration, grasp_many, print_grasp, scene_names, text};
-use crate::{
-    cli::grasp::GraspArgs,
-    output::{self, or_dash},
-};
+use super::{duration, grasp_many, print_grasp, scene_names};
+use crate::{cli::grasp::GraspArgs, output, table};
 use grip_eval::grasp::{
     Bench, Law, Way,
     matrix::{MatrixRow, own_is_first, rows},
@@ -58,7 +55,7 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
                     grasps.iter().try_for_each(|grasp| print_grasp(args, grasp))?;
                 }
                 let rows = rows(gripper, sensing, &LAWS, &grasps);
-                print(args, cells.is_empty(), &rows)?;
+                print(args, &rows)?;
                 cells.push(rows);
             }
         }
@@ -69,49 +66,15 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn print(args: &GraspArgs, first: bool, rows: &[MatrixRow]) -> anyhow::Result<()> {
+fn print(args: &GraspArgs, rows: &[MatrixRow]) -> anyhow::Result<()> {
     if args.json {
         return rows.iter().try_for_each(output::json);
     }
-    if first {
-        output::line(&format!(
-            "{:11} {:14} {:8} {:>7} {:>7} {:>14} {:>24} {:>15} {:>13} {:>13}",
-            "gripper",
-            "sensors",
-            "law",
-            "dropped",
-            "crushed",
-            "lost %",
-            "lost of the oracle's",
-            "slip mm",
-            "peak/needed",
-            "final/needed"
-        ))?;
-    }
-    for row in rows {
-        let MatrixRow { total, .. } = row;
-        let of_kept = format!("{} of {}", row.lost_of_kept, row.kept_by_oracle);
-        output::line(&format!(
-            "{:11} {:14} {:8} {:>7} {:>7} {:>14} {of_kept:>10} {:>13} {:>15} {:>13} {:>13}",
-            row.gripper,
-            row.sensing,
-            total.law,
-            total.dropped,
-            total.crushed,
-            percent(row.lost_share),
-            percent(row.lost_of_kept_share),
-            text::pair(total.slip_mm),
-            text::pair(total.peak_ratio),
-            text::pair(total.force_ratio)
-        ))?;
-    }
-    Ok(())
-}
-
-/// The bounds of a share, in percent.
-fn percent(share: Option<[f64; 2]>) -> String {
-    let bound = |share: f64| or_dash(Some(100.0 * share), 1);
-    share.map_or("-".to_owned(), |[low, high]| format!("{}-{} %", bound(low), bound(high)))
+    let lost = ["dropped", "crushed", "lost % (95 %)=lost_share%"];
+    let kept = ["lost_of_kept", "kept_by_oracle", "% (95 %)=lost_of_kept_share%", "slip_mm"];
+    let forces = ["peak/needed=peak_ratio", "final/needed=force_ratio"];
+    table::print(rows, &[&["gripper", "sensing", "law"][..], &lost, &kept, &forces].concat())?;
+    Ok(output::line("")?)
 }
 
 /// Where gripd loses no more than any older law, and the cells in which one loses fewer.

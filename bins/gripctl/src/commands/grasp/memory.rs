@@ -1,7 +1,7 @@
 //! `gripctl grasp --memory`: the same objects grasped again and again, with memory and without.
 
-use super::{bench, faults::spread, in_parallel, scenes, ways};
-use crate::{cli::grasp::GraspArgs, output};
+use super::{bench, in_parallel, scenes, ways};
+use crate::{cli::grasp::GraspArgs, output, table};
 use grip_eval::grasp::{
     Bench, Way,
     memory::{GRASPS, MemoryGrasp, MemoryTotal, SWAPPED, memory_total},
@@ -49,33 +49,12 @@ fn print(args: &GraspArgs, totals: &[MemoryTotal]) -> anyhow::Result<()> {
         return totals.iter().try_for_each(output::json);
     }
     let Some(first) = totals.first() else { return Ok(()) };
-    output::line(&format!("{}, {}: {} objects", first.scene, first.sensors, first.trials))?;
+    let (scene, sensors, trials) = (&first.scene, first.sensors, first.trials);
     output::line(&format!(
-        "  {:8} {:7} {:>8} {:>8} {:>8} {:>18} {:>18} {:>18}",
-        "grasp",
-        "memory",
-        "dropped",
-        "crushed",
-        "noticed",
-        "slip mm",
-        "peak/needed",
-        "final/needed"
+        "{scene}, {sensors}: {trials} objects; {GRASPS} grasps of each, then another one under its name"
     ))?;
-    for total in totals {
-        let grasp = match total.grasp.checked_sub(GRASPS) {
-            Some(swapped @ 1..) => format!("other {swapped}"),
-            _ => total.grasp.to_string(),
-        };
-        output::line(&format!(
-            "  {grasp:8} {:7} {:>8} {:>8} {:>8} {:>18} {:>18} {:>18}",
-            if total.memory { "yes" } else { "no" },
-            total.dropped,
-            total.crushed,
-            total.noticed,
-            spread(total.slip_mm),
-            spread(total.peak_ratio),
-            spread(total.force_ratio)
-        ))?;
-    }
+    let lost = ["grasp", "memory", "dropped", "crushed", "noticed", "slip_mm"];
+    let ratios = ["peak/needed=peak_ratio", "final/needed=force_ratio"];
+    table::print(totals, &[&lost[..], &ratios].concat())?;
     Ok(output::line("")?)
 }

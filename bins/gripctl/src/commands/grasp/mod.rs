@@ -201,12 +201,37 @@ fn print_totals(args: &GraspArgs, totals: &[Total]) -> anyhow::Result<()> {
         return totals.iter().try_for_each(output::json);
     }
     match totals {
-        [one] => output::line(&text::total(one))?,
-        many => {
-            for line in text::table(many) {
-                output::line(&line)?;
+        [one] => Ok(output::line(&text::total(one))?),
+        many => text::table(many),
+    }
+}
+
+/// One dimension of a table of trials: the names, and the name of a trial.
+type Axis<T> = (Vec<String>, fn(&T) -> String);
+
+/// A cell for every combination of names on the axes in `by`; the others are summed up, under the name `all`.
+fn cells<T, C>(
+    axes: &[Axis<T>; 4],
+    by: [bool; 4],
+    trials: &[T],
+    cell: impl Fn([String; 4], &[&T]) -> C,
+) -> Vec<C> {
+    const ALL: &str = "all";
+    let mut rows = vec![[ALL; 4]];
+    for (place, (names, _)) in axes.iter().enumerate().filter(|(place, _)| by[*place]) {
+        let mut named = Vec::new();
+        for row in rows {
+            for name in names {
+                let mut row = row;
+                row[place] = name.as_str();
+                named.push(row);
             }
         }
+        rows = named;
     }
-    Ok(())
+    let belongs = |row: &[&str; 4], trial: &T| {
+        row.iter().zip(axes).all(|(name, (_, of))| *name == ALL || *name == of(trial))
+    };
+    let own = |row| trials.iter().filter(|trial| belongs(row, trial)).collect::<Vec<_>>();
+    rows.iter().map(|row| cell(row.map(str::to_owned), &own(row))).collect()
 }

@@ -1,8 +1,8 @@
 //! `gripctl grasp --stalls`: what a line or a daemon that stops in the middle of a slip costs.
 
 use super::super::{estimator, host_config};
-use super::{faults::spread, in_parallel};
-use crate::{cli::grasp::GraspArgs, output};
+use super::{Axis, cells, in_parallel};
+use crate::{cli::grasp::GraspArgs, output, table};
 use grip_eval::grasp::stalls::{
     MASSES_KG, SLIPS, STALLS_MS, StallCell, StallPlace, StallTrial, stall_cell, stall_trials,
 };
@@ -27,34 +27,16 @@ pub(super) fn run(args: &GraspArgs) -> anyhow::Result<Exit> {
     if args.each && args.json {
         trials.iter().try_for_each(output::json)?;
     }
-    let (mut cells, mut totals) = (Vec::new(), Vec::new());
-    for place in StallPlace::ALL {
-        for stall_ms in STALLS_MS {
-            let stall =
-                |trial: &StallTrial| trial.place == place.name() && trial.stall_ms == stall_ms;
-            for (friction, _) in SLIPS {
-                let own = |trial: &StallTrial| stall(trial) && trial.friction == friction.name;
-                for mass_kg in MASSES_KG {
-                    let names = [
-                        place.name().to_owned(),
-                        stall_ms.to_string(),
-                        friction.name.to_owned(),
-                        format!("{mass_kg}"),
-                    ];
-                    let row: Vec<&StallTrial> = trials
-                        .iter()
-                        .filter(|trial| own(trial) && trial.mass_kg.total_cmp(&mass_kg).is_eq())
-                        .collect();
-                    cells.push(stall_cell("stall", names, &row));
-                }
-                let names = [place.name(), &stall_ms.to_string(), friction.name, "all"];
-                let row: Vec<&StallTrial> = trials.iter().filter(|trial| own(trial)).collect();
-                totals.push(stall_cell("stall_total", names.map(str::to_owned), &row));
-            }
-        }
-    }
-    print(args, "every cell", &cells)?;
-    print(args, "all masses", &totals)?;
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let axes: [Axis<StallTrial>; 4] = [
+        (names(&StallPlace::ALL.map(StallPlace::name)), |trial| trial.place.to_owned()),
+        (STALLS_MS.map(|ms| ms.to_string()).to_vec(), |trial| trial.stall_ms.to_string()),
+        (names(&SLIPS.map(|(friction, _)| friction.name)), |trial| trial.friction.to_owned()),
+        (MASSES_KG.map(|kg| kg.to_string()).to_vec(), |trial| trial.mass_kg.to_string()),
+    ];
+    let cells = |kind, by| cells(&axes, by, &trials, |names, own| stall_cell(kind, names, own));
+    print(args, "every cell", &cells("stall", [true; 4]))?;
+    print(args, "all masses", &cells("stall_total", [true, true, true, false]))?;
     Ok(Exit::Done)
 }
 
@@ -63,32 +45,9 @@ fn print(args: &GraspArgs, title: &str, cells: &[StallCell]) -> anyhow::Result<(
         return cells.iter().try_for_each(output::json);
     }
     output::line(title)?;
-    output::line(&format!(
-        "  {:7} {:>6} {:11} {:>5} {:>6} {:>9} {:>8} {:>8} {:>9} {:>7} {:>18} {:>18}",
-        "stalls",
-        "ms",
-        "friction",
-        "kg",
-        "trials",
-        "unreached",
-        "dropped",
-        "crushed",
-        "holdable",
-        "oracle",
-        "peak/needed",
-        "without a stall"
-    ))?;
-    for cell in cells {
-        let StallCell { place, stall_ms, friction, mass_kg, trials, unreached, .. } = cell;
-        output::line(&format!(
-            "  {place:7} {stall_ms:>6} {friction:11} {mass_kg:>5} {trials:>6} {unreached:>9} {:>8} {:>8} {:>9} {:>7} {:>18} {:>18}",
-            cell.dropped,
-            cell.crushed,
-            cell.dropped_holdable,
-            cell.oracle_dropped,
-            spread(cell.peak_ratio),
-            spread(cell.peak_ratio_sound)
-        ))?;
-    }
+    let names = ["place", "stall_ms", "friction", "mass_kg", "trials", "unreached"];
+    let lost = ["dropped", "crushed", "dropped_holdable", "oracle_dropped"];
+    let ratios = ["peak/needed=peak_ratio", "without a stall=peak_ratio_sound"];
+    table::print(cells, &[&names[..], &lost, &ratios].concat())?;
     Ok(output::line("")?)
 }

@@ -1,10 +1,10 @@
 //! Lines for people about grasps and totals.
 
-use crate::output::or_dash;
-use grip_eval::{
-    grasp::{GraspResult, Total},
-    score::Quantiles,
+use crate::{
+    output::{self, or_dash},
+    table,
 };
+use grip_eval::grasp::{GraspResult, Total};
 
 pub(super) fn grasp(grasp: &GraspResult) -> String {
     let fate = match grasp {
@@ -52,55 +52,22 @@ pub(super) fn total(total: &Total) -> String {
     )
 }
 
-/// A title, a head, a row for each way of grasping, and an empty line.
-pub(super) fn table(totals: &[Total]) -> Vec<String> {
+/// A title, a row for each way of grasping, and an empty line.
+pub(super) fn table(totals: &[Total]) -> anyhow::Result<()> {
     let (name, trials) = totals.first().map_or(("", 0), |total| (&total.scene, total.trials));
-    let mut lines = vec![
-        format!("{name}: {trials} grasps each; median / 95 %"),
-        format!(
-            "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>8} {:>7} {:>13}  {}",
-            "",
-            "dropped",
-            "crushed",
-            "slip mm",
-            "peak/needed",
-            "final/needed",
-            "1.0-1.4",
-            "slips",
-            "stable s",
-            "with room"
-        ),
-    ];
-    lines.extend(totals.iter().map(row));
-    lines.push(String::new());
-    lines
-}
-
-fn row(total: &Total) -> String {
-    let within = 100.0 * total.within_1_4 as f64 / total.trials.max(1) as f64;
-    format!(
-        "  {:26} {:>7} {:>7} {:>15} {:>13} {:>13} {:>6.0} % {:>7} {:>13}  {}",
-        way(total.law, total.sensors, total.stress),
-        total.dropped,
-        total.crushed,
-        pair(total.slip_mm),
-        pair(total.peak_ratio),
-        pair(total.force_ratio),
-        within,
-        or_dash(total.slips.p50, 0),
-        pair(total.stable_s),
-        with_room(total)
-    )
+    output::line(&format!("{name}: {trials} grasps each; median / 95 %"))?;
+    let way = ["law", "sensors", "stress", "dropped", "crushed", "slip_mm"];
+    let forces = ["peak/needed=peak_ratio", "final/needed=force_ratio", "1.0-1.4=within_1_4"];
+    let room = ["with room=roomy", "lost=roomy_lost", "1.0-1.4=roomy_within_1_4"];
+    let columns = [&way[..], &forces, &["slips", "stable_s"], &room].concat();
+    table::print(totals, &columns)?;
+    Ok(output::line("")?)
 }
 
 /// Of the objects that can be held with something to spare: how many were lost, and how many are held well.
 fn with_room(total: &Total) -> String {
     let Total { roomy, roomy_lost, roomy_within_1_4, .. } = total;
     format!("{roomy_lost} of {roomy} lost, {roomy_within_1_4} within 1.0-1.4")
-}
-
-pub(super) fn pair(quantiles: Quantiles) -> String {
-    format!("{} / {}", or_dash(quantiles.p50, 2), or_dash(quantiles.p95, 2))
 }
 
 /// Law, sensors and trouble, without what goes without saying.

@@ -4,12 +4,9 @@ use super::{interval, rows::Parts};
 use crate::{
     cli::learn::TrainArgs,
     commands::{columns::Columns, train_beyond::explain},
-    output,
+    output, table,
 };
-use grip_study::outlook::{
-    Auto,
-    auto::{Tried, Way, auto, count},
-};
+use grip_study::outlook::auto::{Tried, Way, auto, count};
 use mlp::{
     Transform,
     train::{ColumnSpec, FitConfig},
@@ -52,15 +49,25 @@ pub(super) fn chosen(
         Way::Net(algorithm) => Some(algorithm.name()),
         Way::Poly(_) | Way::Gp => None,
     };
+    let line = |(at, tried)| Line { tried, chosen: at == found.chosen };
+    let lines: Vec<Line<'_>> = found.tried.iter().enumerate().map(line).collect();
     if args.json {
-        for (at, tried) in found.tried.iter().enumerate() {
-            output::json(&Line { tried, chosen: at == found.chosen })?;
-        }
+        lines.iter().try_for_each(output::json)?;
         let (model, reason) = (learner.model(), found.reason.as_str());
         let (target, rows) = (target.name(), rows.rows());
         output::json(&Chosen { model, algorithm, target, reason, folds: found.folds, rows })?;
     } else {
-        table(&found, rows.rows())?;
+        let (rows, folds) = (rows.rows(), found.folds);
+        output::line(&format!("{rows} rows, {folds} folds, each answered by what never saw it:"))?;
+        let scores = ["mse=held_out.mse", "R2=held_out.r2", "within 10 %=held_out.within_10pct%"];
+        let columns = [&["chosen", "learner", "target"][..], &scores, &["refused"]].concat();
+        table::print(&lines, &columns)?;
+        let form = match target {
+            Transform::Identity => "",
+            Transform::Ln => " of the logarithm",
+            Transform::Reciprocal => " of the reciprocal",
+        };
+        output::line(&format!("chosen: {learner}{form}: {}", found.reason))?;
     }
     let mut chosen = args.clone();
     chosen.auto = false;
@@ -71,40 +78,4 @@ pub(super) fn chosen(
         *name = ColumnSpec { transform: *target, ..spec.clone() }.to_string();
     }
     Ok(chosen)
-}
-
-fn table(found: &Auto, rows: usize) -> anyhow::Result<()> {
-    output::line(&format!(
-        "{rows} rows, {} folds, each answered by what never saw it:",
-        found.folds
-    ))?;
-    output::line("   learner           target      mse            R2  within 10 %")?;
-    for (at, tried) in found.tried.iter().enumerate() {
-        let mark = if at == found.chosen { "->" } else { "  " };
-        let Tried { learner, target, held_out, refused } = tried;
-        let numbers = match held_out {
-            Some(score) => format!(
-                "{:<10.4e}  {:>7}  {:>8.1} %",
-                score.mse,
-                match score.r2 {
-                    Some(r2) if r2 < -99.0 => "< -99".to_owned(),
-                    r2 => output::or_dash(r2, 3),
-                },
-                100.0 * score.within_10pct
-            ),
-            None => refused.clone().unwrap_or_default(),
-        };
-        output::line(&format!(
-            "{mark} {:<16}  {:<10}  {numbers}",
-            learner.to_string(),
-            target.name()
-        ))?;
-    }
-    let Tried { learner, target, .. } = &found.tried[found.chosen];
-    let form = match target {
-        Transform::Identity => "",
-        Transform::Ln => " of the logarithm",
-        Transform::Reciprocal => " of the reciprocal",
-    };
-    Ok(output::line(&format!("chosen: {learner}{form}: {}", found.reason))?)
 }
