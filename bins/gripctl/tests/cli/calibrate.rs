@@ -1,9 +1,8 @@
 //! `gripctl calibrate`: what it measures, what it refuses, and that its file is taken.
 
-use crate::run::{Ran, gripctl, noise, normal, number};
+use crate::run::{Ran, gripctl, noise, normal, number, put, read};
 use core::fmt::Write as _;
 use grip_sim::disturbance::Disturbance;
-use std::{fs, path::Path};
 
 /// `seconds` at 2 kHz: noise of `rms_um`, a robot that moves now and then, and its reference.
 fn recording(seconds: u32, rms_um: impl Fn(f64) -> f64, seed: u64) -> String {
@@ -31,10 +30,6 @@ fn work(
     text
 }
 
-fn put(folder: &Path, name: &str, text: &str) {
-    fs::write(folder.join(name), text).unwrap();
-}
-
 #[test]
 fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     let folder = tempfile::tempdir().unwrap();
@@ -42,10 +37,10 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     let (head, rows) = text.split_once('\n').unwrap();
     let rows: Vec<&str> = rows.lines().collect();
     let (first, second) = rows.split_at(rows.len() / 2);
-    put(folder.path(), "a.csv", &format!("{head}\n{}\n", first.join("\n")));
-    put(folder.path(), "b.csv", &format!("{head}\n{}\n", second.join("\n")));
-    let args = ["calibrate", "a.csv", "--interval", "60", "-o", "cal.toml", "--json"];
-    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    put(&folder, "a.csv", format!("{head}\n{}\n", first.join("\n")));
+    put(&folder, "b.csv", format!("{head}\n{}\n", second.join("\n")));
+    let args = "calibrate a.csv --interval 60 -o cal.toml --json";
+    let line = gripctl(&folder, args).last();
     assert_eq!(line["type"], "calibration");
     let evidence = &line["evidence"];
     assert!(number(evidence, "rest_s") > 20.0 && number(evidence, "motion_s") > 20.0, "{line}");
@@ -53,10 +48,10 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
     // White noise of 0.1 um over 1 kHz has the energy of the shear band times 380 / 1000.
     let shear = line["floor"][0].as_f64().unwrap();
     assert!((shear / (1e-14 * 0.38) - 1.0).abs() < 0.15, "{shear:e}");
-    let args = ["replay", "b.csv", "--calibration", "cal.toml", "--json"];
-    let summary = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    let args = "replay b.csv --calibration cal.toml --json";
+    let summary = gripctl(&folder, args).last();
     assert!(number(&summary, "slips") <= 6.0, "two minutes at one a minute: {summary}");
-    let text = gripctl(folder.path(), &["calibrate", "a.csv", "-o", "cal.toml"]).done().out;
+    let text = gripctl(&folder, "calibrate a.csv -o cal.toml").done().out;
     assert!(
         text.contains("fast trigger, wanted: one false alarm in 600 s; seen: 0 slips in a replay")
             && text.contains("to promise what is wanted, record 3600 s"),
@@ -68,14 +63,14 @@ fn a_calibration_holds_on_another_stretch_of_the_same_robot() {
 #[test]
 fn the_smallest_slip_is_found() {
     let folder = tempfile::tempdir().unwrap();
-    put(folder.path(), "a.csv", &recording(120, |_| 0.1, 5));
-    let args = ["calibrate", "a.csv", "--interval", "60", "-o", "cal.toml", "--json"];
-    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    put(&folder, "a.csv", recording(120, |_| 0.1, 5));
+    let args = "calibrate a.csv --interval 60 -o cal.toml --json";
+    let line = gripctl(&folder, args).last();
     let smallest_m = number(&line["evidence"], "smallest_rest");
     assert!((1e-7..5e-6).contains(&smallest_m), "{smallest_m}");
     assert!(number(&line["evidence"], "smallest_motion") > smallest_m, "{line}");
-    let text = fs::read_to_string(folder.path().join("cal.toml")).unwrap();
-    put(folder.path(), "fast.toml", text.split("[certificate]").next().unwrap());
+    let text = read(&folder, "cal.toml");
+    put(&folder, "fast.toml", text.split("[certificate]").next().unwrap());
     let slips = |share: f64, calibration: &str| {
         let still = Disturbance::new(0.0, 0.0, 2000.0, 3);
         let mut robot = still.clone();
@@ -87,9 +82,9 @@ fn the_smallest_slip_is_found() {
                 if i > 4000 { share * smallest_m * core::f64::consts::SQRT_2 * tone } else { 0.0 };
             writeln!(text, "{t:.6},{slip_m:e},{:e}", robot.next_sample().reference_m).unwrap();
         }
-        put(folder.path(), "slip.csv", &text);
-        let args = ["replay", "slip.csv", "--calibration", calibration, "--json"];
-        number(&gripctl(folder.path(), &args).done().json().pop().unwrap(), "slips")
+        put(&folder, "slip.csv", &text);
+        let args = &format!("replay slip.csv --calibration {calibration} --json");
+        number(&gripctl(&folder, args).last(), "slips")
     };
     assert_eq!([slips(0.5, "fast.toml"), slips(1.3, "fast.toml")], [0.0, 1.0]);
     assert_eq!(slips(0.5, "cal.toml"), 1.0);
@@ -98,7 +93,7 @@ fn the_smallest_slip_is_found() {
 #[test]
 fn floors_that_cannot_be_trusted_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    put(folder.path(), "short.csv", &recording(2, |_| 0.1, 1));
+    put(&folder, "short.csv", recording(2, |_| 0.1, 1));
     let dead: String = recording(20, |_| 0.1, 1)
         .lines()
         .enumerate()
@@ -107,18 +102,18 @@ fn floors_that_cannot_be_trusted_are_refused() {
             _ => format!("{row}\n"),
         })
         .collect();
-    put(folder.path(), "dead.csv", &dead);
+    put(&folder, "dead.csv", &dead);
     let refuse = |file: &str, words: &[&str]| {
-        gripctl(folder.path(), &["calibrate", file, "-o", "cal.toml"]).refused(1, words);
+        gripctl(&folder, format!("calibrate {file} -o cal.toml")).refused(1, words);
         assert!(!folder.path().join("cal.toml").exists());
     };
     refuse("short.csv", &["short.csv", "too short"]);
     refuse("dead.csv", &["dead.csv", "not healthy", "frozen"]);
-    let args = ["calibrate", "short.csv", "-o", "cal.toml", "--interval", "0"];
-    gripctl(folder.path(), &args).refused(2, &["--interval 0"]);
-    put(folder.path(), "bad.toml", "floor = 3\n");
-    let args = ["replay", "short.csv", "--calibration", "bad.toml"];
-    gripctl(folder.path(), &args).refused(2, &["bad.toml:1:9", "invalid type"]);
+    let args = "calibrate short.csv -o cal.toml --interval 0";
+    gripctl(&folder, args).refused(2, &["--interval 0"]);
+    put(&folder, "bad.toml", "floor = 3\n");
+    let args = "replay short.csv --calibration bad.toml";
+    gripctl(&folder, args).refused(2, &["bad.toml:1:9", "invalid type"]);
 }
 
 /// What is loud at rest is left out of the floor and said, and replay reports it no more.
@@ -128,11 +123,11 @@ fn a_rest_that_changes_is_taken_and_stated() {
     let with = |loud_s: f64| {
         let rms = move |t: f64| if (50.0..50.0 + loud_s).contains(&t) { 2.0 } else { 0.1 };
         let text = work(120, rms, |t| !(48.0..70.0).contains(&t), 5);
-        put(folder.path(), "work.csv", &text);
-        let args = ["calibrate", "work.csv", "--interval", "60", "-o", "cal.toml", "--json"];
-        let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
-        let args = ["replay", "work.csv", "--calibration", "cal.toml", "--json"];
-        let summary = gripctl(folder.path(), &args).done().json().pop().unwrap();
+        put(&folder, "work.csv", &text);
+        let args = "calibrate work.csv --interval 60 -o cal.toml --json";
+        let line = gripctl(&folder, args).last();
+        let args = "replay work.csv --calibration cal.toml --json";
+        let summary = gripctl(&folder, args).last();
         assert_eq!(number(&line["evidence"], "seen"), number(&summary, "slips"), "{line}");
         line
     };
@@ -151,7 +146,7 @@ fn a_rest_that_changes_is_taken_and_stated() {
         assert!((floor(line) / floor(&clean) - 1.0).abs() < 0.1, "{line}");
         assert!(number(&line["evidence"], "seen") <= 1.0, "{line}");
     }
-    let text = gripctl(folder.path(), &["calibrate", "work.csv", "-o", "cal.toml"]).done().out;
+    let text = gripctl(&folder, "calibrate work.csv -o cal.toml").done().out;
     for words in [
         "left out of the floor as unexplained",
         "its energy changes by",
@@ -173,11 +168,11 @@ fn a_force_of_zero_does_not_change_the_calibration() {
             false => format!("{row},0.01\n"),
         })
         .collect();
-    put(folder.path(), "bare.csv", &text);
-    put(folder.path(), "open.csv", &open);
+    put(&folder, "bare.csv", &text);
+    put(&folder, "open.csv", &open);
     let made = |file: &str| {
-        let args = ["calibrate", file, "-o", "cal.toml", "--interval", "60", "--json"];
-        gripctl(folder.path(), &args).done().json().pop().unwrap()
+        let args = &format!("calibrate {file} -o cal.toml --interval 60 --json");
+        gripctl(&folder, args).last()
     };
     let bare = made("bare.csv");
     assert_eq!(made("open.csv"), bare);
@@ -206,10 +201,10 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
         }
         text
     };
-    put(folder.path(), "rest.csv", &rows(180, 180));
-    put(folder.path(), "slip.csv", &rows(6, 5));
-    let args = ["calibrate", "rest.csv", "--interval", "600", "-o", "cal.toml"];
-    let text = gripctl(folder.path(), &args).done().out;
+    put(&folder, "rest.csv", rows(180, 180));
+    put(&folder, "slip.csv", rows(6, 5));
+    let args = "calibrate rest.csv --interval 600 -o cal.toml";
+    let text = gripctl(&folder, args).done().out;
     for words in [
         "certified alarm: one false alarm in 600 s or more",
         "at rest: 1",
@@ -220,8 +215,8 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
         assert!(text.contains(words), "{words}: {text}");
     }
     let replay = |calibration: &str, json: bool| {
-        let args = ["replay", "slip.csv", "--calibration", calibration, "--json"];
-        gripctl(folder.path(), &args[..args.len() - usize::from(!json)]).done()
+        let json = if json { "--json" } else { "" };
+        gripctl(&folder, format!("replay slip.csv --calibration {calibration} {json}")).done()
     };
     let events = replay("cal.toml", true).json();
     let slips: Vec<_> = events.iter().filter(|event| event["type"] == "slip").collect();
@@ -231,8 +226,8 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
         "{slips:?}"
     );
     // A file without a certificate, as older versions wrote it.
-    let new = fs::read_to_string(folder.path().join("cal.toml")).unwrap();
-    put(folder.path(), "old.toml", new.split("[certificate]").next().unwrap());
+    let new = read(&folder, "cal.toml");
+    put(&folder, "old.toml", new.split("[certificate]").next().unwrap());
     let ran = replay("old.toml", true);
     assert!(ran.err.contains("no certified false-alarm interval"), "{}", ran.err);
     assert!(ran.json().iter().filter(|e| e["type"] == "slip").all(|e| e["certified"] == false));
@@ -242,17 +237,16 @@ fn a_slip_is_certified_by_a_calibration_that_carries_it_and_by_no_older_file() {
 #[test]
 fn a_recording_too_short_for_a_certificate_states_so() {
     let folder = tempfile::tempdir().unwrap();
-    put(folder.path(), "short.csv", &recording(25, |_| 0.1, 3));
-    let ran = gripctl(folder.path(), &["calibrate", "short.csv", "-o", "cal.toml"]).done();
+    put(&folder, "short.csv", recording(25, |_| 0.1, 3));
+    let ran = gripctl(&folder, "calibrate short.csv -o cal.toml").done();
     for words in ["no slip will be certified", "record 120 s or more", "gripctl calibrate LONGER"] {
         assert!(ran.err.contains(words), "no {words}: {}", ran.err);
     }
-    let replayed =
-        gripctl(folder.path(), &["replay", "short.csv", "--calibration", "cal.toml"]).done();
+    let replayed = gripctl(&folder, "replay short.csv --calibration cal.toml").done();
     for words in ["it stands on ", "of motion: record 120 s or more", "gripctl calibrate LONGER"] {
         assert!(replayed.err.contains(words), "no {words}: {}", replayed.err);
     }
-    assert!(!fs::read_to_string(folder.path().join("cal.toml")).unwrap().contains("[certificate"));
+    assert!(!read(&folder, "cal.toml").contains("[certificate"));
 }
 
 /// A machine that stands still for a second ends the measurement of a live gripper, which is then done again.
@@ -263,9 +257,8 @@ fn not_interrupted(measure: impl Fn() -> Ran) -> Ran {
 #[test]
 fn a_gripper_is_calibrated_where_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let args =
-        ["calibrate", "--port", "sim", "--rest-s", "9", "--interval", "20", "-o", "cal.toml"];
-    let live = not_interrupted(|| gripctl(folder.path(), &[&args[..], &["--json"]].concat()));
+    let args = "calibrate --port sim --rest-s 9 --interval 20 -o cal.toml";
+    let live = not_interrupted(|| gripctl(&folder, format!("{args} --json")));
     assert!([0, 3].contains(&live.code), "{live:?}");
     let line = live.json().pop().unwrap();
     assert!(
@@ -279,16 +272,15 @@ fn a_gripper_is_calibrated_where_it_is() {
     for i in 0..2000_u32 {
         writeln!(rows, "{:.4},{:e},0.0", f64::from(i) * 1e-4, 1e-8 * f64::from(i * 7 % 5)).unwrap();
     }
-    put(folder.path(), "x.csv", &rows);
-    gripctl(folder.path(), &["replay", "x.csv", "--calibration", "cal.toml"]).done();
+    put(&folder, "x.csv", &rows);
+    gripctl(&folder, "replay x.csv --calibration cal.toml").done();
 }
 
 #[test]
 fn a_measurement_that_cannot_be_trusted_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["calibrate", "--port", "sim", "--rest-s", "2", "-o", "cal.toml"];
-    not_interrupted(|| gripctl(folder.path(), &args))
-        .refused(1, &["sim: ", "too short", "at least 5 s"]);
+    let args = "calibrate --port sim --rest-s 2 -o cal.toml";
+    not_interrupted(|| gripctl(&folder, args)).refused(1, &["sim: ", "too short", "at least 5 s"]);
     assert!(!folder.path().join("cal.toml").exists());
 }
 
@@ -317,25 +309,25 @@ fn array(seconds: u32, hz: u32, head: &str, slips_s: f64) -> String {
 fn an_array_alone_is_calibrated_on_an_object_that_is_held() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    put(path, "held.csv", &array(12, 100, "t_s,force_n,", 1e9));
-    put(path, "slips.csv", &array(12, 100, "t_s,force_n,", 8.0));
-    put(path, "bare.csv", &array(12, 100, "t_s,", 1e9));
-    put(path, "short.csv", &array(4, 100, "t_s,force_n,", 1e9));
-    let line = gripctl(path, &["calibrate", "held.csv", "-o", "cal.toml", "--json"]).done().json();
+    put(path, "held.csv", array(12, 100, "t_s,force_n,", 1e9));
+    put(path, "slips.csv", array(12, 100, "t_s,force_n,", 8.0));
+    put(path, "bare.csv", array(12, 100, "t_s,", 1e9));
+    put(path, "short.csv", array(4, 100, "t_s,force_n,", 1e9));
+    let line = gripctl(path, "calibrate held.csv -o cal.toml --json").done().json();
     // Uniform noise of 1 has an rms of 0.289; the shape takes a part of it.
     let taxels = &line[0]["taxels"];
     assert!((0.2..0.5).contains(&number(taxels, "rms")), "{line:?}");
     assert!(number(taxels, "range") > 0.0, "{line:?}");
-    let text = gripctl(path, &["calibrate", "held.csv", "-o", "cal.toml"]).done().out;
+    let text = gripctl(path, "calibrate held.csv -o cal.toml").done().out;
     assert!(text.starts_with("taxels at rest: noise") && text.contains("A slip is found from"));
     for (file, slips) in [("held.csv", 0.0), ("slips.csv", 1.0)] {
-        let args = ["replay", file, "--calibration", "cal.toml", "--json"];
-        let summary = gripctl(path, &args).done().json().pop().unwrap();
+        let args = &format!("replay {file} --calibration cal.toml --json");
+        let summary = gripctl(path, args).last();
         assert_eq!(number(&summary, "slips"), slips, "{file}: {summary}");
     }
-    gripctl(path, &["calibrate", "bare.csv", "-o", "x.toml"]).refused(1, &["force_n"]);
-    gripctl(path, &["calibrate", "short.csv", "-o", "x.toml"]).refused(1, &["at least 5 s"]);
+    gripctl(path, "calibrate bare.csv -o x.toml").refused(1, &["force_n"]);
+    gripctl(path, "calibrate short.csv -o x.toml").refused(1, &["at least 5 s"]);
     put(path, "broken.toml", "sample_rate_hz = 100.0\n[taxels]\nrms = 1.0\nsize = 3\n");
-    gripctl(path, &["replay", "held.csv", "--calibration", "broken.toml"]).refused(2, &["size"]);
+    gripctl(path, "replay held.csv --calibration broken.toml").refused(2, &["size"]);
     assert!(!path.join("x.toml").exists());
 }

@@ -1,6 +1,6 @@
 //! `gripctl collect` on grasps of the simulator, whose truth is known; and `train` and `eval` on what it writes.
 
-use crate::run::{gripctl, number};
+use crate::run::{gripctl, number, put, read};
 use grip_eval::trial;
 use grip_record::{
     ChannelSet, CsvWriter, StylusKind,
@@ -129,26 +129,15 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values[values.len() / 2]
 }
 
-const TRAIN: [&str; 10] = [
-    "train",
-    "train.csv",
-    "--inputs",
-    "slip_acceleration_m_s2,trial_force_n",
-    "--target",
-    "adequate_force_n:ln",
-    "--test",
-    "train-test.csv",
-    "-o",
-    "m.json",
-];
+const TRAIN: &str = "train train.csv --inputs slip_acceleration_m_s2,trial_force_n --target adequate_force_n:ln --test train-test.csv -o m.json";
 
 #[test]
 fn recordings_of_many_grippers_become_rows_whose_target_is_near_the_truth() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     let truth = fleet(here, 24);
-    let collect = ["collect", ".", "-o", "train.csv", "--test-share", "0.25", "--json"];
-    let reported = gripctl(here, &collect).done().json().pop().unwrap();
+    let collect = "collect . -o train.csv --test-share 0.25 --json";
+    let reported = gripctl(here, collect).last();
     assert_eq!(
         (&reported["recordings"], &reported["lossy"]),
         (&96.into(), &0.into()),
@@ -182,11 +171,9 @@ fn recordings_of_many_grippers_become_rows_whose_target_is_near_the_truth() {
     assert_eq!(within, label.len(), "bounds: {low:?} {high:?}");
     assert!(label.len() >= 20 && error < 0.1 && worst < 0.25, "{label:?}");
 
-    gripctl(here, &[&TRAIN[..], &["--hidden", "2", "--repeats", "4"]].concat()).done();
+    gripctl(here, format!("{TRAIN} --hidden 2 --repeats 4")).done();
     test.with_truth(&here.join("truth.csv"), &truth);
-    let eval = |model: &str| {
-        gripctl(here, &["eval", model, "truth.csv", "--json"]).done().json().pop().unwrap()
-    };
+    let eval = |model: &str| gripctl(here, format!("eval {model} truth.csv --json")).last();
     let (trained, built_in) = (eval("m.json"), eval("default"));
     eprintln!("trained: {trained}; built in: {built_in}");
     assert!(number(&trained, "within_10pct") >= 0.5, "{trained}");
@@ -205,12 +192,12 @@ fn csv_recordings_and_folders_of_objects_do_as_well_and_the_same_rows_come_again
     let mut writer = CsvWriter::new(out, &ChannelSet::all(StylusKind::Displacement)).unwrap();
     samples.iter().for_each(|sample| writer.write(sample).unwrap());
     writer.finish().unwrap();
-    fs::write(here.join("gripd.toml"), "[link]\nsample_rate_hz = 2000\n").unwrap();
+    put(here, "gripd.toml", "[link]\nsample_rate_hz = 2000\n");
     let run = |output: &str| {
-        let args = ["collect", ".", "-o", output, "--config", "gripd.toml"];
-        let ran = gripctl(here, &args).done();
+        let args = &format!("collect . -o {output} --config gripd.toml");
+        let ran = gripctl(here, args).done();
         assert!(ran.out.contains("slips in 2 recordings"), "{}", ran.out);
-        fs::read_to_string(here.join(output)).unwrap()
+        read(here, output)
     };
     let first = run("train.csv");
     // Its own file is no recording.
@@ -224,23 +211,23 @@ fn csv_recordings_and_folders_of_objects_do_as_well_and_the_same_rows_come_again
     let ratio = force(&rows.0[0]).parse::<f64>().unwrap() / f64::from(KAPPA) / needed_n;
     assert!((0.85..1.2).contains(&ratio), "{ratio}");
 
-    let one = ["collect", "run.mcap", "-o", "one.csv", "--test-share", "0.5"];
-    gripctl(here, &one).refused(2, &["--split object: objects: 1 groups of rows"]);
-    let named = ["collect", "run.mcap", "-o", "one.csv", "--object", "brick"];
-    gripctl(here, &named).done();
+    let one = "collect run.mcap -o one.csv --test-share 0.5";
+    gripctl(here, one).refused(2, &["--split object: objects: 1 groups of rows"]);
+    let named = "collect run.mcap -o one.csv --object brick";
+    gripctl(here, named).done();
     assert_eq!(Rows::read(&here.join("one.csv")).names("object"), BTreeSet::from(["brick"]));
     fs::copy(jar.join("run.csv"), here.join("loose.csv")).unwrap();
-    let loose = ["run.mcap", "loose.csv", "-o", "two.csv", "--config", "gripd.toml"];
-    let ran = gripctl(here, &[&["collect", "--test-share", "0.5"], &loose[..]].concat()).done();
+    let loose = "run.mcap loose.csv -o two.csv --config gripd.toml";
+    let ran = gripctl(here, format!("collect --test-share 0.5 {loose}")).done();
     assert!(ran.err.contains("rows whose object is not known stand on one side"), "{ran:?}");
-    let wide = ["collect", "run.mcap", "-o", "none.csv", "--widest", "1.01"];
-    gripctl(here, &wide)
+    let wide = "collect run.mcap -o none.csv --widest 1.01";
+    gripctl(here, wide)
         .refused(1, &["nothing to train on: 3 slips in 1 recordings", "too far apart"]);
     assert!(!here.join("none.csv").exists());
     let cut = fs::read(here.join("run.mcap")).unwrap();
-    fs::write(here.join("cut.mcap"), &cut[..cut.len() - 40_000]).unwrap();
-    fs::write(here.join("bad.mcap"), "no recording").unwrap();
-    let ran = gripctl(here, &["collect", ".", "-o", "train.csv", "--config", "gripd.toml"]);
+    put(here, "cut.mcap", &cut[..cut.len() - 40_000]);
+    put(here, "bad.mcap", "no recording");
+    let ran = gripctl(here, "collect . -o train.csv --config gripd.toml");
     assert_eq!(ran.code, 3, "{ran:?}");
     assert!(
         ran.err.contains("cut.mcap: ends at byte") && ran.err.contains("bad.mcap: is no MCAP file"),

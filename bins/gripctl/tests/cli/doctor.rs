@@ -1,10 +1,11 @@
 //! `gripctl doctor`: what it finds on this machine, at a simulated gripper, and at ports that are none.
 
-use crate::run::{Ran, gripctl, noise, normal, wav};
+use crate::run::{Ran, gripctl, noise, normal, put, read, wav};
 use core::sync::atomic::{AtomicBool, Ordering};
 use grip_sim::Pty;
 use serde_json::Value;
-use std::{fs, os::unix::fs::symlink, path::Path, thread};
+use std::{fs, os::unix::fs::symlink, thread};
+use tempfile::TempDir;
 
 /// The findings of a run, by the name of what was looked at.
 fn finding<'a>(lines: &'a [Value], check: &str) -> &'a Value {
@@ -29,16 +30,15 @@ fn checked(ran: &Ran) -> Vec<Value> {
     lines
 }
 
-fn doctor(folder: &Path, args: &[&str]) -> Ran {
-    let all = ["doctor", "--json", "--folder", "."];
-    gripctl(folder, &[all.as_slice(), args].concat())
+fn doctor(folder: &TempDir, args: &str) -> Ran {
+    gripctl(folder, format!("doctor --json --folder . {args}"))
 }
 
 #[test]
 fn a_simulated_gripper_is_measured() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("c.toml"), "[link]\nsample_rate_hz = 2000\n").unwrap();
-    let ran = doctor(folder.path(), &["sim", "--seconds", "1", "--config", "c.toml"]);
+    put(&folder, "c.toml", "[link]\nsample_rate_hz = 2000\n");
+    let ran = doctor(&folder, "sim --seconds 1 --config c.toml");
     let lines = checked(&ran);
     for check in ["configuration", "real time", "kernel", "processors", "disk", "daemon"] {
         finding(&lines, check);
@@ -55,22 +55,22 @@ fn a_simulated_gripper_is_measured() {
 #[test]
 fn ports_that_are_no_gripper_are_faults_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
-    let lines = checked(&doctor(folder.path(), &["./none"]));
+    let lines = checked(&doctor(&folder, "./none"));
     assert_eq!(finding(&lines, "port")["verdict"], "fault");
-    fs::write(folder.path().join("file"), "kept").unwrap();
-    let lines = checked(&doctor(folder.path(), &["./file"]));
+    put(&folder, "file", "kept");
+    let lines = checked(&doctor(&folder, "./file"));
     assert!(finding(&lines, "port")["text"].as_str().unwrap().contains("no serial port"));
-    assert_eq!(fs::read_to_string(folder.path().join("file")).unwrap(), "kept");
-    let lines = checked(&doctor(folder.path(), &["/dev/null"]));
+    assert_eq!(read(&folder, "file"), "kept");
+    let lines = checked(&doctor(&folder, "/dev/null"));
     assert!(finding(&lines, "port")["text"].as_str().unwrap().contains("no serial port"));
     // Nobody answers on this one; then another program takes it.
     let pty = Pty::open(None).unwrap();
     symlink(pty.port(), folder.path().join("silent")).unwrap();
-    let lines = checked(&doctor(folder.path(), &["./silent"]));
+    let lines = checked(&doctor(&folder, "./silent"));
     let gripper = finding(&lines, "gripper");
     assert!(gripper["text"].as_str().unwrap().contains("no gripper answered"), "{gripper}");
     let held = serialport::new(pty.port().to_str().unwrap(), 115_200).open().unwrap();
-    let lines = checked(&doctor(folder.path(), &["./silent"]));
+    let lines = checked(&doctor(&folder, "./silent"));
     assert!(finding(&lines, "gripper")["text"].as_str().unwrap().contains("busy"));
     let own = format!("process {}", std::process::id());
     let holder = finding(&lines, "held by");
@@ -81,8 +81,8 @@ fn ports_that_are_no_gripper_are_faults_with_a_remedy() {
 #[test]
 fn a_configuration_that_is_wrong_is_a_fault() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("bad.toml"), "[grip]\nf_max_n = -3\n").unwrap();
-    let lines = checked(&doctor(folder.path(), &["./none", "--config", "bad.toml"]));
+    put(&folder, "bad.toml", "[grip]\nf_max_n = -3\n");
+    let lines = checked(&doctor(&folder, "./none --config bad.toml"));
     let found = finding(&lines, "configuration");
     assert_eq!(found["verdict"], "fault");
     assert!(found["text"].as_str().unwrap().contains("bad.toml:2:1"), "{found}");
@@ -103,8 +103,8 @@ fn sensor(rate_hz: u32, seconds: u32, level: impl Fn(f64) -> f64) -> String {
 fn a_sensor_is_judged_by_a_recording_at_rest() {
     let folder = tempfile::tempdir().unwrap();
     let judge = |rows: &str| {
-        fs::write(folder.path().join("s.csv"), rows).unwrap();
-        checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "s.csv"]))
+        put(&folder, "s.csv", rows);
+        checked(&gripctl(&folder, "doctor --json --sensor s.csv"))
     };
     let verdicts = |lines: &[Value]| -> Vec<String> {
         let bad = lines.iter().filter(|line| line["verdict"] != "ok");
@@ -152,10 +152,10 @@ fn a_sensor_is_judged_by_a_recording_at_rest() {
         whole.lines().enumerate().filter(|(i, _)| i % 500 != 100).map(|(_, line)| line).collect();
     let gaps = judge(&kept.join("\n"));
     assert!(verdicts(&gaps).contains(&"\"warning\" \"sensor data\"".to_owned()), "{gaps:?}");
-    fs::write(folder.path().join("t.csv"), "t_s,travel_m\n0,0\n0.001,0\n0.002,0\n").unwrap();
-    let none = checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "t.csv"]));
+    put(&folder, "t.csv", "t_s,travel_m\n0,0\n0.001,0\n0.002,0\n");
+    let none = checked(&gripctl(&folder, "doctor --json --sensor t.csv"));
     assert_eq!(finding(&none, "sensor")["verdict"], "fault");
-    let absent = gripctl(folder.path(), &["doctor", "--sensor", "no.csv"]);
+    let absent = gripctl(&folder, "doctor --sensor no.csv");
     assert!(absent.code != 0 && absent.err.contains("no.csv"), "{absent:?}");
 }
 
@@ -168,24 +168,24 @@ fn microphone(samples: usize) -> Vec<u8> {
 #[test]
 fn a_wav_is_judged_and_calibrated_as_it_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rest.wav"), microphone(60_000)).unwrap();
-    let judged = checked(&gripctl(folder.path(), &["doctor", "--json", "--sensor", "rest.wav"]));
+    put(&folder, "rest.wav", microphone(60_000));
+    let judged = checked(&gripctl(&folder, "doctor --json --sensor rest.wav"));
     assert!(judged.iter().all(|line| line["verdict"] == "ok"), "{judged:?}");
-    let replayed = gripctl(folder.path(), &["replay", "rest.wav"]);
+    let replayed = gripctl(&folder, "replay rest.wav");
     assert!(replayed.code == 0 && replayed.out.contains("60000 samples"), "{replayed:?}");
-    let made = gripctl(folder.path(), &["calibrate", "rest.wav", "-o", "CAL.toml"]);
+    let made = gripctl(&folder, "calibrate rest.wav -o CAL.toml");
     assert!(made.code == 0 && folder.path().join("CAL.toml").exists(), "{made:?}");
 }
 
 #[test]
 fn a_recording_where_a_port_should_be_is_named_as_one() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("rest.wav"), microphone(10)).unwrap();
-    let lost = gripctl(folder.path(), &["doctor", "rest.wav"]);
+    put(&folder, "rest.wav", microphone(10));
+    let lost = gripctl(&folder, "doctor rest.wav");
     assert!(lost.code == 1 && lost.out.contains("doctor --sensor rest.wav"), "{lost:?}");
     // A sound under another name.
     fs::copy(folder.path().join("rest.wav"), folder.path().join("rest.m4a")).unwrap();
-    let sound = gripctl(folder.path(), &["replay", "rest.m4a"]);
+    let sound = gripctl(&folder, "replay rest.m4a");
     assert!(sound.code == 2 && sound.err.contains("name it .wav"), "{sound:?}");
 }
 
@@ -204,7 +204,7 @@ fn a_robotiq_gripper_is_asked_for_its_status_alone() {
     let name = format!("robotiq:2f-85:{}", pty.port().display());
     let place = format!("2F-85 at {}, unit 9, 115200 baud", pty.port().display());
     let text = |lines: &[Value]| finding(lines, "gripper")["text"].as_str().unwrap().to_owned();
-    let silent = checked(&doctor(folder.path(), &[&name]));
+    let silent = checked(&doctor(&folder, &name));
     assert!(text(&silent).starts_with(&place) && text(&silent).contains("no status"), "{silent:?}");
     assert!(!text(&silent).contains(" 0 requests"), "it was asked: {silent:?}");
     let mut left = [0; 4096];
@@ -224,13 +224,13 @@ fn a_robotiq_gripper_is_asked_for_its_status_alone() {
             }
             asked
         });
-        let lines = checked(&doctor(folder.path(), &[&name]));
+        let lines = checked(&doctor(&folder, &name));
         over.store(true, Ordering::Relaxed);
         (lines, device.join().unwrap())
     });
     let found = format!("{place}: activated, holds nothing, position 13 of 255");
     assert!(text(&lines).starts_with(&found), "{lines:?}");
     assert!(asked.chunks(8).all(|request| request.starts_with(&[9, 4, 0x07, 0xD0])), "{asked:?}");
-    let wrong = gripctl(folder.path(), &["doctor", "robotiq:3f:/dev/ttyUSB0"]);
+    let wrong = gripctl(&folder, "doctor robotiq:3f:/dev/ttyUSB0");
     assert!(wrong.code == 2 && wrong.err.contains("3f"), "{wrong:?}");
 }

@@ -5,7 +5,7 @@ use crate::run::{gripctl, number};
 #[test]
 fn the_built_in_models_stand_side_by_side() {
     let folder = tempfile::tempdir().unwrap();
-    let ran = gripctl(folder.path(), &["estimate", "--rows", "1000", "--json"]).done();
+    let ran = gripctl(&folder, "estimate --rows 1000 --json").done();
     let lines = ran.json();
     let names: Vec<(&str, &str)> = lines
         .iter()
@@ -22,7 +22,7 @@ fn the_built_in_models_stand_side_by_side() {
             assert!(within < 0.2 && trusted < 1.0, "{line}");
         }
     }
-    let text = gripctl(folder.path(), &["estimate", "default", "--rows", "100"]).done().out;
+    let text = gripctl(&folder, "estimate default --rows 100").done().out;
     assert!(text.lines().count() == 3 && text.contains("within 10 %"), "{text}");
 }
 
@@ -30,9 +30,9 @@ fn the_built_in_models_stand_side_by_side() {
 #[test]
 fn the_model_of_the_study_runs_and_states_what_it_is() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["grasp", "glass_bottle_empty", "--trials", "1", "--duration", "1.5"];
-    let ran = gripctl(folder.path(), &[&args[..], &["--model", "paper"]].concat()).done();
+    let args = "grasp glass_bottle_empty --trials 1 --duration 1.5";
+    let ran = gripctl(&folder, format!("{args} --model paper")).done();
     assert!(ran.err.contains("model paper") && ran.err.contains("none moves the fingers"));
-    let ran = gripctl(folder.path(), &args).done();
+    let ran = gripctl(&folder, args).done();
     assert!(!ran.err.contains("moves the fingers"), "{}", ran.err);
 }

@@ -1,6 +1,6 @@
 //! `gripctl export`: C that compiles and agrees, ONNX, model cards, and what is refused.
 
-use crate::run::{gripctl, number};
+use crate::run::{gripctl, number, put, read};
 use std::{fs, path::Path, process::Command};
 
 const MODEL: &str = include_str!("../../../../crates/grip-session/models/default.json");
@@ -32,11 +32,11 @@ const BARE: [&str; 4] = ["-ffreestanding", "-Ibare", "-Wdouble-promotion", "-O2"
 
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("force.json"), MODEL).unwrap();
-    fs::write(folder.path().join("2-other.json"), OTHER).unwrap();
+    put(&folder, "force.json", MODEL);
+    put(&folder, "2-other.json", OTHER);
     fs::create_dir(folder.path().join("bare")).unwrap();
     let math = "float logf(float x);\nfloat expf(float x);\n";
-    fs::write(folder.path().join("bare/math.h"), math).unwrap();
+    put(&folder, "bare/math.h", math);
     folder
 }
 
@@ -58,8 +58,8 @@ fn compiles(folder: &Path, compiler: &str, options: &[&str], file: &str) -> bool
 fn c_code_agrees_with_the_model_and_compiles_everywhere() {
     let folder = folder();
     for (model, source) in [("force.json", "force.c"), ("2-other.json", "2-other.c")] {
-        let args = ["export", model, "--format", "c", "--verify", "--json"];
-        let result = gripctl(folder.path(), &args).done().json().pop().unwrap();
+        let args = &format!("export {model} --format c --verify --json");
+        let result = gripctl(&folder, args).last();
         let verified = &result["verified"];
         assert!(number(verified, "inputs") > 25_000.0, "{result}");
         let (found, bound) = (number(verified, "largest_difference"), number(verified, "bound"));
@@ -69,16 +69,16 @@ fn c_code_agrees_with_the_model_and_compiles_everywhere() {
             [&["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"][..], &BARE];
         let m4 = m4.concat();
         compiles(folder.path(), "arm-none-eabi-gcc", &m4, source);
-        let text = fs::read_to_string(folder.path().join(source)).unwrap();
+        let text = read(&folder, source);
         assert!(!text.contains("alloc"), "{text}");
     }
-    let header = fs::read_to_string(folder.path().join("force.h")).unwrap();
+    let header = read(&folder, "force.h");
     for part in
         ["force_predict", "FORCE_INPUTS 2", "FORCE_IN_TRIAL_FORCE_N = 1", "m/s^2", "0.017626667"]
     {
         assert!(header.contains(part), "no {part} in {header}");
     }
-    let header = fs::read_to_string(folder.path().join("2-other.h")).unwrap();
+    let header = read(&folder, "2-other.h");
     assert!(
         header.contains("M_2_OTHER_IN_F_N_2 = 2") && header.contains("m_2_other_predict"),
         "{header}"
@@ -93,16 +93,11 @@ fn a_card_goes_with_the_model_and_its_exports() {
         serde_json::from_str(&fs::read_to_string(path(name)).unwrap()).unwrap()
     };
     for (name, seed) in [("rows.csv", "1"), ("test.csv", "2")] {
-        gripctl(folder.path(), &["generate", "-o", name, "--rows", "80", "--seed", seed]).done();
+        gripctl(&folder, format!("generate -o {name} --rows 80 --seed {seed}")).done();
     }
-    let columns =
-        ["--inputs", "slip_acceleration_m_s2,trial_force_n:ln", "--target", "adequate_force_n:ln"];
-    let args = [
-        "train", "rows.csv", "--test", "test.csv", "--epochs", "20", "--hidden", "4", "--seed",
-        "3", "--json", "-o", "m.json",
-    ];
-    let result =
-        gripctl(folder.path(), &[&args[..], &columns].concat()).done().json().pop().unwrap();
+    let columns = "--inputs slip_acceleration_m_s2,trial_force_n:ln --target adequate_force_n:ln";
+    let args = "train rows.csv --test test.csv --epochs 20 --hidden 4 --seed 3 --json -o m.json";
+    let result = gripctl(&folder, format!("{args} {columns}")).last();
     let trained = card("m.card.json");
     assert_eq!(trained["program"], concat!("gripctl ", env!("CARGO_PKG_VERSION")));
     assert_eq!(
@@ -117,9 +112,9 @@ fn a_card_goes_with_the_model_and_its_exports() {
     assert_eq!(trained["data"]["train"]["sha256"], model["training"]["data_sha256"]);
     assert_eq!(trained["inputs"], model["inputs"]);
 
-    gripctl(folder.path(), &["export", "m.json", "--format", "onnx", "-o", "net.onnx"]).done();
-    let args = ["export", "m.json", "--format", "c", "--verify", "--prefix", "grip"];
-    let out = gripctl(folder.path(), &args).done().out;
+    gripctl(&folder, "export m.json --format onnx -o net.onnx").done();
+    let args = "export m.json --format c --verify --prefix grip";
+    let out = gripctl(&folder, args).done().out;
     assert!(
         out.contains("verified") && out.contains("m.c and m.h written, card in m.card.json"),
         "{out}"
@@ -129,8 +124,7 @@ fn a_card_goes_with_the_model_and_its_exports() {
     assert_eq!(exported["exports"][0]["kind"], "c99");
     assert_eq!(card("net.card.json")["exports"][0]["files"][0]["file"], "net.onnx");
     // Of a model that came without its card, only what its file states.
-    gripctl(folder.path(), &["export", "force.json", "--format", "onnx", "--card", "c.json"])
-        .done();
+    gripctl(&folder, "export force.json --format onnx --card c.json").done();
     let bare = card("c.json");
     assert!(bare["data"]["test"].is_null() && bare["training"]["precision"].is_null(), "{bare}");
     assert_eq!(bare["data"]["train"]["rows"], 4000);
@@ -143,13 +137,17 @@ fn code_that_no_compiler_takes_is_not_verified() {
         [("no-such-cc", "`no-such-cc` cannot be run"), ("false", "refused the C code")]
     {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gripctl"));
-        let args = ["export", "force.json", "--format", "c", "--verify"];
-        let run =
-            command.current_dir(folder.path()).args(args).env("CC", compiler).output().unwrap();
+        let args = "export force.json --format c --verify";
+        let run = command
+            .current_dir(folder.path())
+            .args(args.split(' '))
+            .env("CC", compiler)
+            .output()
+            .unwrap();
         let stated = String::from_utf8_lossy(&run.stderr).into_owned();
         assert!(run.status.code() == Some(1) && stated.contains(words), "{stated}");
     }
     let files = fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(files, 3, "only the models and a folder are there");
-    assert_eq!(fs::read_to_string(folder.path().join("force.json")).unwrap(), MODEL);
+    assert_eq!(read(&folder, "force.json"), MODEL);
 }

@@ -1,6 +1,6 @@
 //! Files of other programs through `gripctl import`, `replay` and `label`, to a figure of `score`.
 
-use crate::run::{self, gripctl, noise, number};
+use crate::run::{self, gripctl, noise, number, put, read};
 use core::f64::consts::TAU;
 use std::{fs, path::Path};
 
@@ -25,11 +25,11 @@ fn a_wav_is_imported_labelled_and_scored() {
     let folder = folder.path();
     wav(&folder.join("a.wav"), 1);
     wav(&folder.join("b.wav"), 2);
-    let direct = gripctl(folder, &["replay", "a.wav", "--json"]).done();
+    let direct = gripctl(folder, "replay a.wav --json").done();
     assert!(direct.err.contains("channel_1 -> vibration (share of full scale)"), "{}", direct.err);
     for output in ["a.csv", "a.npz", "b.csv"] {
         let from = format!("{}.wav", &output[..1]);
-        let ran = gripctl(folder, &["import", &from, "-o", output]).done();
+        let ran = gripctl(folder, format!("import {from} -o {output}")).done();
         let words =
             ["WAV, times from the header: 8000 Hz, integers of 16 bits", "channel_1 -> vibration"];
         assert!(words.iter().all(|word| ran.out.contains(word)), "{}", ran.out);
@@ -39,10 +39,10 @@ fn a_wav_is_imported_labelled_and_scored() {
             ran.out
         );
     }
-    let replayed = gripctl(folder, &["replay", "a.npz", "--json"]).done();
+    let replayed = gripctl(folder, "replay a.npz --json").done();
     let played = replayed.out.replace("a.npz", "a.wav");
     assert_eq!(played, direct.out, "imported or not, the events are the same");
-    let lines = gripctl(folder, &["import", "a.wav", "--json"]).done().json();
+    let lines = gripctl(folder, "import a.wav --json").done().json();
     assert_eq!(
         (&lines[0]["column"], &lines[0]["signal"]),
         (&"vibration".into(), &"channel_1".into())
@@ -50,26 +50,25 @@ fn a_wav_is_imported_labelled_and_scored() {
     assert!(number(&lines[1], "samples") == 16_000.0 && lines[1]["output"].is_null(), "{lines:?}");
 
     fs::remove_file(folder.join("a.npz")).unwrap();
-    let label = |name: &str, more: &[&str]| gripctl(folder, &[&["label", name][..], more].concat());
-    let onset = ["--onset", "1.5", "--material", "cork"];
-    assert!(label("a.csv", &onset).done().out.contains("a onset at 1.500000 s"));
-    label("b.csv", &["--rest"]).done();
-    label("b.csv", &onset).refused(2, &["b has a label already (rest)", "--force"]);
-    let replaced = label("b.csv", &["--onset", "1.5", "--material", "steel", "--force"]).done();
+    let label = |name: &str, more: &str| gripctl(folder, format!("label {name} {more}"));
+    let onset = "--onset 1.5 --material cork";
+    assert!(label("a.csv", onset).done().out.contains("a onset at 1.500000 s"));
+    label("b.csv", "--rest").done();
+    label("b.csv", onset).refused(2, &["b has a label already (rest)", "--force"]);
+    let replaced = label("b.csv", "--onset 1.5 --material steel --force").done();
     assert!(replaced.out.contains("was rest"), "{}", replaced.out);
-    let scored = gripctl(folder, &["score", ".", "--json"]).done().json();
+    let scored = gripctl(folder, "score . --json").done().json();
     for line in &scored[..2] {
         assert!(line["material"] != "" && number(line, "latency_ms") < 10.0, "{line}");
     }
-    label("b.csv", &["--onset", "1.6", "--force"]).done();
-    let labels = fs::read_to_string(folder.join("labels.csv")).unwrap();
+    label("b.csv", "--onset 1.6 --force").done();
+    let labels = read(folder, "labels.csv");
     assert!(labels.contains("b,onset,steel,1.600000"), "the material stays: {labels}");
-    label("b.csv", &["--remove"]).done();
-    label("b.csv", &["--remove"]).refused(2, &["no label"]);
-    label("a.csv", &["--onset", "2.5", "--force"])
-        .refused(2, &["goes from 0.000000 s to 1.999875 s"]);
-    label("a.wav", &["--rest"]).refused(2, &["gripctl import"]);
-    let labels = fs::read_to_string(folder.join("labels.csv")).unwrap();
+    label("b.csv", "--remove").done();
+    label("b.csv", "--remove").refused(2, &["no label"]);
+    label("a.csv", "--onset 2.5 --force").refused(2, &["goes from 0.000000 s to 1.999875 s"]);
+    label("a.wav", "--rest").refused(2, &["gripctl import"]);
+    let labels = read(folder, "labels.csv");
     assert_eq!(labels, "recording,kind,material,onset_s\na,onset,cork,1.500000\n");
 }
 
@@ -92,12 +91,12 @@ fn an_mcap_gives_the_events_of_the_csv() {
         })
         .collect();
     let head: String = (0..9).map(|k| format!(",pressure_{k}")).collect();
-    fs::write(folder.join("taxels_in.csv"), format!("t_s,force_n{head}\n{taxels}")).unwrap();
+    put(folder, "taxels_in.csv", format!("t_s,force_n{head}\n{taxels}"));
     for (name, from) in [("a", "a.wav"), ("taxels", "taxels_in.csv")] {
         let events = |ending: &str| {
             let file = format!("{name}.{ending}");
-            gripctl(folder, &["import", from, "-o", &file]).done();
-            let mut lines = gripctl(folder, &["replay", &file, "--json"]).done().json();
+            gripctl(folder, format!("import {from} -o {file}")).done();
+            let mut lines = gripctl(folder, format!("replay {file} --json")).done().json();
             let summary = lines.pop().unwrap();
             (lines, summary["samples"].clone())
         };
@@ -105,11 +104,11 @@ fn an_mcap_gives_the_events_of_the_csv() {
         assert!(csv.0.iter().any(|line| line["type"] == "slip"), "{csv:?}");
         assert_eq!(events("mcap"), csv);
         let mcap = format!("{name}.mcap");
-        gripctl(folder, &["replay", &mcap, "--check"]).done();
-        let kind = if name == "a" { ["--onset", "1.5"] } else { ["--onset", "2"] };
+        gripctl(folder, format!("replay {mcap} --check")).done();
+        let kind = if name == "a" { "--onset 1.5" } else { "--onset 2" };
         let scored = |file: &str| {
-            gripctl(folder, &[&["label", file][..], &kind, &["--force"]].concat()).done();
-            gripctl(folder, &["score", ".", "--floor", "live", "--json"]).done().json()
+            gripctl(folder, format!("label {file} {kind} --force")).done();
+            gripctl(folder, "score . --floor live --json").done().json()
         };
         let as_csv = scored(&format!("{name}.csv"));
         fs::remove_file(folder.join(format!("{name}.csv"))).unwrap();
@@ -122,21 +121,21 @@ fn an_mcap_gives_the_events_of_the_csv() {
 #[test]
 fn names_of_a_file_change_no_terminal() {
     let folder = tempfile::tempdir().unwrap();
-    let write = |text: &str| fs::write(folder.path().join("x.csv"), text).unwrap();
+    let write = |text: &str| put(&folder, "x.csv", text);
     let rows = "\n0,1,2,3\n0.001,2,3,4\n0.002,1,2,3\n";
     write(&format!("t_s,vibration,\x1b[31mred\x1b]0;title\x07,back{rows}"));
-    gripctl(folder.path(), &["import", "x.csv"]).refused(2, &["x.csv: is no text"]);
+    gripctl(&folder, "import x.csv").refused(2, &["x.csv: is no text"]);
     write(&format!("t_s,vibration,\u{9b}31mred,\u{202e}back{rows}"));
-    let ran = gripctl(folder.path(), &["import", "x.csv"]).done();
+    let ran = gripctl(&folder, "import x.csv").done();
     assert!(ran.out.contains("not used: \\u{9b}31mred, \\u{202e}back"), "{ran:?}");
     let hostile = |c: char| c.is_control() && c != '\n' || c == '\u{202e}';
     assert!(!ran.out.contains(hostile) && !ran.err.contains(hostile), "{ran:?}");
 
     let rows: String = (0..40).map(|k| format!("{k},1,{}\n", k * k % 7)).collect();
     let file = "\u{9b}2J\x1b[31m.csv";
-    fs::write(folder.path().join(file), format!("a,\u{9b}31mred,b\n{rows}")).unwrap();
-    let columns = ["--inputs", "a,\u{9b}31mred", "--target", "b", "--epochs", "2", "-o", "m.json"];
-    let ran = gripctl(folder.path(), &[&["train", file], &columns[..]].concat()).done();
+    put(&folder, file, format!("a,\u{9b}31mred,b\n{rows}"));
+    let columns = "--inputs a,\u{9b}31mred --target b --epochs 2 -o m.json";
+    let ran = gripctl(&folder, format!("train {file} {columns}")).done();
     assert!(ran.err.contains("\\u{9b}2J\\u{1b}[31m.csv: "), "{ran:?}");
     assert!(!ran.out.contains(hostile) && !ran.err.contains(hostile), "{ran:?}");
 }
@@ -145,7 +144,7 @@ fn names_of_a_file_change_no_terminal() {
 fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let put = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).unwrap();
+    let put = |name: &str, bytes: &[u8]| put(folder, name, bytes);
     put("x.wav", b"RIFF");
     put("x.npy", b"\x93NUMPY\x01\0");
     put("x.mcap", b"\x89MCAP0\r\n");
@@ -155,21 +154,20 @@ fn what_cannot_be_imported_ends_with_2_and_writes_nothing() {
     let all =
         ["x.wav", "x.npy", "x.mcap", "x.db3", "x.csv", "zeros.csv", "none.csv", "/dev/zero", "."];
     for name in all {
-        gripctl(folder, &["import", name, "-o", "out.csv"]).refused(2, &[name]);
+        gripctl(folder, format!("import {name} -o out.csv")).refused(2, &[name]);
         assert!(!folder.join("out.csv").exists(), "{name}");
     }
     wav_at(&folder.join("fast.wav"), 1, 192_000);
-    for args in [&["import", "fast.wav", "-o", "out.csv"][..], &["replay", "fast.wav"]] {
+    for args in ["import fast.wav -o out.csv", "replay fast.wav"] {
         gripctl(folder, args).refused(2, &["fast.wav", "192000", "50000", "sox", "48000"]);
     }
     put("ok.csv", b"time_ms;mic\n0;1\n1;2\n2;1\n");
     put("out.csv", b"of somebody");
-    let import = ["import", "ok.csv", "-o", "out.csv"];
-    gripctl(folder, &import)
-        .refused(2, &["out.csv: is there already", "add --force to replace it"]);
+    let import = "import ok.csv -o out.csv";
+    gripctl(folder, import).refused(2, &["out.csv: is there already", "add --force to replace it"]);
     assert_eq!(fs::read(folder.join("out.csv")).unwrap(), b"of somebody");
-    gripctl(folder, &[&import[..], &["--force"]].concat()).done();
-    let text = fs::read_to_string(folder.join("out.csv")).unwrap();
+    gripctl(folder, format!("{import} --force")).done();
+    let text = read(folder, "out.csv");
     assert_eq!(text, "t_s,vibration\n0.000000,1.0\n0.001000,2.0\n0.002000,1.0\n");
 }
 
@@ -191,7 +189,7 @@ fn a_file_with_coarse_stamps_replays_as_what_is_imported_of_it() {
     let folder = folder.path();
     coarse(&folder.join("x.csv"));
     let events = |file: &str| {
-        let mut lines = gripctl(folder, &["replay", file, "--json"]).done().json();
+        let mut lines = gripctl(folder, format!("replay {file} --json")).done().json();
         let summary = lines.pop().unwrap();
         assert_eq!((number(&summary, "unusable"), number(&summary, "lost")), (0.0, 0.0), "{file}");
         (lines, summary["samples"].clone(), summary["slips"].clone())
@@ -199,7 +197,7 @@ fn a_file_with_coarse_stamps_replays_as_what_is_imported_of_it() {
     let direct = events("x.csv");
     assert!(direct.0.iter().any(|line| line["type"] == "slip"), "{direct:?}");
     for output in ["y.csv", "y.npz", "y.mcap"] {
-        let ran = gripctl(folder, &["import", "x.csv", "-o", output]).done();
+        let ran = gripctl(folder, format!("import x.csv -o {output}")).done();
         let words = ["vib -> vibration", "1800 of 4800 repeat", "placed evenly at 1600."];
         assert!(words.iter().all(|word| ran.out.contains(word)), "{}", ran.out);
         let (_, samples, slips) = events(output);
@@ -212,16 +210,11 @@ fn a_table_that_was_cut_off_is_used_and_ends_with_3() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     coarse(&folder.join("x.csv"));
-    gripctl(folder, &["import", "x.csv", "-o", "y.csv"]).done();
+    gripctl(folder, "import x.csv -o y.csv").done();
     let bytes = fs::read(folder.join("y.csv")).unwrap();
-    fs::write(folder.join("y.csv"), &bytes[..bytes.len() - 4]).unwrap();
-    fs::write(folder.join("labels.csv"), "recording,kind,material,onset_s\ny,onset,m,2.0\n")
-        .unwrap();
-    for args in [
-        &["replay", "y.csv"][..],
-        &["import", "y.csv", "-o", "z.csv"],
-        &["score", ".", "--floor", "live"],
-    ] {
+    put(folder, "y.csv", &bytes[..bytes.len() - 4]);
+    put(folder, "labels.csv", "recording,kind,material,onset_s\ny,onset,m,2.0\n");
+    for args in ["replay y.csv", "import y.csv -o z.csv", "score . --floor live"] {
         let ran = gripctl(folder, args);
         let said = format!("{}{}", ran.out, ran.err);
         assert!(ran.code == 3 && said.contains("line 4801 was cut off"), "{args:?} {said}");

@@ -1,14 +1,13 @@
 //! What a person may get wrong: each is refused with one message that states what, where and what to do. Most of it stands in
 //! refusals.toml.
 
-use crate::run::{content, gripctl};
+use crate::run::{content, gripctl, put};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use serde::Deserialize;
 use std::{
     collections::BTreeMap,
     fs::{self, File},
     os::unix::fs::symlink,
-    path::Path,
     process::Command,
 };
 
@@ -63,23 +62,22 @@ fn what_is_wrong_is_stated_in_a_sentence_and_leaves_nothing_behind() {
         page.folders.iter().for_each(|name| fs::create_dir(here.join(name)).unwrap());
         let model = page.model.map(|name| (name, MODEL.to_owned()));
         for (name, text) in page.files.into_iter().chain(model) {
-            fs::write(here.join(name), text).unwrap();
+            put(here, name, text);
         }
         for line in &page.before {
-            gripctl(here, &line.split_whitespace().collect::<Vec<_>>()).done();
+            gripctl(here, line).done();
         }
         for case in &page.cases {
             if let (Some(name), Some(text)) = (&page.put, &case.text) {
-                fs::write(here.join(name), text).unwrap();
+                put(here, name, text);
             }
             let before = content(here);
             for run in &page.run {
-                let args: Vec<&str> = run.split_whitespace().chain(case.args.split(' ')).collect();
-                let args: Vec<&str> = args.into_iter().filter(|arg| !arg.is_empty()).collect();
-                println!("{}: {args:?} {:?}", page.about, case.text);
+                let line = format!("{run} {}", case.args);
+                println!("{}: {line} {:?}", page.about, case.text);
                 let words: Vec<&str> =
                     page.say.iter().chain(&case.say).map(String::as_str).collect();
-                gripctl(here, &args).refused(case.code, &words);
+                gripctl(here, line).refused(case.code, &words);
                 assert_eq!(content(here), before);
             }
         }
@@ -91,8 +89,8 @@ fn rubbish_is_shown_in_short_and_without_control_characters() {
     let folder = tempfile::tempdir().unwrap();
     let rubbish: Vec<u8> =
         (0..40_000_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13).to_le_bytes()[0]).collect();
-    fs::write(folder.path().join("r.csv"), rubbish).unwrap();
-    let ran = gripctl(folder.path(), &["replay", "r.csv"]);
+    put(&folder, "r.csv", rubbish);
+    let ran = gripctl(&folder, "replay r.csv");
     let shown = ran.refused(2, &["r.csv", "is no text"]).err;
     assert!(
         shown.len() < 8000 && !shown.trim_end().contains(|c: char| c.is_control() && c != '\n'),
@@ -101,18 +99,13 @@ fn rubbish_is_shown_in_short_and_without_control_characters() {
     // Letters, of which half are none.
     let letters: String =
         (0..40_000_u32).map(|i| if i % 2 == 0 { '\u{fffd}' } else { 'a' }).collect();
-    fs::write(folder.path().join("l.csv"), letters).unwrap();
-    let shown = gripctl(folder.path(), &["replay", "l.csv"]).refused(2, &["nothing was taken"]).err;
+    put(&folder, "l.csv", letters);
+    let shown = gripctl(&folder, "replay l.csv").refused(2, &["nothing was taken"]).err;
     assert!(shown.len() < 8000, "{shown}");
 }
 
 #[test]
-fn a_command_of_another_program_names_it() {
-    for (name, command) in [("fleet", "`gripfleet COMMAND`"), ("foxglove", "`gripfleet foxglove`")]
-    {
-        gripctl(Path::new("."), &[name, "router"]).refused(2, &[command]);
-    }
-    // One that stands beside gripctl is named.
+fn a_program_that_stands_beside_gripctl_is_named() {
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     let [gripctl, gripfleet] = ["gripctl", "gripfleet"].map(|name| folder.path().join(name));
     fs::hard_link(env!("CARGO_BIN_EXE_gripctl"), &gripctl).unwrap();
@@ -135,47 +128,47 @@ fn files_that_are_no_recordings() {
         symlink("/dev/zero", path("endless")).unwrap();
         for name in ["fifo", "folder", "empty", "rubbish", "endless", "gone"] {
             let file = format!("{name}.{ending}");
-            let refuse = |args: &[&str]| gripctl(folder.path(), args).refused(2, &[&file]);
+            let refuse = |args: &str| gripctl(&folder, args).refused(2, &[&file]);
             match ending {
                 "json" => {
-                    refuse(&["estimate", &file]);
-                    refuse(&["export", &file, "--format", "c"]);
+                    refuse(&format!("estimate {file}"));
+                    refuse(&format!("export {file} --format c"));
                     continue;
                 }
                 "toml" => {
-                    refuse(&["grasp", &file]);
-                    refuse(&["replay", "r.csv", "--calibration", &file]);
+                    refuse(&format!("grasp {file}"));
+                    refuse(&format!("replay r.csv --calibration {file}"));
                     // Settings that show nothing are the shipped ones.
                     if name != "empty" {
-                        refuse(&["replay", "r.csv", "--config", &file]);
+                        refuse(&format!("replay r.csv --config {file}"));
                     }
                     continue;
                 }
                 _ => {}
             }
-            refuse(&["replay", &file]);
-            refuse(&["import", &file]);
+            refuse(&format!("replay {file}"));
+            refuse(&format!("import {file}"));
             if ending == "csv" || ending == "npz" {
-                refuse(&["calibrate", &file, "-o", "c.toml"]);
-                refuse(&["label", &file, "--rest"]);
-                refuse(&["train", &file, "--inputs", "a", "--target", "b", "-o", "m.json"]);
+                refuse(&format!("calibrate {file} -o c.toml"));
+                refuse(&format!("label {file} --rest"));
+                refuse(&format!("train {file} --inputs a --target b -o m.json"));
             }
             if ending == "csv" {
-                refuse(&["profile", &file, "--speed", "1"]);
+                refuse(&format!("profile {file} --speed 1"));
             }
             if ending == "mcap" {
-                refuse(&["recover", &file, "-o", "whole.mcap"]);
-                refuse(&["csv", &file, "-o", "out.csv"]);
+                refuse(&format!("recover {file} -o whole.mcap"));
+                refuse(&format!("csv {file} -o out.csv"));
             }
             if name != "folder" && ending != "db3" && ending != "wav" && ending != "npy" {
-                refuse(&["collect", &file, "-o", "rows.csv"]);
+                refuse(&format!("collect {file} -o rows.csv"));
             }
         }
     }
     for name in ["fifo.csv", "folder.csv", "empty.csv", "endless.csv"] {
         fs::remove_file(folder.path().join("labels.csv")).unwrap_or_default();
         symlink(folder.path().join(name), folder.path().join("labels.csv")).unwrap();
-        gripctl(folder.path(), &["score", "."]).refused(2, &["labels.csv"]);
+        gripctl(&folder, "score .").refused(2, &["labels.csv"]);
     }
 }
 
@@ -191,33 +184,32 @@ fn files_that_cannot_be_held() {
         File::create(path(name)).unwrap().set_len(1 << 40).unwrap();
     }
     for name in ["fifo.csv", "fifo.mcap", "/dev/zero"] {
-        gripctl(folder.path(), &["replay", name]).refused(2, &[name, "not a regular file"]);
+        gripctl(&folder, format!("replay {name}")).refused(2, &[name, "not a regular file"]);
     }
-    gripctl(folder.path(), &["replay", "large.npz"]).refused(2, &["large.npz", "no archive"]);
+    gripctl(&folder, "replay large.npz").refused(2, &["large.npz", "no archive"]);
     // A CSV may have any length, but no line may.
-    for command in [&["replay", "large.csv"][..], &["calibrate", "large.csv", "-o", "c.toml"]] {
-        gripctl(folder.path(), command)
-            .refused(2, &["large.csv", "a line has more than 1048576 bytes"]);
+    for command in ["replay large.csv", "calibrate large.csv -o c.toml"] {
+        gripctl(&folder, command).refused(2, &["large.csv", "a line has more than 1048576 bytes"]);
     }
     for name in ["fifo.csv", "large.csv", "large.npz"] {
         let words = if name.starts_with("fifo") { "not a regular file" } else { name };
-        gripctl(folder.path(), &["import", name, "-o", "x.csv"]).refused(2, &[name, words]);
+        gripctl(&folder, format!("import {name} -o x.csv")).refused(2, &[name, words]);
     }
-    let train = ["train", "/dev/zero", "--inputs", "a", "--target", "b", "-o", "m.json"];
-    gripctl(folder.path(), &train).refused(2, &["/dev/zero", "not a regular file"]);
+    let train = "train /dev/zero --inputs a --target b -o m.json";
+    gripctl(&folder, train).refused(2, &["/dev/zero", "not a regular file"]);
 }
 
 #[test]
 fn models_of_another_version_or_with_a_weight_that_is_none() {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("r.csv"), "t_s,stylus\n0,0\n0.001,0\n0.002,0\n").unwrap();
+    put(&folder, "r.csv", "t_s,stylus\n0,0\n0.001,0\n0.002,0\n");
     for (text, words) in [
         (MODEL.replace("\"version\": 1", "\"version\": 2"), ["version 2", "gripctl train"]),
         (MODEL.replacen("0.", "null", 1), ["line ", "column "]),
     ] {
-        fs::write(folder.path().join("m.json"), text).unwrap();
-        let words = [&words[..], &["m.json"]].concat();
-        gripctl(folder.path(), &["replay", "r.csv", "--model", "m.json"]).refused(2, &words);
-        gripctl(folder.path(), &["eval", "m.json", "r.csv"]).refused(2, &words);
+        put(&folder, "m.json", text);
+        let words = [words[0], words[1], "m.json"];
+        gripctl(&folder, "replay r.csv --model m.json").refused(2, &words);
+        gripctl(&folder, "eval m.json r.csv").refused(2, &words);
     }
 }

@@ -1,7 +1,7 @@
 //! Recordings through `gripctl replay`: the truth about dirty ones; `tape` holds that the events of a run come again.
 
 use crate::{
-    run::{gripctl, noise, normal, number, real_data},
+    run::{gripctl, noise, normal, number, put, read, real_data},
     score,
 };
 use core::fmt::Write as _;
@@ -16,22 +16,22 @@ fn an_alarm_that_keeps_the_level_of_a_machine_is_asked_about() {
             let level = if i < 2000 * quiet_s { 10.0 } else { 60.0 };
             writeln!(text, "{:.4},{:.3}", f64::from(i) / 2000.0, level * noise()).unwrap();
         }
-        fs::write(folder.path().join(name), text).unwrap();
+        put(&folder, name, text);
     };
     put("started.csv", 5, 1);
     put("running.csv", 20, 0);
-    let replay = |args: &[&str]| {
-        let args = [&["replay", "started.csv", "--json"], args].concat();
-        let ran = gripctl(folder.path(), &args).done();
+    let replay = |args: &str| {
+        let args = &format!("replay started.csv --json {args}");
+        let ran = gripctl(&folder, args).done();
         (ran.json().pop().unwrap(), ran.err)
     };
-    let (summary, err) = replay(&[]);
+    let (summary, err) = replay("");
     let note = err.lines().find(|line| line.contains("is this the machine?")).unwrap();
     assert!(note.starts_with("started.csv: 3.") && note.ends_with("with it running"), "{note}");
     assert_eq!((&summary["slips"], &summary["steady_alarms"]), (&1.into(), &1.into()));
     // As it says: with a calibration beside the machine nothing slips.
-    gripctl(folder.path(), &["calibrate", "running.csv", "-o", "cal.toml"]).done();
-    let (summary, err) = replay(&["--calibration", "cal.toml"]);
+    gripctl(&folder, "calibrate running.csv -o cal.toml").done();
+    let (summary, err) = replay("--calibration cal.toml");
     assert!(!err.contains("machine?") && summary["slips"] == 0, "{summary} {err}");
     assert_eq!(summary["steady_alarms"], 0);
 }
@@ -42,9 +42,8 @@ fn a_recording_that_ends_before_its_floor_is_known_says_so() {
     for (rows, learning) in [(100, true), (3200, false)] {
         let noise = (0..rows).map(|n| format!("{}\n", (n * 7919 % 101) as f32 * 1e-4));
         let text = format!("vibration\n{}", noise.collect::<String>());
-        fs::write(folder.path().join("short.csv"), text).unwrap();
-        let ran =
-            gripctl(folder.path(), &["replay", "short.csv", "--rate", "1600", "--json"]).done();
+        put(&folder, "short.csv", text);
+        let ran = gripctl(&folder, "replay short.csv --rate 1600 --json").done();
         let summary = ran.json().pop().unwrap();
         assert_eq!(summary["learning"], learning, "{summary}");
         assert_eq!(
@@ -59,10 +58,9 @@ fn a_recording_that_ends_before_its_floor_is_known_says_so() {
 #[test]
 fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let folder = score::folder();
-    fs::write(folder.path().join("notes.csv"), "what,when\nfound,noon\n").unwrap();
+    put(&folder, "notes.csv", "what,when\nfound,noon\n");
     // What a pattern takes along: the labels, which are no recording, and what somebody put there.
-    let files = ["labels.csv", "notes.csv", "found.csv", "rest.csv"];
-    let ran = gripctl(folder.path(), &[&["replay", "--json"], &files[..]].concat());
+    let ran = gripctl(&folder, "replay --json labels.csv notes.csv found.csv rest.csv");
     assert_eq!(
         (ran.code, ran.err.contains("notes.csv"), ran.err.contains("labels.csv")),
         (2, true, false),
@@ -73,16 +71,16 @@ fn a_folder_of_tables_is_replayed_one_after_the_other() {
     let summaries = lines.iter().filter(|line| line["type"] == "summary");
     let slips: Vec<_> = summaries.map(|line| (&line["file"], &line["slips"])).collect();
     assert_eq!(slips, [(&"found.csv".into(), &1.into()), (&"rest.csv".into(), &0.into())]);
-    let text = gripctl(folder.path(), &["replay", "found.csv", "rest.csv"]).done().out;
+    let text = gripctl(&folder, "replay found.csv rest.csv").done().out;
     let alone = ["found.csv", "rest.csv"]
-        .map(|file| format!("{file}\n{}", gripctl(folder.path(), &["replay", file]).done().out));
+        .map(|file| format!("{file}\n{}", gripctl(&folder, format!("replay {file}")).done().out));
     assert_eq!(text, alone.concat());
-    gripctl(folder.path(), &["replay", "labels.csv", "found.csv"]).done();
+    gripctl(&folder, "replay labels.csv found.csv").done();
     let folders = "what may be a recording in it: all.csv, early.csv,";
-    let ran = gripctl(folder.path(), &["replay", "."]);
+    let ran = gripctl(&folder, "replay .");
     ran.refused(2, &[folders, "(files: 7)", "`gripctl replay ./*.csv`"]);
-    let plot = ["replay", "found.csv", "rest.csv", "--plot", "x.svg"];
-    gripctl(folder.path(), &plot).refused(2, &["several files", "--plot"]);
+    let plot = "replay found.csv rest.csv --plot x.svg";
+    gripctl(&folder, plot).refused(2, &["several files", "--plot"]);
 }
 
 /// An output that cannot be written is no fault of a file, and is reported once.
@@ -104,25 +102,25 @@ fn an_output_that_is_full_ends_the_replay_of_several_tables() {
 fn slips_are_drawn_without_a_window() {
     let folder = score::folder();
     let folder = folder.path();
-    let plain = gripctl(folder, &["replay", "found.csv", "--json"]).done().out;
+    let plain = gripctl(folder, "replay found.csv --json").done().out;
     let slips = plain.matches("\"type\":\"slip\"").count();
     assert!(slips > 0, "{plain}");
     for file in ["slips.svg", "slips.png"] {
-        let ran = gripctl(folder, &["replay", "found.csv", "--json", "--plot", file]).done();
+        let ran = gripctl(folder, format!("replay found.csv --json --plot {file}")).done();
         assert_eq!(ran.out, plain, "the events are the same");
     }
-    let svg = fs::read_to_string(folder.join("slips.svg")).unwrap();
+    let svg = read(folder, "slips.svg");
     for text in ["found: 1 slip", "time (s)", "evidence (1: a slip)", ">signal<"] {
         assert!(svg.contains(text), "no {text} in {svg}");
     }
     assert!(fs::read(folder.join("slips.png")).unwrap().starts_with(b"\x89PNG"));
     // A recording without slips, and one of everything.
-    gripctl(folder, &["replay", "rest.csv", "--plot", "rest.svg"]).done();
-    assert!(fs::read_to_string(folder.join("rest.svg")).unwrap().contains("rest: 0 slips"));
-    gripctl(folder, &["import", "found.csv", "-o", "run.mcap"]).done();
-    gripctl(folder, &["replay", "run.mcap", "--plot", "run.svg"]).done();
-    assert!(fs::read_to_string(folder.join("run.svg")).unwrap().contains("run: 1 slip"));
-    gripctl(folder, &["replay", "found.csv", "--plot", "x.pdf"])
+    gripctl(folder, "replay rest.csv --plot rest.svg").done();
+    assert!(read(folder, "rest.svg").contains("rest: 0 slips"));
+    gripctl(folder, "import found.csv -o run.mcap").done();
+    gripctl(folder, "replay run.mcap --plot run.svg").done();
+    assert!(read(folder, "run.svg").contains("run: 1 slip"));
+    gripctl(folder, "replay found.csv --plot x.pdf")
         .refused(2, &["x.pdf: expected a name", ".svg"]);
 }
 
@@ -143,8 +141,8 @@ fn bad_readings_and_gaps_are_counted() {
         };
         text += &format!("{t:.6},{stylus}\n");
     }
-    fs::write(folder.path().join("dirty.csv"), text).unwrap();
-    let ran = gripctl(folder.path(), &["replay", "dirty.csv", "--json"]);
+    put(&folder, "dirty.csv", text);
+    let ran = gripctl(&folder, "replay dirty.csv --json");
     assert_eq!(ran.code, 3, "{ran:?}");
     let summary = ran.json().pop().unwrap();
     assert_eq!((number(&summary, "unusable"), number(&summary, "lost")), (100.0, 1.0), "{summary}");
@@ -160,8 +158,8 @@ fn bad_readings_and_gaps_are_counted() {
     ] {
         assert!(ran.err.contains(word), "no {word:?} in {}", ran.err);
     }
-    fs::write(folder.path().join("nan.csv"), "t_s,stylus\n0,NaN\n0.001,NaN\n0.002,NaN\n").unwrap();
-    let ran = gripctl(folder.path(), &["replay", "nan.csv", "--json"]).done();
+    put(&folder, "nan.csv", "t_s,stylus\n0,NaN\n0.001,NaN\n0.002,NaN\n");
+    let ran = gripctl(&folder, "replay nan.csv --json").done();
     assert_eq!(ran.json().pop().unwrap()["unusable"], 3);
 }
 
@@ -175,12 +173,11 @@ fn isolated_readings_are_counted_and_are_no_slips() {
         let wrong = if i % 1000 == 500 { 40.0 } else { 0.0 };
         text += &format!("{:.4},{:.4}\n", f64::from(i) * 1e-4, noise() + wrong);
     }
-    fs::write(folder.path().join("spiked.csv"), text).unwrap();
-    let summary =
-        gripctl(folder.path(), &["replay", "spiked.csv", "--json"]).done().json().pop().unwrap();
+    put(&folder, "spiked.csv", text);
+    let summary = gripctl(&folder, "replay spiked.csv --json").last();
     let figures = ["isolated", "unusable", "slips"].map(|name| number(&summary, name));
     assert_eq!(figures, [30.0, 0.0, 0.0], "{summary}");
-    let ran = gripctl(folder.path(), &["replay", "spiked.csv"]).done();
+    let ran = gripctl(&folder, "replay spiked.csv").done();
     assert!(ran.out.contains("0 unusable readings, 30 isolated, 0 slips"), "{}", ran.out);
 }
 
@@ -189,9 +186,9 @@ fn isolated_readings_are_counted_and_are_no_slips() {
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn dirty_recordings_of_a_hand_held_stylus() {
     let folder = real_data("stylus_accel_1k");
-    let summary = |folder: &Path, name: &str, more: &[&str]| {
-        let args = [&["replay", name, "--json", "--map", "vibration=acceleration"], more].concat();
-        let ran = gripctl(folder, &args);
+    let summary = |folder: &Path, name: &str, more: &str| {
+        let args = &format!("replay {name} --json --map vibration=acceleration {more}");
+        let ran = gripctl(folder, args);
         assert!([0, 3].contains(&ran.code), "{name}: {} {}", ran.code, ran.err);
         assert!(ran.err.contains("columns not used: speed_mm_s"), "{}", ran.err);
         let mut lines = ran.json();
@@ -207,13 +204,13 @@ fn dirty_recordings_of_a_hand_held_stylus() {
     let noisy = tempfile::tempdir().unwrap();
     for name in ["texture1.csv", "texture2.csv", "texture3.csv"] {
         let mut unusable = 0.0;
-        for more in [&["--no-skip"][..], &["--observe"], &[]] {
+        for more in ["--no-skip", "--observe", ""] {
             unusable = number(&summary(&folder, name, more), "unusable");
         }
         // The third has a force of 36,870 N in one row.
         assert!(name != "texture3.csv" || unusable >= 1.0, "{name}: {unusable}");
         // More of the glitches its serial line made.
-        let text = fs::read_to_string(folder.join(name)).unwrap();
+        let text = read(&folder, name);
         let glitch = |(row, line): (usize, &str)| match line.split(',').collect::<Vec<_>>()[..] {
             [t_s, _, force_n, speed] if row % 500 == 250 => {
                 format!("{t_s},5e5,{force_n},{speed}\n")
@@ -222,7 +219,7 @@ fn dirty_recordings_of_a_hand_held_stylus() {
         };
         let spoiled: String = text.lines().enumerate().map(glitch).collect();
         fs::write(noisy.path().join(name), spoiled).unwrap();
-        let found = number(&summary(noisy.path(), name, &[]), "unusable");
+        let found = number(&summary(noisy.path(), name, ""), "unusable");
         assert_eq!(found, unusable + 20.0, "{name}: every glitch is counted");
     }
 }
@@ -231,8 +228,8 @@ fn dirty_recordings_of_a_hand_held_stylus() {
 fn one_of_more_axes_than_a_vector_has_is_chosen() {
     let folder = tempfile::tempdir().unwrap();
     let text = "t_s,vibration_1,vibration_2,vibration_3,vibration_4\n0,1,2,3,4\n0.001,1,2,3,4\n";
-    fs::write(folder.path().join("four.csv"), text).unwrap();
-    let one = ["replay", "four.csv", "--map", "vibration=vibration_2"];
-    let ran = gripctl(folder.path(), &one).done();
+    put(&folder, "four.csv", text);
+    let one = "replay four.csv --map vibration=vibration_2";
+    let ran = gripctl(&folder, one).done();
     assert!(ran.err.contains("vibration_3"), "what is not used is said: {}", ran.err);
 }

@@ -16,10 +16,22 @@ pub(crate) struct Ran {
     pub(crate) err: String,
 }
 
-/// Runs gripctl in `folder` to its end; a panic is never one.
-pub(crate) fn gripctl(folder: &Path, args: &[&str]) -> Ran {
-    let Ended { code, out, err } = Program::start(Path::new(crate::PROGRAM), folder, args).ended();
+/// Runs gripctl in `folder` with the words of `line` to its end; a panic is never one.
+pub(crate) fn gripctl(folder: impl AsRef<Path>, line: impl AsRef<str>) -> Ran {
+    let args: Vec<&str> = line.as_ref().split_whitespace().collect();
+    let program = Path::new(crate::PROGRAM);
+    let Ended { code, out, err } = Program::start(program, folder.as_ref(), &args).ended();
     Ran { code, out, err }
+}
+
+/// Writes a file.
+pub(crate) fn put(folder: impl AsRef<Path>, name: impl AsRef<Path>, content: impl AsRef<[u8]>) {
+    fs::write(folder.as_ref().join(name), content).unwrap();
+}
+
+/// The text of a file.
+pub(crate) fn read(folder: impl AsRef<Path>, name: impl AsRef<Path>) -> String {
+    fs::read_to_string(folder.as_ref().join(name)).unwrap()
 }
 
 impl Ran {
@@ -35,6 +47,12 @@ impl Ran {
         let Self { code: own, out, err } = self;
         let Ended { code, out, err } = Ended { code: own, out, err }.refused(code, words);
         Self { code, out, err }
+    }
+
+    /// The last line of standard output as JSON, of a run that is done.
+    #[track_caller]
+    pub(crate) fn last(self) -> Value {
+        self.done().json().pop().unwrap()
     }
 
     /// The lines of standard output as JSON.

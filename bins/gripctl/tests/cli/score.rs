@@ -1,6 +1,6 @@
 //! `gripctl score`: labelled recordings, made here and real.
 
-use crate::run::{gripctl, noise, number, real_data};
+use crate::run::{gripctl, noise, number, put, read, real_data};
 use core::fmt::Write as _;
 use serde_json::Value;
 use std::{fs, path::Path};
@@ -19,7 +19,7 @@ fn recording(slip_from_s: f64, tone_counts: f64, seed: u32) -> String {
 
 pub(crate) fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let put = |name: &str, text: &str| put(&folder, name, text);
     put(
         "labels.csv",
         "recording,kind,material,onset_s\nfound,onset,cork,0.3\nearly,onset,cork,0.37\nquiet,onset,felt,0.3\nall,steady,felt,\nrest,rest,,\n",
@@ -36,7 +36,7 @@ pub(crate) fn folder() -> tempfile::TempDir {
 #[test]
 fn each_recording_is_judged_by_its_label() {
     let folder = folder();
-    let ran = gripctl(folder.path(), &["score", ".", "--json"]).done();
+    let ran = gripctl(&folder, "score . --json").done();
     assert!(
         ran.err.contains("noise floor measured on") && ran.err.contains("that of the others"),
         "{}",
@@ -83,10 +83,10 @@ fn each_recording_is_judged_by_its_label() {
     assert!((number(&total["latency_ms"], "p50") - latency).abs() < 1e-9, "{total}");
     assert_eq!(total["latency_ms"]["p50"], total["latency_ms"]["p95"]);
     // A longer guard makes the early alarm incipient slip.
-    let ran = gripctl(folder.path(), &["score", ".", "--json", "--guard-ms", "72"]).done();
+    let ran = gripctl(&folder, "score . --json --guard-ms 72").done();
     let lines = ran.json();
     assert!(lines[1]["early"] == false && number(&lines[1], "latency_ms") < -40.0, "{}", lines[1]);
-    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    let text = gripctl(&folder, "score .").done().out;
     assert!(
         text.contains("MISSED") && text.contains("EARLY") && text.contains("false alarms"),
         "{text}"
@@ -105,18 +105,17 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
         text
     });
     for name in ["found", "early"] {
-        fs::write(folder.path().join(format!("{name}_taxels.csv")), &taxels).unwrap();
+        put(&folder, format!("{name}_taxels.csv"), &taxels);
     }
     let pose: String = (0..60_u32).fold(String::from("t_s,travel_mm\n"), |mut text, i| {
         let t = f64::from(i) * 0.01;
         writeln!(text, "{t},{}", (100.0 * (t - 0.3)).max(0.0)).unwrap();
         text
     });
-    fs::write(folder.path().join("found_pose.csv"), pose).unwrap();
-    let args =
-        ["score", ".", "--json", "--materials", "--detectors", "stylus,travel,pressure,fused"];
-    let files = ["--curve", "c.json", "--curve", "c.svg"];
-    let ran = gripctl(folder.path(), &[&args[..], &files[..]].concat()).done();
+    put(&folder, "found_pose.csv", pose);
+    let args = "score . --json --materials --detectors stylus,travel,pressure,fused";
+    let files = "--curve c.json --curve c.svg";
+    let ran = gripctl(&folder, format!("{args} {files}")).done();
     assert!(ran.err.contains("taxel noise of the labelled rest"), "{}", ran.err);
     let lines = ran.json();
     let of = |detector: &str, kind: &str| {
@@ -137,8 +136,7 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
         lines.iter().find(|l| l["detector"] == "travel" && l["recording"] == "found").unwrap();
     // 0.1 mm at 100 mm/s from 0.3 s on, reported by the next pose.
     assert!((number(found, "latency_ms") - 10.0).abs() < 1.0, "{found}");
-    let curve: Value =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
+    let curve: Value = serde_json::from_str(&read(&folder, "c.json")).unwrap();
     let points = curve["detectors"][0]["points"].as_array().unwrap();
     assert!(curve["detectors"].as_array().unwrap().len() == 4 && points.len() == 33);
     let rates: Vec<f64> = points.iter().map(|p| number(p, "false_alarms")).collect();
@@ -146,9 +144,9 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
     let most = rates.iter().copied().fold(0.0, f64::max);
     let falling = rates.iter().skip_while(|rate| **rate < most);
     assert!(falling.clone().count() > 30 && falling.is_sorted_by(|a, b| a >= b), "{rates:?}");
-    let drawn = fs::read_to_string(folder.path().join("c.svg")).unwrap();
+    let drawn = read(&folder, "c.svg");
     assert!(drawn.contains("(ROC)") && drawn.contains("marks: as configured"), "{drawn}");
-    let text = gripctl(folder.path(), &["score", ".", "--detectors", "stylus,travel"]).done().out;
+    let text = gripctl(&folder, "score . --detectors stylus,travel").done().out;
     let row = |name: &str| text.lines().find(|line| line.starts_with(&format!("{name} "))).unwrap();
     let onsets_missed = ["stylus", "travel"]
         .map(|name| row(name).split_whitespace().skip(1).take(2).collect::<Vec<_>>().join(" "));
@@ -158,10 +156,10 @@ fn detectors_stand_side_by_side_with_materials_intervals_and_curves() {
 #[test]
 fn a_detector_that_cannot_run_has_a_row_with_the_reason_and_the_others_come() {
     let folder = folder();
-    let score = |detectors: &str, more: &[&str]| {
-        gripctl(folder.path(), &[&["score", ".", "--detectors", detectors], more].concat())
+    let score = |detectors: &str, more: &str| {
+        gripctl(&folder, format!("score . --detectors {detectors} {more}"))
     };
-    let ran = score("pressure,stylus,travel", &["--json"]).done();
+    let ran = score("pressure,stylus,travel", "--json").done();
     let lines = ran.json();
     let [refused] = lines.iter().filter(|l| l["type"] == "refused").collect::<Vec<_>>()[..] else {
         panic!("{}", ran.out)
@@ -170,17 +168,17 @@ fn a_detector_that_cannot_run_has_a_row_with_the_reason_and_the_others_come() {
     assert!(refused["detector"] == "pressure" && why.contains("NAME_taxels.csv"), "{refused}");
     let totals = lines.iter().filter(|l| l["type"] == "total").map(|l| l["detector"].clone());
     assert_eq!(totals.collect::<Vec<_>>(), ["stylus", "travel"], "travel needs no floor");
-    let text = score("pressure,stylus,travel", &[]).done().out;
+    let text = score("pressure,stylus,travel", "").done().out;
     assert!(text.contains("detector: pressure\nnot scored: needs taxels"), "{text}");
-    score("pressure", &[]).refused(2, &["pressure", "NAME_taxels.csv"]);
+    score("pressure", "").refused(2, &["pressure", "NAME_taxels.csv"]);
     fs::remove_file(folder.path().join("found_pose.csv")).unwrap();
-    score("travel", &[]).refused(2, &["travel", "NAME_pose.csv"]);
+    score("travel", "").refused(2, &["travel", "NAME_pose.csv"]);
 }
 
 #[test]
 fn every_slip_of_a_recording_is_scored_and_its_alarms_count_once() {
     let folder = folder();
-    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let put = |name: &str, text: &str| put(&folder, name, text);
     // 1.8 s, loud from 0.3 s to 0.6 s and from 1.5 s on; nothing is there at 1.0 s.
     let quiet = recording(9.0, 0.0, 7);
     let loud = recording(0.3, 200.0, 1);
@@ -196,7 +194,7 @@ fn every_slip_of_a_recording_is_scored_and_its_alarms_count_once() {
     let header = "recording,kind,material,onset_s\n";
     let onsets = "three,onset,cork,0.3\nthree,onset,cork,1.0\nrest,rest,,\nthree,onset,cork,1.5\n";
     put("labels.csv", &format!("{header}{onsets}"));
-    let lines = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let lines = gripctl(&folder, "score . --json").done().json();
     let slips: Vec<_> = lines.iter().filter(|line| line["recording"] == "three").collect();
     let shown =
         slips.iter().map(|s| (number(s, "slip"), number(s, "onset_s"), s["missed"] == true));
@@ -214,25 +212,26 @@ fn every_slip_of_a_recording_is_scored_and_its_alarms_count_once() {
     let alarms: f64 = slips.iter().map(|slip| number(slip, "alarms")).sum();
     let length_s: f64 = slips.iter().map(|slip| number(slip, "length_s")).sum();
     assert!(alarms == 2.0 && (length_s - 1.8).abs() < 1e-3, "{slips:?}");
-    let text = gripctl(folder.path(), &["score", "."]).done().out;
-    assert!(text.contains("three #2") && text.contains("onsets: 3, 1 missed"), "{text}");
+    let text = gripctl(&folder, "score .").done().out;
+    let mut rows = text.lines().map(|line| line.split_whitespace().take(2));
+    assert!(rows.any(|row| row.eq(["three", "2"])), "{text}");
+    assert!(text.contains("onsets: 3, 1 missed"), "{text}");
     for rows in ["three,onset,x,1.5\nthree,onset,x,1.0\n", "three,rest,x,\nthree,onset,x,1\n"] {
         put("labels.csv", &format!("{header}{rows}"));
-        gripctl(folder.path(), &["score", "."]).refused(2, &["three", "rising order"]);
+        gripctl(&folder, "score .").refused(2, &["three", "rising order"]);
     }
 }
 
 #[test]
 fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
     let folder = folder();
-    let score = |detectors: &str| {
-        gripctl(folder.path(), &["score", ".", "--json", "--detectors", detectors])
-    };
+    let score =
+        |detectors: &str| gripctl(&folder, format!("score . --json --detectors {detectors}"));
     score("own").refused(2, &["alarms.csv", "recording,begin_s,end_s"]);
     let alarms = "recording,begin_s,end_s\nearly,0.05,0.06\nfound,0.31,0.5\nall,0.05,\nrest,0.4,\n";
-    fs::write(folder.path().join("alarms.csv"), alarms.to_owned() + "fuond,1,2\n").unwrap();
+    put(&folder, "alarms.csv", alarms.to_owned() + "fuond,1,2\n");
     score("own").refused(2, &["alarms.csv", "no recording \"fuond\""]);
-    fs::write(folder.path().join("alarms.csv"), alarms).unwrap();
+    put(&folder, "alarms.csv", alarms);
     let lines = score("default,own").done().json();
     let of = |name: &str| {
         let own = lines.iter().filter(|line| line["detector"] == "own");
@@ -245,7 +244,7 @@ fn the_alarms_of_a_detector_of_ones_own_are_judged_as_those_of_ours() {
     let counts = ["onsets", "missed", "early", "steady_missed", "rest_alarms"];
     let found = counts.map(|name| number(of("total"), name));
     assert_eq!(found, [3.0, 2.0, 1.0, 0.0, 1.0], "{}", of("total"));
-    fs::write(folder.path().join("alarms.csv"), "recording,begin_s,end_s\nall,2,1\n").unwrap();
+    put(&folder, "alarms.csv", "recording,begin_s,end_s\nall,2,1\n");
     score("own").refused(2, &["alarms.csv", "line 2", "after begin_s"]);
     // Nobody asked for it.
     score("default").done();
@@ -256,11 +255,11 @@ fn recordings_too_short_for_a_floor_are_named_and_the_floors_to_cite() {
     let folder = folder();
     let rows: Vec<String> =
         recording(0.05, 200.0, 6).lines().take(250).map(|line| format!("{line}\n")).collect();
-    fs::write(folder.path().join("short.csv"), rows.concat()).unwrap();
+    put(&folder, "short.csv", rows.concat());
     let labels = "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nshort,onset,cork,0.05\n";
-    fs::write(folder.path().join("labels.csv"), labels).unwrap();
+    put(&folder, "labels.csv", labels);
     for (floor, named) in [("live", true), ("folds", false)] {
-        let ran = gripctl(folder.path(), &["score", ".", "--json", "--floor", floor]).done();
+        let ran = gripctl(&folder, format!("score . --json --floor {floor}")).done();
         let why = "the noise floor is never learned, so that the signal shows no slip, in short;";
         assert_eq!(ran.err.contains(why), named, "{}", ran.err);
         assert_eq!(ran.err.contains("in a paper cite --floor live"), !named, "{}", ran.err);
@@ -277,7 +276,7 @@ fn recordings_too_short_for_a_floor_are_named_and_the_floors_to_cite() {
 #[test]
 fn a_detector_that_never_stops_alarming_finds_nothing() {
     let folder = folder();
-    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let put = |name: &str, text: &str| put(&folder, name, text);
     let mut noise = (1..11).flat_map(|seed| {
         let rows = recording(9.0, 0.0, seed);
         let values = rows.lines().skip(1).map(|line| line.split_once(',').unwrap().1.to_owned());
@@ -295,9 +294,9 @@ fn a_detector_that_never_stops_alarming_finds_nothing() {
     put("labels.csv", labels);
     let total = |alarms: &str| {
         put("alarms.csv", &format!("recording,begin_s,end_s\n{alarms}"));
-        let args = ["score", ".", "--json", "--materials", "--detectors", "own"];
-        let lines = gripctl(folder.path(), &args).done().json();
-        let text = gripctl(folder.path(), &["score", ".", "--detectors", "own"]).done().out;
+        let args = "score . --json --materials --detectors own";
+        let lines = gripctl(&folder, args).done().json();
+        let text = gripctl(&folder, "score . --detectors own").done().out;
         (lines, text)
     };
     let counts = |line: &Value| ["onsets", "missed", "inside"].map(|name| number(line, name));
@@ -334,9 +333,8 @@ fn a_detector_that_never_stops_alarming_finds_nothing() {
     );
     // Of ours the curve says the same.
     put("labels.csv", labels);
-    gripctl(folder.path(), &["score", ".", "--curve", "c.json"]).done();
-    let curve: Value =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("c.json")).unwrap()).unwrap();
+    gripctl(&folder, "score . --curve c.json").done();
+    let curve: Value = serde_json::from_str(&read(&folder, "c.json")).unwrap();
     for point in curve["detectors"][0]["points"].as_array().unwrap() {
         let [onsets, missed, inside] = counts(point);
         assert!(missed + inside <= onsets, "{point}");
@@ -350,7 +348,7 @@ fn a_detector_that_never_stops_alarming_finds_nothing() {
 #[ignore = "needs the recordings (CONTRIBUTING.md, Data)"]
 fn slips_of_a_real_fingertip_are_found_in_time() {
     let folder = real_data("biotac_slide");
-    let ran = gripctl(Path::new("."), &["score", &folder.display().to_string(), "--json"]).done();
+    let ran = gripctl(Path::new("."), format!("score {} --json", folder.display())).done();
     let total = ran.json().pop().unwrap();
     println!("{total}");
     assert!(number(&total, "onsets") >= 50.0 && total["missed"] == 0, "{total}");
@@ -361,22 +359,9 @@ fn slips_of_a_real_fingertip_are_found_in_time() {
 }
 
 #[test]
-fn broken_folders_are_refused() {
-    let folder = folder();
-    let refuse = |labels: &str, words: &[&str]| {
-        fs::write(folder.path().join("labels.csv"), labels).unwrap();
-        gripctl(folder.path(), &["score", "."]).refused(2, words);
-    };
-    let header = "recording,kind,material,onset_s\n";
-    let row = |row: &str, words: &[&str]| refuse(&format!("{header}{row}\n"), words);
-    row("found,onset,x,99", &["found", "99 s lies outside", "correct onset_s"]);
-    row("all,steady,x,", &["no labelled rest"]);
-}
-
-#[test]
 fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     let folder = folder();
-    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    let put = |name: &str, text: &str| put(&folder, name, text);
     let halved = |text: &str| -> String {
         let rows = text.lines().enumerate().filter(|(nth, _)| *nth == 0 || nth % 2 == 1);
         rows.map(|(_, line)| format!("{line}\n")).collect()
@@ -389,7 +374,7 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     let labels =
         "recording,kind,material,onset_s\nfound,onset,cork,0.3\nrest,rest,,\nslow,onset,cork,0.3\n";
     put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
-    let lines = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let lines = gripctl(&folder, "score . --json").done().json();
     let total = lines.last().unwrap();
     let counts = ["onsets", "missed", "rest_alarms", "own_floors"].map(|name| number(total, name));
     assert_eq!(counts, [2.0, 0.0, 0.0, 1.0], "{total}");
@@ -399,15 +384,15 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
     assert_eq!(own.map(|line| line["recording"].clone()).collect::<Vec<_>>(), ["um"]);
     // The others are judged as if those of other rates were not there.
     put("labels.csv", "recording,kind,material,onset_s\nslow,onset,cork,0.3\nslow_rest,rest,,\n");
-    let alone = gripctl(folder.path(), &["score", ".", "--json"]).done().json();
+    let alone = gripctl(&folder, "score . --json").done().json();
     assert_eq!((&alone[0], &alone[1]), (&lines[2], &lines[3]));
     put("labels.csv", &format!("{labels}slow_rest,rest,,\num,rest,pad,\n"));
-    let text = gripctl(folder.path(), &["score", "."]).done().out;
+    let text = gripctl(&folder, "score .").done().out;
     let said = "3 rates or units (2200, 1100, 2200 Hz), each with floors of its own; 1 recording";
     assert!(text.contains(said), "{text}");
     // Of one material: nothing to measure a floor on but the recording itself.
     put("labels.csv", "recording,kind,material,onset_s\nfound,onset,cork,0.3\n");
-    let ran = gripctl(folder.path(), &["score", "."]).done();
+    let ran = gripctl(&folder, "score .").done();
     assert!(
         ran.err.contains("1 of 1 recordings learn their noise floor from their own"),
         "{}",
@@ -421,7 +406,7 @@ fn recordings_of_several_rates_and_units_have_floors_of_their_own() {
 #[test]
 fn recordings_of_numpy_are_judged_like_those_in_csv() {
     let folder = folder();
-    let score = || gripctl(folder.path(), &["score", ".", "--json"]).done().out;
+    let score = || gripctl(&folder, "score . --json").done().out;
     let reported = score();
     for name in ["found", "quiet", "rest"] {
         let csv = folder.path().join(format!("{name}.csv"));

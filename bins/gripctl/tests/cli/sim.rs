@@ -3,8 +3,8 @@
 #[test]
 fn the_time_it_lives_can_be_limited() {
     let folder = tempfile::tempdir().unwrap();
-    let args = ["sim", "--scene", "light_rough", "--pty", "p", "--duration", "0.2", "--seed", "3"];
-    let ran = crate::run::gripctl(folder.path(), &args).done();
+    let args = "sim --scene light_rough --pty p --duration 0.2 --seed 3";
+    let ran = crate::run::gripctl(&folder, args).done();
     for words in ["light_rough", "gripd --port p", "force 0.00 N"] {
         assert!(ran.err.contains(words), "no {words:?} in {ran:?}");
     }

@@ -1,7 +1,7 @@
 //! `gripctl train` with rows kept away from the training: by share, by group, by folds.
 
-use crate::run::{Ran, gripctl, number};
-use std::{fs, path::Path};
+use crate::run::{Ran, gripctl, number, put, read};
+use tempfile::TempDir;
 
 /// Four stretches of each of 30 objects.
 fn rows() -> String {
@@ -13,50 +13,45 @@ fn rows() -> String {
     csv
 }
 
-fn train(folder: &Path, more: &[&str]) -> Ran {
-    let args = [
-        &["train", "d.csv", "--inputs", "x", "--target", "y", "--json", "--epochs", "60"][..],
-        &["--hidden", "4", "-o", "m.json"],
-        more,
-    ];
-    gripctl(folder, &args.concat())
+fn train(folder: &TempDir, more: &str) -> Ran {
+    let args = "train d.csv --inputs x --target y --json --epochs 60 --hidden 4 -o m.json";
+    gripctl(folder, format!("{args} {more}"))
 }
 
-fn folder() -> tempfile::TempDir {
+fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("d.csv"), rows()).unwrap();
+    put(&folder, "d.csv", rows());
     folder
 }
 
 #[test]
 fn a_share_is_held_out_and_reported() {
     let folder = folder();
-    let more =
-        ["--holdout", "0.2", "--validation", "0.25", "--split-by", "object", "--split-seed", "3"];
-    let result = train(folder.path(), &more).done().json().pop().unwrap();
+    let more = "--holdout 0.2 --validation 0.25 --split-by object --split-seed 3";
+    let result = train(&folder, more).last();
     assert_eq!(
         [&result["train_rows"], &result["validation_rows"], &result["test_rows"]],
         [72, 24, 24],
         "{result}"
     );
     assert!(number(&result, "test_mse") >= 0.0);
-    let model = fs::read_to_string(folder.path().join("m.json")).unwrap();
+    let model = read(&folder, "m.json");
     let model: serde_json::Value = serde_json::from_str(&model).unwrap();
     let split = &model["training"]["split"];
     assert_eq!((&split["by"], &split["seed"]), (&"object".into(), &3.into()), "{split}");
     assert_eq!((&split["holdout"], &split["validation"]), (&0.2.into(), &0.25.into()), "{split}");
-    gripctl(folder.path(), &["eval", "m.json", "d.csv", "--json"]).done();
-    let again = train(folder.path(), &more).done().json().pop().unwrap();
+    gripctl(&folder, "eval m.json d.csv --json").done();
+    let again = train(&folder, more).last();
     assert_eq!(again["test_mse"], result["test_mse"]);
-    let other = ["--holdout", "0.2", "--split-by", "object", "--split-seed", "4"];
-    let other = train(folder.path(), &other).done().json().pop().unwrap();
+    let other = "--holdout 0.2 --split-by object --split-seed 4";
+    let other = train(&folder, other).last();
     assert_ne!(other["test_mse"], result["test_mse"]);
 }
 
 #[test]
 fn folds_test_every_row_once_and_the_model_still_comes() {
     let folder = folder();
-    let lines = train(folder.path(), &["--folds", "4", "--split-by", "object"]).done().json();
+    let lines = train(&folder, "--folds 4 --split-by object").done().json();
     assert_eq!(lines.len(), 6, "{lines:?}");
     for (at, fold) in lines[..4].iter().enumerate() {
         assert_eq!((&fold["type"], &fold["fold"]), (&"fold".into(), &(at + 1).into()));
@@ -67,10 +62,6 @@ fn folds_test_every_row_once_and_the_model_still_comes() {
     let mean =
         lines[..4].iter().map(|f| number(f, "test_mse") * number(f, "test_rows")).sum::<f64>();
     assert!((mean / 120.0 - number(&lines[4], "test_mse")).abs() < 1e-12, "{lines:?}");
-    let text = [
-        &["train", "d.csv", "--inputs", "x", "--target", "y", "-o", "m.json"][..],
-        &["--folds", "3"],
-    ];
-    let out = gripctl(folder.path(), &text.concat()).done().out;
+    let out = gripctl(&folder, "train d.csv --inputs x --target y -o m.json --folds 3").done().out;
     assert!(out.contains("fold 3 of 3") && out.contains("120 rows each tested once"), "{out}");
 }

@@ -1,6 +1,6 @@
 //! Profiles and lists of irregularities through `gripctl profile` and `gripctl esc`.
 
-use crate::run::{gripctl, number};
+use crate::run::{gripctl, number, put, read};
 use serde_json::Value;
 use std::{fs, path::Path};
 
@@ -11,15 +11,15 @@ fn write_sine(folder: &Path) {
         format!("{x_mm:.3},{:.4}\n", 2.0 * (core::f64::consts::TAU * x_mm / 0.25).sin())
     };
     let text: String = (0..10_000).map(row).collect();
-    fs::write(folder.join("sine.csv"), format!("x_mm,height_um\n{text}")).unwrap();
+    put(folder, "sine.csv", format!("x_mm,height_um\n{text}"));
 }
 
 #[test]
 fn a_profile_is_measured() {
     let folder = tempfile::tempdir().unwrap();
     write_sine(folder.path());
-    let args = ["profile", "sine.csv", "--speed", "0.05", "--force", "2", "--json"];
-    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    let args = "profile sine.csv --speed 0.05 --force 2 --json";
+    let line = gripctl(&folder, args).last();
     let close =
         |got: f64, want: f64| assert!((got / want - 1.0).abs() < 0.01, "{got} {want} {line}");
     close(number(&line, "ra_um"), 4.0 / core::f64::consts::PI);
@@ -36,8 +36,8 @@ fn a_profile_is_measured() {
     let lift = &line["esc"][3];
     close(number(lift, "value"), 2.0 * 39.0 * 4e-6 * 0.927);
     assert!(lift["unit"] == "J" && number(lift, "lo") <= number(lift, "hi"), "{lift}");
-    let args = ["profile", "sine.csv", "--speed", "0.05", "--filter", "gaussian", "--level"];
-    let text = gripctl(folder.path(), &args).done().out;
+    let args = "profile sine.csv --speed 0.05 --filter gaussian --level";
+    let text = gripctl(&folder, args).done().out;
     for word in [
         "10.000 mm",
         "gaussian",
@@ -56,11 +56,11 @@ fn a_plot_shows_peaks_and_valleys() {
     let folder = tempfile::tempdir().unwrap();
     write_sine(folder.path());
     for (file, begin) in [("p.svg", &b"<svg"[..]), ("p.png", &b"\x89PNG"[..])] {
-        gripctl(folder.path(), &["profile", "sine.csv", "--speed", "0.05", "--plot", file]).done();
+        gripctl(&folder, format!("profile sine.csv --speed 0.05 --plot {file}")).done();
         let bytes = fs::read(folder.path().join(file)).unwrap();
         assert!(bytes.starts_with(begin) && bytes.len() > 5000, "{file}: {} bytes", bytes.len());
     }
-    let svg = fs::read_to_string(folder.path().join("p.svg")).unwrap();
+    let svg = read(&folder, "p.svg");
     assert!(svg.contains("peaks") && svg.contains("valleys") && svg.contains("distance (mm)"));
 }
 
@@ -68,30 +68,23 @@ fn a_plot_shows_peaks_and_valleys() {
 fn a_user_is_reported_what_spoils_the_figures() {
     let folder = tempfile::tempdir().unwrap();
     write_sine(folder.path());
-    let stated = |more: &[&str]| {
-        gripctl(folder.path(), &[&["profile", "sine.csv", "--speed", "0.05"], more].concat())
-            .done()
-            .err
-    };
-    assert_eq!(stated(&["--cutoff-mm", "0.8", "--lambda-s-um", "5"]), "");
-    let other = stated(&[]);
+    let stated =
+        |more: &str| gripctl(&folder, format!("profile sine.csv --speed 0.05 {more}")).done().err;
+    assert_eq!(stated("--cutoff-mm 0.8 --lambda-s-um 5"), "");
+    let other = stated("");
     for words in
         ["sampling lengths of 2.5 mm: 3 of the five", "RSm of 250 um ask for --cutoff-mm 0.8"]
     {
         assert!(other.contains(words), "{other}");
     }
-    assert!(stated(&["--cutoff-mm", "0.8"]).contains("steps of 1 um are too wide for lambda_s"));
-    let mut rows: Vec<String> = fs::read_to_string(folder.path().join("sine.csv"))
-        .unwrap()
-        .lines()
-        .map(Into::into)
-        .collect();
+    assert!(stated("--cutoff-mm 0.8").contains("steps of 1 um are too wide for lambda_s"));
+    let mut rows: Vec<String> = read(&folder, "sine.csv").lines().map(Into::into).collect();
     rows[3001] = "3.000,500".to_owned();
     rows[4001] = "4.000,".to_owned();
     rows.drain(5001..5011);
-    fs::write(folder.path().join("holes.csv"), rows.join("\n") + "\n").unwrap();
-    let args = ["profile", "holes.csv", "--speed", "0.05", "--json"];
-    let line = gripctl(folder.path(), &args).done().json().pop().unwrap();
+    put(&folder, "holes.csv", rows.join("\n") + "\n");
+    let args = "profile holes.csv --speed 0.05 --json";
+    let line = gripctl(&folder, args).last();
     let warnings = line["warnings"].to_string();
     for words in [
         "spikes: 1, up to 500",
@@ -100,28 +93,28 @@ fn a_user_is_reported_what_spoils_the_figures() {
     ] {
         assert!(warnings.contains(words), "{warnings}");
     }
-    fs::write(folder.path().join("cut.csv"), rows.join("\n") + "\n9.1").unwrap();
-    let cut = gripctl(folder.path(), &["profile", "cut.csv", "--speed", "0.05"]);
+    put(&folder, "cut.csv", rows.join("\n") + "\n9.1");
+    let cut = gripctl(&folder, "profile cut.csv --speed 0.05");
     assert!(cut.code == 3 && cut.err.contains("was cut off and is left out"), "{}", cut.err);
     rows.drain(6001..6151);
-    fs::write(folder.path().join("holes.csv"), rows.join("\n") + "\n").unwrap();
-    gripctl(folder.path(), &args)
-        .refused(2, &["no heights from 6.0100 to 6.1600 mm", "split the file"]);
-    assert!(stated(&["--cutoff-mm", "20"]).contains("less than one cutoff"));
-    assert!(stated(&["--hysteresis-um", "50"]).contains("no irregularity higher than"));
+    put(&folder, "holes.csv", rows.join("\n") + "\n");
+    gripctl(&folder, args).refused(2, &["no heights from 6.0100 to 6.1600 mm", "split the file"]);
+    assert!(stated("--cutoff-mm 20").contains("less than one cutoff"));
+    assert!(stated("--hysteresis-um 50").contains("no irregularity higher than"));
     let tilted: String = (0..3000).map(|i| format!("{},{}\n", i, i * 5)).collect();
-    fs::write(folder.path().join("tilt.csv"), format!("x_mm,height_um\n{tilted}")).unwrap();
-    let args = ["profile", "tilt.csv", "--speed", "0.05", "--step-um", "1"];
-    assert!(gripctl(folder.path(), &args).done().err.contains("--level"));
+    put(&folder, "tilt.csv", format!("x_mm,height_um\n{tilted}"));
+    let args = "profile tilt.csv --speed 0.05 --step-um 1";
+    assert!(gripctl(&folder, args).done().err.contains("--level"));
 }
 
 #[test]
 fn every_reading_of_a_list() {
     let folder = tempfile::tempdir().unwrap();
     let list = "delta_m,s_m\n20e-6,100e-6\n30e-6,50e-6\n5e-6,80e-6\n0,1e-4\n";
-    fs::write(folder.path().join("i.csv"), list).unwrap();
-    let args = ["esc", "i.csv", "--force", "2", "--speed", "0.05", "--noise", "0.01"];
-    let ran = gripctl(folder.path(), &[&args[..], &["--json"]].concat()).done();
+    put(&folder, "i.csv", list);
+    let esc = "esc i.csv --force 2 --speed 0.05";
+    let args = &format!("{esc} --noise 0.01");
+    let ran = gripctl(&folder, format!("{args} --json")).done();
     assert!(ran.err.contains("1 of 4 irregularities left out"), "{}", ran.err);
     let lines = ran.json();
     let r: [f64; 3] = [0.2, 0.6, 0.0625];
@@ -134,17 +127,16 @@ fn every_reading_of_a_list() {
     );
     assert!(lines.iter().all(|l| l["flags"].as_array().unwrap().contains(&"degenerate".into())));
     assert_eq!((lines.len(), &lines[3]["unit"]), (5, &Value::from("J")));
-    let noisy = [&args[..6], &["--noise", "1", "--json"]].concat();
-    let flags = gripctl(folder.path(), &noisy).done().json()[0]["flags"].clone();
+    let noisy = format!("{esc} --noise 1 --json");
+    let flags = gripctl(&folder, noisy).done().json()[0]["flags"].clone();
     assert!(flags.as_array().unwrap().contains(&"no_information".into()), "{flags}");
-    let text = gripctl(folder.path(), &args).done().out;
+    let text = gripctl(&folder, args).done().out;
     assert!(text.contains("n F v tan(sum cot(delta/s))") && text.contains("degenerate"), "{text}");
-    fs::write(folder.path().join("um.csv"), "delta_m,s_m\n20,100\n").unwrap();
-    let um = ["esc", "um.csv", "--force", "1", "--speed", "1"];
-    assert!(gripctl(folder.path(), &um).done().err.contains("in metres (20 um is 2e-5)"));
-    fs::write(folder.path().join("bad.csv"), "delta_m,s_m\n0,0\n").unwrap();
-    let lines =
-        gripctl(folder.path(), &["esc", "bad.csv", "--force", "1", "--speed", "1", "--json"]);
+    put(&folder, "um.csv", "delta_m,s_m\n20,100\n");
+    let um = "esc um.csv --force 1 --speed 1";
+    assert!(gripctl(&folder, um).done().err.contains("in metres (20 um is 2e-5)"));
+    put(&folder, "bad.csv", "delta_m,s_m\n0,0\n");
+    let lines = gripctl(&folder, "esc bad.csv --force 1 --speed 1 --json");
     assert!(
         lines.done().json().iter().all(|l| l["value"].is_null() && l["flags"][0] == "degenerate")
     );
@@ -159,17 +151,17 @@ fn write_wavy(folder: &Path) {
         format!("{x:.3},{height:.4}\n")
     };
     let text: String = (0..6000).map(row).collect();
-    fs::write(folder.join("wavy.csv"), format!("x_mm,height_um\n{text}")).unwrap();
+    put(folder, "wavy.csv", format!("x_mm,height_um\n{text}"));
 }
 
 #[test]
 fn waviness_is_reported_beside_roughness() {
     let folder = tempfile::tempdir().unwrap();
     write_wavy(folder.path());
-    let args = ["profile", "wavy.csv", "--speed", "0.05", "--cutoff-mm", "0.8"];
-    let args = [&args[..], &["--form-degree", "2", "--level"]].concat();
-    let with = |more: &[&str]| gripctl(folder.path(), &[&args[..], more].concat());
-    let line = with(&["--json", "--parts", "parts.csv"]).done().json().remove(0);
+    let args = "profile wavy.csv --speed 0.05 --cutoff-mm 0.8";
+    let args = &format!("{args} --form-degree 2 --level");
+    let with = |more: &str| gripctl(&folder, format!("{args} {more}"));
+    let line = with("--json --parts parts.csv").done().json().remove(0);
     // Three moving averages keep 89.9 % of a wave of 2.5 cutoffs.
     let wa = 8.0 / core::f64::consts::PI * 0.8989;
     assert!((number(&line, "wa_um") / wa - 1.0).abs() < 0.03, "{wa} {line}");
@@ -178,7 +170,7 @@ fn waviness_is_reported_beside_roughness() {
     let (roughness, primary) = (&line["esc"][2], &line["primary"]["esc"][2]);
     let ratio = number(primary, "value") / number(roughness, "value");
     assert!((0.8..1.2).contains(&ratio) && number(&line["primary"], "n") > 30.0, "{line}");
-    let parts = fs::read_to_string(folder.path().join("parts.csv")).unwrap();
+    let parts = read(&folder, "parts.csv");
     let mut rows = parts.lines();
     assert_eq!(rows.next(), Some("x_mm,height_um,form_um,waviness_um,roughness_um"));
     let sums = rows.map(|row| {
@@ -188,7 +180,7 @@ fn waviness_is_reported_beside_roughness() {
     });
     // lambda_s takes 1 % of the sine away.
     assert!(sums.fold(0.0, f64::max) < 0.05);
-    let text = with(&["--lambda-f-mm", "6"]).done().out;
+    let text = with("--lambda-f-mm 6").done().out;
     for words in ["Wa ", "lambda_f 6 mm, 2 sections", "polynomial of degree 2", "with waviness, of"]
     {
         assert!(text.contains(words), "no {words:?} in {text}");
@@ -199,15 +191,15 @@ fn waviness_is_reported_beside_roughness() {
 fn a_profile_too_short_for_waviness_says_so_and_bad_limits_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     write_wavy(folder.path());
-    let args = ["profile", "wavy.csv", "--speed", "0.05"];
-    let with = |more: &[&str]| gripctl(folder.path(), &[&args[..], more].concat());
-    let line = with(&["--json"]).done().json().remove(0);
+    let args = "profile wavy.csv --speed 0.05";
+    let with = |more: &str| gripctl(&folder, format!("{args} {more}"));
+    let line = with("--json").done().json().remove(0);
     assert!(line["wa_um"].is_null() && line["wz_um"].is_null() && number(&line, "ra_um") > 0.0);
     assert!((number(&line, "waviness_needs_mm") - 12.5).abs() < 1e-9, "{line}");
-    let text = with(&[]).done().out;
+    let text = with("").done().out;
     assert!(text.contains("not measured: it needs 12.5 mm of profile"), "{text}");
-    with(&["--lambda-f-mm", "1"]).refused(2, &["must be longer than lambda_c of 2.5 mm"]);
-    with(&["--lambda-f-mm", "-1"]).refused(2, &["--lambda-f-mm -1: expected a number of more"]);
-    with(&["--form-degree", "0"]).refused(2, &["0 is not in 1..=9"]);
-    with(&["--parts", "no/parts.csv"]).refused(1, &["cannot write no/parts.csv"]);
+    with("--lambda-f-mm 1").refused(2, &["must be longer than lambda_c of 2.5 mm"]);
+    with("--lambda-f-mm -1").refused(2, &["--lambda-f-mm -1: expected a number of more"]);
+    with("--form-degree 0").refused(2, &["0 is not in 1..=9"]);
+    with("--parts no/parts.csv").refused(1, &["cannot write no/parts.csv"]);
 }

@@ -82,12 +82,6 @@ impl EscTest {
         })
     }
 
-    /// The same with another threshold (W).
-    #[must_use]
-    pub fn with_threshold(self, threshold_w: f64) -> Self {
-        Self { threshold_w, ..self }
-    }
-
     /// Takes the next sample, with the deviation of the noise in the band (unit of the stylus; 0 while it is unknown). Gives the
     /// statistic: above 1 is a slip.
     pub fn step(&mut self, sample: &Sample, noise_rms: f32) -> f32 {

@@ -270,13 +270,4 @@ mod tests {
             assert!(Ensemble::from_json(broken).is_err(), "{broken}");
         }
     }
-
-    #[test]
-    fn numbers_of_members_have_limits() {
-        for members in [0, 1, 101] {
-            let config = EnsembleConfig { members, ..EnsembleConfig::default() };
-            let error = Ensemble::fit(&testing::surface(9, 1), None, &config).unwrap_err();
-            assert!(error.to_string().contains("2 to 100"), "{error}");
-        }
-    }
 }

@@ -344,22 +344,4 @@ mod tests {
         assert!(fit.test.unwrap().scaled_mse.is_finite());
         assert_eq!(fit.file.training.unwrap().algorithm, best.genome.algorithm.name());
     }
-
-    #[test]
-    fn settings_out_of_range_are_named() {
-        let (train, validation) = (testing::surface(20, 1), testing::surface(10, 2));
-        for (wrong, word) in [
-            (SearchConfig { generations: 0, ..config() }, "generations"),
-            (SearchConfig { population: 3, ..config() }, "population"),
-            (SearchConfig { size_cost: -1.0, ..config() }, "size_cost"),
-            (SearchConfig { size_cost: f64::NAN, ..config() }, "size_cost"),
-            (
-                SearchConfig { fit: FitConfig { repeats: 0, ..FitConfig::default() }, ..config() },
-                "starts",
-            ),
-        ] {
-            let error = search(&train, &validation, &wrong, &|_| {}).unwrap_err().to_string();
-            assert!(error.contains(word), "{error}");
-        }
-    }
 }
