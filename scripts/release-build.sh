@@ -4,4 +4,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 exec cargo build --release --locked -p gripd -p gripctl -p slip-benches -p grip-daemon \
-    --bin gripd --bin gripctl --bin null-run --bin tanh-exhaustive --bin instructions --bin daemon-soak --example recording
+    --bin gripd --bin gripctl --bin null-run --bin network-peers --bin tanh-exhaustive --bin instructions --bin daemon-soak --example recording

@@ -15,7 +15,7 @@ use grip_link::{
 use mlp::train::{Algorithm, NetworkObjective, trainer::RpropConfig};
 use slip_benches::{
     frames::{self, ROWS, SESSION},
-    networks,
+    networks, peers,
     scenes::{STRETCH, SceneRun},
 };
 use slip_core::{
@@ -109,7 +109,7 @@ fn run(name: &str) -> Result<usize> {
             })
         }
         "epoch of RPROP, building1" => {
-            let case = networks::building()?;
+            let case = peers::building()?;
             let mut objective =
                 NetworkObjective::<f32>::new(&case.topology, &case.inputs, &case.targets)?;
             #[expect(clippy::cast_possible_truncation, reason = "weights of a bench")]

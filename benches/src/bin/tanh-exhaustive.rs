@@ -12,8 +12,15 @@ use rayon::iter::{IntoParallelRefIterator as _, ParallelIterator as _};
 /// Arguments handled together.
 const CHUNK: usize = 4096;
 
-/// A way to replace values by their tanh, with its name and its bound.
-type Way = (String, f64, Box<dyn Fn(&mut [f32]) + Sync>);
+/// Replaces values by their tanh.
+type Tanh = Box<dyn Fn(&mut [f32]) + Sync>;
+
+/// One way to compute tanh, its bound and what was seen of it.
+struct Way {
+    name: String,
+    bound: f64,
+    tanh: Tanh,
+}
 
 /// Worst values of one way.
 #[derive(Clone, Copy, Default)]
@@ -22,36 +29,43 @@ struct Seen {
     at: f32,
     /// Largest fall between two neighbours.
     fall: f32,
-    /// Beyond 1, or not odd.
-    wrong: bool,
+    beyond_one: bool,
+    not_odd: bool,
 }
 
 impl Seen {
     fn join(self, other: Self) -> Self {
         let worse = if other.ulp > self.ulp { other } else { self };
-        Self { fall: self.fall.max(other.fall), wrong: self.wrong || other.wrong, ..worse }
+        Self {
+            ulp: worse.ulp,
+            at: worse.at,
+            fall: self.fall.max(other.fall),
+            beyond_one: self.beyond_one || other.beyond_one,
+            not_odd: self.not_odd || other.not_odd,
+        }
     }
 }
 
 fn ways() -> Vec<Way> {
     let each = |f: fn(f32) -> f32| move |xs: &mut [f32]| xs.iter_mut().for_each(|x| *x = f(*x));
-    let mut ways: Vec<Way> = vec![
-        ("rational".to_owned(), 3.5, Box::new(each(tanh::rational))),
-        ("exact".to_owned(), 0.501, Box::new(each(tanh::exact))),
+    let mut ways = vec![
+        Way { name: "rational".to_owned(), bound: 3.5, tanh: Box::new(each(tanh::rational)) },
+        Way { name: "exact".to_owned(), bound: 0.501, tanh: Box::new(each(tanh::exact)) },
     ];
     for isa in Isa::available() {
-        ways.push((format!("rational, {isa}"), 3.5, Box::new(move |xs| isa.tanh(xs))));
+        let name = format!("rational, {isa}");
+        ways.push(Way { name, bound: 3.5, tanh: Box::new(move |xs| isa.tanh(xs)) });
     }
     ways
 }
 
 /// Looks at `CHUNK` neighbours from the bits `first` on.
-fn look((_, _, tanh): &Way, first: u32, references: &[f64]) -> Seen {
+fn look(way: &Way, first: u32, references: &[f64]) -> Seen {
     let mut seen = Seen::default();
     let mut up: Vec<f32> = (first..).take(references.len()).map(f32::from_bits).collect();
     let mut down: Vec<f32> = up.iter().map(|x| -x).collect();
-    tanh(&mut up);
-    tanh(&mut down);
+    (way.tanh)(&mut up);
+    (way.tanh)(&mut down);
     let mut last = 0.0;
     for (((bits, &y), &z), &reference) in (first..).zip(&up).zip(&down).zip(references) {
         #[expect(
@@ -61,8 +75,12 @@ fn look((_, _, tanh): &Way, first: u32, references: &[f64]) -> Seen {
         let rounded = reference as f32;
         let unit = f64::from(f32::from_bits(rounded.to_bits() + 1) - rounded);
         let ulp = (f64::from(y) - reference).abs() / unit;
-        let wrong = !(0.0..=1.0).contains(&y) || z.to_bits() != (-y).to_bits();
-        seen = seen.join(Seen { ulp, at: f32::from_bits(bits), fall: last - y, wrong });
+        if ulp > seen.ulp {
+            (seen.ulp, seen.at) = (ulp, f32::from_bits(bits));
+        }
+        seen.fall = seen.fall.max(last - y);
+        seen.beyond_one |= !(0.0..=1.0).contains(&y);
+        seen.not_odd |= z.to_bits() != (-y).to_bits();
         last = y;
     }
     seen
@@ -92,11 +110,14 @@ fn main() -> ExitCode {
     let all = chunks.par_iter().map(chunk).reduce(|| vec![Seen::default(); ways.len()], join);
     let mut kept = true;
     println!("| tanh | largest error (ulp) | at | largest fall | |");
-    for ((name, bound, _), Seen { ulp, at, fall, wrong }) in ways.iter().zip(all) {
-        let good = ulp <= *bound && !wrong && fall < 5e-7;
+    for (way, seen) in ways.iter().zip(all) {
+        let good = seen.ulp <= way.bound && !seen.beyond_one && !seen.not_odd && seen.fall < 5e-7;
         kept &= good;
         let word = if good { "kept" } else { "BROKEN" };
-        println!("| {name} | {ulp:.4} | {at} | {fall:.1e} | bound {bound} {word} |");
+        println!(
+            "| {} | {:.4} | {} | {:.1e} | bound {} {word} |",
+            way.name, seen.ulp, seen.at, seen.fall, way.bound
+        );
     }
     if kept { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -4,11 +4,8 @@
 #![cfg(test)]
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "test data")]
 
-mod exact;
-
-use exact::{
-    BITS, Draw, Exact, Known, Lengths, Trial, exact, narrowed, pool, ratio, relative_error, sum,
-    to_f64,
+use slip_benches::exact::{
+    BITS, Draw, Exact, Known, Lengths, Trial, exact, narrowed, pool, ratio, sum, to_f64,
 };
 use slip_core::esc::{Esc, LiteralSum, Real, Trial as Conditions, literal::PreciseSum, readings};
 
@@ -198,33 +195,6 @@ fn a_million_irregularities_in_any_order_stay_within_the_bound() {
             for (enclosure, wanted) in (path.values)(&trial, 2.0, 0.0625) {
                 is_open(path, enclosure, &wanted);
             }
-        }
-    }
-}
-
-/// Median and largest relative error on machined ratios, of 10 and of 100 irregularities.
-#[test]
-fn values_are_as_near_as_is_stated_of_them() {
-    let known = pool(false, true, 2500, 41);
-    for path in PATHS.iter().filter(|path| !path.single) {
-        for n in [10, 100] {
-            let [median, most] = match path.name {
-                "split f64" if n == 10 => [1e-16, 1e-9],
-                "split f64" | "arc_cot" => [1e-15, 1e-9],
-                "split double-double" => [1e-16, 1.2e-16],
-                _ => [1e-15; 2],
-            };
-            let mut draw = Draw::new(42);
-            let trials: Vec<Trial> =
-                (0..250).map(|_| Trial::random(&known, n, &mut draw)).collect();
-            let error =
-                |(found, wanted): (Enclosure, Exact)| relative_error(found.unwrap()[1], &wanted);
-            let errors = trials.iter().flat_map(|trial| (path.values)(trial, 1.0, 1.0));
-            let mut errors: Vec<f64> = errors.map(error).collect();
-            errors.sort_by(f64::total_cmp);
-            let found = [errors[errors.len() / 2], errors[errors.len() - 1]];
-            println!("{}, n = {n}: {found:?}", path.name);
-            assert!(found[0] <= median && found[1] <= most, "{}, n = {n}: {found:?}", path.name);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! E_sc and its sums to 67 digits.
+//! E_sc and its sums to 67 digits, from lengths of irregularities: the reference of `tests/esc.rs` and of the program `accuracy`.
 //!
 //! Everything goes through `dashu-float` and shares no formula with the evaluators it judges: cot is cos/sin of the ratio itself.
 
@@ -8,30 +8,38 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rayon::prelude::*;
 
 /// A number of [`BITS`] binary digits.
-pub(crate) type Exact = FBig<HalfEven, 2>;
+pub type Exact = FBig<HalfEven, 2>;
 /// Height delta and spacing s of an irregularity, m.
-pub(crate) type Lengths = (f64, f64);
+pub type Lengths = (f64, f64);
 
 /// 67 decimal digits.
-pub(crate) const BITS: usize = 224;
+pub const BITS: usize = 224;
 
 /// `value` itself.
-pub(crate) fn exact(value: f64) -> Exact {
-    Exact::try_from(value).unwrap().with_precision(BITS).value()
+///
+/// # Panics
+/// For a number that is not finite.
+#[must_use]
+#[expect(clippy::expect_used, reason = "finite numbers are drawn only")]
+pub fn exact(value: f64) -> Exact {
+    Exact::try_from(value).expect("a finite number").with_precision(BITS).value()
 }
 
 /// The nearest `f64`.
-pub(crate) fn to_f64(value: &Exact) -> f64 {
+#[must_use]
+pub fn to_f64(value: &Exact) -> f64 {
     value.to_f64().value()
 }
 
 /// delta/s.
-pub(crate) fn ratio(lengths: Lengths) -> Exact {
+#[must_use]
+pub fn ratio(lengths: Lengths) -> Exact {
     exact(lengths.0) / exact(lengths.1)
 }
 
 /// |got - wanted| / |wanted|; infinite where `got` is no finite number.
-pub(crate) fn relative_error(got: f64, wanted: &Exact) -> f64 {
+#[must_use]
+pub fn relative_error(got: f64, wanted: &Exact) -> f64 {
     if !got.is_finite() {
         return f64::INFINITY;
     }
@@ -39,50 +47,51 @@ pub(crate) fn relative_error(got: f64, wanted: &Exact) -> f64 {
 }
 
 /// The sum of a term of each irregularity.
-pub(crate) fn sum(lengths: &[Lengths], term: impl Fn(Lengths) -> Exact) -> Exact {
+pub fn sum(lengths: &[Lengths], term: impl Fn(Lengths) -> Exact) -> Exact {
     lengths.iter().fold(exact(0.0), |sum, lengths| sum + term(*lengths))
 }
 
 /// Seeded draws.
 #[derive(Clone, Debug)]
-pub(crate) struct Draw(ChaCha8Rng);
+pub struct Draw(ChaCha8Rng);
 
 impl Draw {
     /// The stream of `seed`.
-    pub(crate) fn new(seed: u64) -> Self {
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
     /// Evenly from 0 to 1.
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// Evenly on a logarithmic scale.
-    pub(crate) fn log(&mut self, low: f64, high: f64) -> f64 {
+    pub fn log(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
 
     /// One of 0..count.
     #[expect(clippy::cast_possible_truncation, reason = "below count")]
-    pub(crate) fn below(&mut self, count: usize) -> usize {
+    pub fn below(&mut self, count: usize) -> usize {
         (self.0.next_u64() % count as u64) as usize
     }
 
     /// -1 or 1.
-    pub(crate) fn sign(&mut self) -> f64 {
+    pub fn sign(&mut self) -> f64 {
         if self.below(2) == 0 { -1.0 } else { 1.0 }
     }
 
     /// Ratio log-uniform from 0.002 to 0.5, spacing from 20 um to 2 mm.
-    pub(crate) fn machined(&mut self) -> Lengths {
+    pub fn machined(&mut self) -> Lengths {
         let spacing = self.log(20e-6, 2e-3);
         (spacing * self.log(0.002, 0.5), spacing)
     }
 
     /// Ratios from 1e-24 to 1e24, beside multiples of pi/2, at the seams of the evaluators; lengths down to subnormal and up to the
     /// largest numbers, at most 10^`most`.
-    pub(crate) fn wide(&mut self, most: f64) -> Lengths {
+    pub fn wide(&mut self, most: f64) -> Lengths {
         let spacing = self.log(20e-6, 2e-3);
         let turns = self.log(1.0, 600.0).floor();
         let near = 1.0 + self.sign() * self.log(1e-17, 1e-2);
@@ -104,7 +113,7 @@ impl Draw {
 
 /// An irregularity with its exact terms.
 #[derive(Clone, Debug)]
-pub(crate) struct Known {
+pub struct Known {
     lengths: Lengths,
     /// cot(delta/s).
     cot: Exact,
@@ -114,7 +123,8 @@ pub(crate) struct Known {
 
 impl Known {
     /// The exact terms of an irregularity.
-    pub(crate) fn new(lengths: Lengths) -> Self {
+    #[must_use]
+    pub fn new(lengths: Lengths) -> Self {
         let (sin, cos) = ratio(lengths).sin_cos();
         let arc_cot = (exact(lengths.1) / exact(lengths.0)).atan();
         Self { lengths, cot: cos / sin, arc_cot }
@@ -122,14 +132,16 @@ impl Known {
 }
 
 /// The lengths as an `f32` holds them, where `single`.
+#[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "that is the rounding asked for")]
-pub(crate) fn narrowed(lengths: Lengths, single: bool) -> Lengths {
+pub fn narrowed(lengths: Lengths, single: bool) -> Lengths {
     let narrow = |x: f64| if single { f64::from(x as f32) } else { x };
     (narrow(lengths.0), narrow(lengths.1))
 }
 
 /// `count` irregularities, machined or `wide`, in `f32` where `single`.
-pub(crate) fn pool(wide: bool, single: bool, count: usize, seed: u64) -> Vec<Known> {
+#[must_use]
+pub fn pool(wide: bool, single: bool, count: usize, seed: u64) -> Vec<Known> {
     let mut draw = Draw::new(seed);
     let most = if single { 36.0 } else { 300.0 };
     let drawn = || if wide { draw.wide(most) } else { draw.machined() };
@@ -143,25 +155,29 @@ pub(crate) fn pool(wide: bool, single: bool, count: usize, seed: u64) -> Vec<Kno
 
 /// The irregularities of one trial and their exact sums.
 #[derive(Clone, Debug)]
-pub(crate) struct Trial {
+pub struct Trial {
     /// Height and spacing of each.
-    pub(crate) lengths: Vec<Lengths>,
+    pub lengths: Vec<Lengths>,
     /// Sum of cotangents.
-    pub(crate) cots: Exact,
+    pub cots: Exact,
     /// Sum of arccotangents.
-    pub(crate) arc_cots: Exact,
+    pub arc_cots: Exact,
 }
 
 impl Trial {
     /// `n` irregularities of the pool.
-    pub(crate) fn random(pool: &[Known], n: usize, draw: &mut Draw) -> Self {
+    ///
+    /// # Panics
+    /// For an empty pool.
+    #[must_use]
+    pub fn random(pool: &[Known], n: usize, draw: &mut Draw) -> Self {
         let mut trial = Self { lengths: Vec::new(), cots: exact(0.0), arc_cots: exact(0.0) };
         (0..n).for_each(|_| trial.push(&pool[draw.below(pool.len())]));
         trial
     }
 
     /// One irregularity more.
-    pub(crate) fn push(&mut self, known: &Known) {
+    pub fn push(&mut self, known: &Known) {
         self.lengths.push(known.lengths);
         self.cots += &known.cot;
         self.arc_cots += &known.arc_cot;
