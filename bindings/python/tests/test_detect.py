@@ -7,7 +7,7 @@ import sys
 import threading
 import wave
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, List, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -169,15 +169,17 @@ def test_settings_come_from_a_dictionary_or_a_file(tmp_path: Path) -> None:
     assert by_table.events == by_file.events != detect(x, RATE).events
     with pytest.raises(ValueError, match="unknown field `dtector`"):
         detect(x, RATE, config={"dtector": {}})
-    for config, message in [
+    wrong: List[Tuple[Dict[str, Any], str]] = [
         ({"baud": 9600, "detector": {"threshold": 3}}, r'config\["detector"\]\["threshold"\]: unknown field'),
         ({"grip": {"f_max_n": -3}}, r'config\["grip"\]\["f_max_n"\]: grip.f_max_n = -3 is outside'),
         ({"baud": "x"}, r'config\["baud"\]: '),
-    ]:
+    ]
+    for config, message in wrong:
         with pytest.raises(ValueError, match=message):
             detect(x, RATE, config=config)
-    with pytest.raises(TypeError, match="dict | path"):
-        detect(x, RATE, config=3)
+    no_config: Any = 3
+    with pytest.raises(TypeError, match=r"dict \| path"):
+        detect(x, RATE, config=no_config)
 
 
 def test_long_calls_release_the_gil() -> None:
