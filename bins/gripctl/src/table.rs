@@ -48,7 +48,7 @@ fn shown(value: &Value, scale: f64, head: &str) -> String {
             }
         }
         Value::Number(number) => match number.as_f64() {
-            Some(float) if !number.is_u64() || scale > 1.0 => Cell::Number(scale * float).shown(),
+            Some(float) if !number.is_u64() || scale > 1.0 => digits(scale * float),
             _ => number.to_string(),
         },
         Value::String(text) => escape(text),
@@ -59,10 +59,25 @@ fn shown(value: &Value, scale: f64, head: &str) -> String {
     }
 }
 
+/// Three significant digits, and three places behind the point of what is longer: times, too, are told apart by milliseconds.
+fn digits(value: f64) -> String {
+    if (100.0..1e6).contains(&value.abs()) {
+        let text = format!("{value:.3}");
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    Cell::Number(value).shown()
+}
+
 #[cfg(test)]
 mod tests {
     use super::lines;
     use serde_json::json;
+
+    #[test]
+    fn a_time_keeps_its_milliseconds() {
+        let shown = [123.456, 99.9561, 100.0, -2_345.5, 0.001_234_5].map(super::digits);
+        assert_eq!(shown, ["123.456", "100.0", "100", "-2345.5", "0.00123"]);
+    }
 
     #[test]
     fn every_kind_of_field_has_its_column() {

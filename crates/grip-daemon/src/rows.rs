@@ -520,8 +520,7 @@ impl Said {
     /// Whether `drive` is to be said now, which is then taken as done.
     fn is_due(&mut self, drive: Drive, now_us: u64) -> bool {
         let due = self.0.is_none_or(|(said, at_us)| {
-            said != drive
-                || (drive != Drive::Passive && now_us.saturating_sub(at_us) >= Self::AGAIN)
+            said != drive || now_us.saturating_sub(at_us) >= Self::AGAIN
         });
         if due {
             self.0 = Some((drive, now_us));
@@ -600,8 +599,9 @@ mod tests {
         let mut said = Said::default();
         let (held, more) = (Drive::Force(2450), Drive::Force(2460));
         let turns = [
-            (Drive::Passive, 0, true),
-            (Drive::Passive, 5_000_000, false),
+            (Drive::Passive, 4_000_000, true),
+            (Drive::Passive, 4_999_999, false),
+            (Drive::Passive, 5_000_000, true),
             (held, 5_001_000, true),
             (held, 6_000_999, false),
             (held, 6_001_000, true),

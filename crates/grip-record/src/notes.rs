@@ -81,13 +81,13 @@ impl Notes {
     }
 }
 
-/// The largest magnitude of an axis: where it is read again and again, the sensor can show no more.
+/// The largest magnitude of an axis: where a signal leaps there again and again and stays, the sensor can show no more.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RangeEnd {
     last: f32,
     most: f32,
     least_step: f32,
-    /// Readings with the largest magnitude without another between them, and how often there were [`RangeEnd::RUN`].
+    /// Readings with the largest magnitude since a leap to it, and how often there were [`RangeEnd::RUN`].
     run: usize,
     runs: usize,
 }
@@ -96,30 +96,30 @@ impl RangeEnd {
     /// So many readings in a row, so often, show an end of the range.
     const RUN: usize = 3;
     const RUNS: usize = 3;
-    /// A sensor with fewer steps up to there is coarse: its readings repeat anyhow.
-    const STEPS: f32 = 32.0;
+    /// A leap, in smallest steps: noise of a coarse sensor and the crest of a slow wave come there by single ones.
+    const LEAP: f32 = 8.0;
 
     /// Takes the next reading.
     pub(crate) fn push(&mut self, value: f32) {
         let (size, step) = (value.abs(), (value - self.last).abs());
+        let leaps = step >= Self::LEAP * self.least_step;
         if step > 0.0 && (self.least_step == 0.0 || step < self.least_step) {
             self.least_step = step;
         }
         self.last = value;
         if size > self.most {
-            *self = Self { most: size, run: 1, runs: 0, ..*self };
-        } else if size == self.most {
+            *self = Self { most: size, run: usize::from(leaps), runs: 0, ..*self };
+        } else if size < self.most {
+            self.run = 0;
+        } else if self.run > 0 || leaps {
             self.run += 1;
             self.runs += usize::from(self.run == Self::RUN);
-        } else {
-            self.run = 0;
         }
     }
 
     /// The largest magnitude, where it is an end of the range.
     fn reached(&self) -> Option<f32> {
-        let fine = self.most >= Self::STEPS * self.least_step;
-        (self.runs >= Self::RUNS && fine).then_some(self.most)
+        (self.runs >= Self::RUNS).then_some(self.most)
     }
 }
 
@@ -277,6 +277,9 @@ mod tests {
         assert_eq!(reached(&|i| (200.0 * noise(i)).round()), None);
         assert_eq!(reached(&|i| (200.0 * noise(i)).round().abs()), None);
         assert_eq!(reached(&|_| 0.5), None);
+        // Counts of a quiet sensor with an offset, each read four times; the crest of a slow wave.
+        assert_eq!(reached(&|i| 16_384.0 + (60.0 * noise(i / 4)).round()), None);
+        assert_eq!(reached(&|i| (100.0 * (0.01 * f32::from(i)).sin()).round()), None);
         assert_eq!(reached(&|i| if i < 3000 { noise(i) } else { 1.0 }), None);
     }
 

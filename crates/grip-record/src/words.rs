@@ -58,18 +58,8 @@ pub(crate) fn is_vibration(name: &str) -> bool {
 pub(crate) fn is_force(name: &str) -> bool {
     let plain = plain(name);
     let stem = plain.strip_suffix("_n").or_else(|| plain.strip_suffix("_mn")).unwrap_or(&plain);
-    const WORDS: [&str; 10] = [
-        "force",
-        "normal_force",
-        "grip_force",
-        "finger_force",
-        "kraft",
-        "normalkraft",
-        "greifkraft",
-        "fuerza",
-        "forza",
-        "kracht",
-    ];
+    const WORDS: [&str; 6] =
+        ["force", "normal_force", "grip_force", "finger_force", "normalkraft", "greifkraft"];
     WORDS.contains(&stem)
 }
 

@@ -87,7 +87,7 @@ pub fn forces(health: &HealthCounters) -> Option<String> {
     let forces = health.forces;
     (forces > 0).then(|| {
         format!(
-            "{forces} normal forces of more than {FORCE_MOST} times grip.f_max_n were left out: are they in mN, or in counts?"
+            "{forces} normal forces of more than {FORCE_MOST} times grip.f_max_n were left out: are they in mN or in counts, or does the gripper press harder than grip.f_max_n?"
         )
     })
 }

@@ -275,7 +275,8 @@ impl HealthCheck {
     #[inline]
     fn others_pass(&self, sample: &Sample) -> bool {
         let within = |value: Option<f32>, limit: f32| value.is_none_or(|v| v.abs() <= limit);
-        within(sample.normal_force_n, self.most_n)
+        within(sample.normal_force_n, FORCE_LIMIT_N)
+            && sample.normal_force_n.is_none_or(|force_n| force_n <= self.most_n)
             && within(sample.tangential_n, FORCE_LIMIT_N)
             && within(sample.travel_m, TRAVEL_LIMIT)
             && within(sample.velocity_m_s, TRAVEL_LIMIT)
@@ -362,17 +363,19 @@ impl HealthCheck {
         true
     }
 
-    /// The reading, or what stands in for it. An axis without a number stays where it was while another one tells: a broken wire
-    /// of one axis takes no slip from the others. A vector beyond the range is a bad reading as a whole.
+    /// The reading, or what stands in for it. An axis without a number stays where it was for some readings while another one tells. From
+    /// there on, and beyond the range, a vector is a bad reading as a whole: the floor holds for all axes.
     #[inline]
     fn stylus(&mut self, sample: &Sample, after_gap: bool) -> Vector {
         let held = self.guard.last();
         let mut x = sample.vibration();
-        if x.iter().any(|axis| axis.is_finite() && *axis != 0.0) {
-            for (axis, held) in x.iter_mut().zip(held).filter(|(axis, _)| !axis.is_finite()) {
-                *axis = held;
-                self.counters.not_finite += 1;
-            }
+        let broken = self.guard.has_started()
+            && self.bad_run + 1 < self.config.max_bad_run
+            && x.iter().any(|axis| !axis.is_finite())
+            && x.iter().any(|axis| axis.is_finite() && *axis != 0.0);
+        if broken {
+            self.counters.not_finite += 1;
+            x = core::array::from_fn(|i| if x[i].is_finite() { x[i] } else { held[i] });
         }
         if self.last_t.is_none() {
             self.changed_at = sample.t;
@@ -396,7 +399,7 @@ impl HealthCheck {
                 self.guard.follow(step);
             }
         }
-        self.bad_run = 0;
+        self.bad_run = if broken { self.bad_run + 1 } else { 0 };
         if x != held {
             self.changed_at = sample.t;
         }
@@ -440,10 +443,11 @@ impl HealthCheck {
         }
     }
 
+    /// What is below zero is no unit but a tare, and stays: it shows that nothing is touched.
     #[inline]
     fn force(&mut self, force_n: Option<f32>) -> Option<f32> {
         let force_n = self.other(force_n, FORCE_LIMIT_N)?;
-        let meant = force_n.abs() <= self.most_n;
+        let meant = force_n <= self.most_n;
         self.counters.forces += u64::from(!meant);
         meant.then_some(force_n)
     }

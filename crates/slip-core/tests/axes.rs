@@ -148,7 +148,7 @@ fn a_motion_that_only_a_further_axis_of_the_reference_shows_is_no_slip() {
 }
 
 #[test]
-fn one_bad_component_spoils_its_reading_only() {
+fn one_bad_component_spoils_no_other_reading() {
     let scene = Scene { arm: [0.0; 3], slip: [0.0, 0.06, 0.0] };
     let mut samples = scene.samples(&STRAIGHT, &STRAIGHT);
     for (i, sample) in samples.iter_mut().enumerate() {

@@ -87,7 +87,11 @@ fn tables(args: &ReplayArgs, files: &[PathBuf]) -> anyhow::Result<Exit> {
     let is_list = |file: &&PathBuf| {
         file.file_name().is_some_and(|name| LISTS.iter().any(|list| name == *list))
     };
-    for file in files.iter().filter(|file| !is_list(file)) {
+    for file in files {
+        if is_list(&file) {
+            output::remark(file.display(), "a list of its folder, not replayed");
+            continue;
+        }
         if !args.json {
             output::line(&escape(&file.display().to_string()))?;
         }

@@ -19,8 +19,13 @@ pub(crate) struct Ran {
 /// Runs gripctl in `folder` with the words of `line` to its end; a panic is never one.
 pub(crate) fn gripctl(folder: impl AsRef<Path>, line: impl AsRef<str>) -> Ran {
     let args: Vec<&str> = line.as_ref().split_whitespace().collect();
+    run(folder.as_ref(), &args)
+}
+
+/// Runs the program of these tests in `folder` with `args` to its end; a panic is never one.
+pub(crate) fn run(folder: &Path, args: &[&str]) -> Ran {
     let program = Path::new(crate::PROGRAM);
-    let Ended { code, out, err } = Program::start(program, folder.as_ref(), &args).ended();
+    let Ended { code, out, err } = Program::start(program, folder, args).ended();
     Ran { code, out, err }
 }
 

@@ -1,6 +1,6 @@
 //! gripfleet without a gripd: what it cannot do anything with, a sentence and exit code 2; and what it waits for.
 
-use crate::{fleet::running, run::gripctl as gripfleet};
+use crate::{fleet::running, run::run as gripfleet};
 use std::fs;
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::{
     PROGRAM,
     rig::{Played, at, endpoint, member, notice},
-    run::{Ran, gripctl as gripfleet},
+    run::{Ran, run as gripfleet},
 };
 use grip_fleet::{
     About, EventLog, Part,

@@ -3,7 +3,7 @@
 use crate::{
     fleet::router,
     rig::{Played, endpoint, member, patient},
-    run::{content, gripctl as gripfleet},
+    run::{content, run as gripfleet},
 };
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use grip_fleet::{

@@ -3,7 +3,7 @@
 use crate::{
     daemon::{Daemon, listening},
     fleet::running,
-    run::gripctl as gripfleet,
+    run::run as gripfleet,
 };
 use core::{
     sync::atomic::{AtomicBool, AtomicU32, Ordering},
