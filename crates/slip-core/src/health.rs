@@ -275,8 +275,8 @@ impl HealthCheck {
     #[inline]
     fn others_pass(&self, sample: &Sample) -> bool {
         let within = |value: Option<f32>, limit: f32| value.is_none_or(|v| v.abs() <= limit);
-        within(sample.normal_force_n, FORCE_LIMIT_N)
-            && sample.normal_force_n.is_none_or(|force_n| force_n <= self.most_n)
+        let force = |force_n: f32| (-FORCE_LIMIT_N..=self.most_n).contains(&force_n);
+        sample.normal_force_n.is_none_or(force)
             && within(sample.tangential_n, FORCE_LIMIT_N)
             && within(sample.travel_m, TRAVEL_LIMIT)
             && within(sample.velocity_m_s, TRAVEL_LIMIT)
