@@ -271,12 +271,11 @@ impl HealthCheck {
         step <= self.config.max_step && (!self.uncalibrated || step <= self.guard.glitch())
     }
 
-    /// Whether no channel beside the stylus has an unusable reading.
+    /// Whether no channel beside the stylus has an unusable reading, or a force far below zero: [`HealthCheck::check`] takes that.
     #[inline]
     fn others_pass(&self, sample: &Sample) -> bool {
         let within = |value: Option<f32>, limit: f32| value.is_none_or(|v| v.abs() <= limit);
-        let force = |force_n: f32| (-FORCE_LIMIT_N..=self.most_n).contains(&force_n);
-        sample.normal_force_n.is_none_or(force)
+        within(sample.normal_force_n, self.most_n)
             && within(sample.tangential_n, FORCE_LIMIT_N)
             && within(sample.travel_m, TRAVEL_LIMIT)
             && within(sample.velocity_m_s, TRAVEL_LIMIT)
