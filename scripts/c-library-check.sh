@@ -114,7 +114,7 @@ if [ -d "$data/biotac_slide" ] && [ -x "$gripctl" ]; then
     for file in "${files[@]}"; do
         ours=$("$work/detect-plain" 2200 <"$file" |
             sed -E 's/ s  slip \((.*), (.*)\), .*/ \1 \2/; s/ s  slip (ended) .*/ \1/')
-        theirs=$("$gripctl" replay "$file" --observe --json 2>/dev/null |
+        theirs=$("$gripctl" replay "$file" --observe --rate 2200 --json 2>/dev/null |
             sed -nE 's/^\{"type":"slip","t_s":([0-9.]+),.*"phase":"([a-z]+)","method":"([a-z]+)".*/\1 \2 \3/p
                 s/^\{"type":"slip_end","t_s":([0-9.]+).*/\1 ended/p' | awk '{ $1 = sprintf("%.6f", $1); print }')
         [ "$ours" = "$theirs" ] || { echo "c-library-check: other slips than gripctl: $file" >&2; exit 1; }
