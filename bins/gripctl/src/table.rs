@@ -59,7 +59,7 @@ fn shown(value: &Value, scale: f64, head: &str) -> String {
     }
 }
 
-/// Three significant digits, and three places behind the point of what is longer: times, too, are told apart by milliseconds.
+/// Three significant digits, and three places behind the point of what is longer: times, too, differ by milliseconds.
 fn digits(value: f64) -> String {
     if (100.0..1e6).contains(&value.abs()) {
         let text = format!("{value:.3}");

@@ -159,7 +159,7 @@ struct Thread<C> {
     /// This end of the line, and the other one until the board is ready.
     ours: Option<UnixStream>,
     theirs: Option<UnixStream>,
-    said: Said,
+    last: LastCommand,
     ordered: Option<Order>,
     /// No more rows come.
     ended: bool,
@@ -219,7 +219,7 @@ impl Rows {
             wake,
             ours: Some(ours),
             theirs: Some(theirs),
-            said: Said::default(),
+            last: LastCommand::default(),
             ordered: None,
             ended: false,
             silent_us: None,
@@ -344,7 +344,7 @@ impl<C: Fn() -> u64> Thread<C> {
         if lost {
             // The hot loop then does as with any gripper that is unplugged: it goes on from the force that it has sent.
             (self.ours, self.theirs) = (None, None);
-            (self.said, self.ordered) = (Said::default(), None);
+            (self.last, self.ordered) = (LastCommand::default(), None);
         }
         if gripper.present && self.ours.is_none() {
             let ends = line_ends();
@@ -457,7 +457,7 @@ impl<C: Fn() -> u64> Thread<C> {
         Ok(())
     }
 
-    /// Gives the program what its gripper is to do, where that has changed or was said long ago.
+    /// Gives the program what its gripper is to do, where that has changed or was written long ago.
     fn command(&mut self, now_us: u64) {
         let Some((t_us, drive)) = self.board.drive(now_us) else { return };
         if let Some(gripper) = self.gripper.as_ref().filter(|gripper| gripper.present) {
@@ -469,7 +469,7 @@ impl<C: Fn() -> u64> Thread<C> {
             if self.ordered.replace(order) != Some(order) {
                 let _sent = gripper.ends.orders.send(order);
             }
-        } else if self.gripper.is_none() && self.said.is_due(drive, now_us) {
+        } else if self.gripper.is_none() && self.last.is_due(drive, now_us) {
             self.peer.command(&command_line(t_us, drive));
         }
     }
@@ -509,18 +509,18 @@ impl<C: Fn() -> u64> Thread<C> {
     }
 }
 
-/// What the program was told, and when (us).
+/// The last command written to the program, and when (us).
 #[derive(Debug, Default)]
-struct Said(Option<(Drive, u64)>);
+struct LastCommand(Option<(Drive, u64)>);
 
-impl Said {
-    /// A command is said again after so long (us): a datagram is lost, a board behind a bridge starts anew.
+impl LastCommand {
+    /// A command is repeated after so long (us): a datagram is lost, a board behind a bridge starts anew.
     const AGAIN: u64 = 1_000_000;
 
-    /// Whether `drive` is to be said now, which is then taken as done.
+    /// Whether `drive` is to be written now, which is then taken as done.
     fn is_due(&mut self, drive: Drive, now_us: u64) -> bool {
-        let due = self.0.is_none_or(|(said, at_us)| {
-            said != drive || now_us.saturating_sub(at_us) >= Self::AGAIN
+        let due = self.0.is_none_or(|(last, at_us)| {
+            last != drive || now_us.saturating_sub(at_us) >= Self::AGAIN
         });
         if due {
             self.0 = Some((drive, now_us));
@@ -577,7 +577,7 @@ fn timespec(time: Duration) -> Timespec {
 
 #[cfg(test)]
 mod tests {
-    use super::{Drive, Rows, RowsAddress, Said, command_line};
+    use super::{Drive, LastCommand, Rows, RowsAddress, command_line};
     use crate::hot::Shared;
     use core::{sync::atomic::Ordering, time::Duration};
     use grip_session::config::Listen;
@@ -595,8 +595,8 @@ mod tests {
     }
 
     #[test]
-    fn a_command_is_said_where_it_changes_and_again_every_second() {
-        let mut said = Said::default();
+    fn a_command_is_written_where_it_changes_and_again_every_second() {
+        let mut last = LastCommand::default();
         let (held, more) = (Drive::Force(2450), Drive::Force(2460));
         let turns = [
             (Drive::Passive, 4_000_000, true),
@@ -611,7 +611,7 @@ mod tests {
             (Drive::Open, 8_002_000, true),
         ];
         for (drive, now_us, due) in turns {
-            assert_eq!(said.is_due(drive, now_us), due, "{drive:?} at {now_us}");
+            assert_eq!(last.is_due(drive, now_us), due, "{drive:?} at {now_us}");
         }
     }
 

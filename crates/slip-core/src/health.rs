@@ -362,7 +362,7 @@ impl HealthCheck {
         true
     }
 
-    /// The reading, or what stands in for it. An axis without a number stays where it was for some readings while another one tells. From
+    /// The reading, or what stands in for it. An axis without a number keeps its last value for some readings while another one has a number. From
     /// there on, and beyond the range, a vector is a bad reading as a whole: the floor holds for all axes.
     #[inline]
     fn stylus(&mut self, sample: &Sample, after_gap: bool) -> Vector {

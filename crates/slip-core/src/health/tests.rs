@@ -31,7 +31,7 @@ fn bad_readings_are_replaced_and_counted() {
     assert_eq!(check.health(), SensorHealth::Good, "four in a row are not yet a failure");
 }
 
-/// A driver that fills up with NaN: for some readings the other axes tell, then the sensor has failed.
+/// A driver that fills up with NaN: for some readings the other axes count, then the sensor has failed.
 #[test]
 fn an_axis_without_a_number_leaves_the_others_for_some_readings() {
     let mut check = check();

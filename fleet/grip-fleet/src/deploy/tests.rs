@@ -184,7 +184,7 @@ impl Gripper {
                 self.start();
                 return None;
             }
-            "fail" | "mend" => {
+            "fail" | "recover" => {
                 self.refuses = verb == "fail";
                 return None;
             }
@@ -235,7 +235,7 @@ fn a_model_is_tried_and_stays_or_goes() {
         ("take a, accept a, reload c", "a over c; a Accepted"),
         // It cannot be put in force; or the one before cannot, and is tried again.
         ("fail, take a", "file; a Failed"),
-        ("take a, fail, wait 61, mend, wait 1", "file; a Unwatched"),
+        ("take a, fail, wait 61, recover, wait 1", "file; a Unwatched"),
         // A pause keeps model, lease and the way back.
         ("take a, pause", "a on trial over file"),
         ("take a, pause, wait 61", "file; a Unwatched"),
@@ -368,7 +368,7 @@ fn the_way_back_that_fails_is_reported_once() {
     let notices = gripper.models().notices();
     let troubles = notices.iter().filter(|notice| matches!(notice, Notice::Trouble(_)));
     assert_eq!(troubles.count(), 1, "{notices:?}");
-    gripper.act("mend");
+    gripper.act("recover");
     gripper.pass(1);
     let back = format!("{} is in force", id("file"));
     assert_eq!(gripper.models().notices(), [Notice::Done(back)]);

@@ -197,12 +197,12 @@ fn a_roll_out_is_taken_up_again() {
 }
 
 /// A roll-out to some grippers, each called by its number.
-struct Told {
+struct Story {
     rollout: Rollout,
     now_us: u64,
 }
 
-impl Told {
+impl Story {
     /// Everybody was asked whether it would take the model.
     fn new(config: RolloutConfig, count: u8) -> Self {
         let mut rollout = Rollout::new(config, members(count));
@@ -211,8 +211,8 @@ impl Told {
         Self { rollout, now_us: 0 }
     }
 
-    /// Takes words such as `@60 0 silent, all fit`: from 60 s on nothing is heard of the first one.
-    fn hear(&mut self, words: &str) {
+    /// Takes words such as `@60 0 silent, all fit`: from 60 s on nothing is reported of the first one.
+    fn report(&mut self, words: &str) {
         for word in words.split(", ").filter(|word| !word.is_empty()) {
             let word = match word.strip_prefix('@').and_then(|word| word.split_once(' ')) {
                 Some((second, word)) => {
@@ -272,12 +272,12 @@ impl Told {
         format!("{text}{:?}", self.rollout.progress())
     }
 
-    /// What is heard, and what is ordered then, step by step.
+    /// What is reported, and what is ordered then, step by step.
     #[track_caller]
     fn goes(mut self, steps: &[(&str, &str)]) -> Self {
-        for (heard, wanted) in steps {
-            self.hear(heard);
-            assert_eq!(self.ordered(), *wanted, "{heard}");
+        for (reported, wanted) in steps {
+            self.report(reported);
+            assert_eq!(self.ordered(), *wanted, "{reported}");
         }
         self
     }
@@ -291,13 +291,13 @@ impl Told {
     }
 }
 
-fn told(count: u8) -> Told {
-    Told::new(CONFIG, count)
+fn story(count: u8) -> Story {
+    Story::new(CONFIG, count)
 }
 
 #[test]
 fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
-    let told = told(4).goes(&[
+    let story = story(4).goes(&[
         ("@1 0 fits, 2 refuses: too early", "Checking"),
         ("@3 3 refuses: too old", "Checking"),
         // The last one never answers.
@@ -305,34 +305,34 @@ fn who_would_refuse_it_stops_it_before_anybody_has_it_and_all_are_received() {
         ("@62 1 silent", "Checking"),
         ("@63 1 silent", "Stopped(0)"),
     ]);
-    assert_eq!(told.why(), "2 refused the model: too early");
+    assert_eq!(story.why(), "2 refused the model: too early");
     // Whoever stops it waits for nobody who has not said.
-    let told = self::told(3).goes(&[("stop", "Stopped(0)"), ("0 fits", "Stopped(0)")]);
-    assert_eq!(told.rollout.stopped(), Some(&Stop::Ordered));
+    let story = self::story(3).goes(&[("stop", "Stopped(0)"), ("0 fits", "Stopped(0)")]);
+    assert_eq!(story.rollout.stopped(), Some(&Stop::Ordered));
 }
 
 #[test]
 fn a_refusal_stops_it() {
     let steps = [("all fits", "Take 0, Stage(1)"), ("0 refuses: another hash", "Stopped(0)")];
-    assert_eq!(told(3).goes(&steps).why(), "0 refused the model: another hash");
+    assert_eq!(story(3).goes(&steps).why(), "0 refused the model: another hash");
 }
 
 #[test]
 fn silence_stops_it_and_who_comes_back_is_reported_to_give_back() {
-    let told = told(3).goes(&[
+    let story = story(3).goes(&[
         ("all fits", "Take 0, Stage(1)"),
         // It answers once, and then states why it cannot.
         ("@1 0 takes, @2 0 silent, @40 0 nothing, @41 0 silent, @101 0 silent", "Stage(1)"),
         ("@102 0 silent: no folder", "GiveBack 0, Stopped(1)"),
         ("@110 0 back", "Stopped(0)"),
     ]);
-    assert_eq!(told.why(), "0 has not answered for too long: no folder");
+    assert_eq!(story.why(), "0 has not answered for too long: no folder");
 }
 
 /// A turn over many grippers may take longer than patience: whoever answers when asked is there.
 #[test]
 fn who_was_not_asked_for_long_is_not_gone() {
-    let told = told(2).goes(&[
+    let story = story(2).goes(&[
         ("all fits", "Take 0, Stage(1)"),
         ("0 takes, @300 0 nothing", "Stage(1)"),
         // One answer that was lost is none of patience, however late the next question comes.
@@ -341,7 +341,7 @@ fn who_was_not_asked_for_long_is_not_gone() {
         ("@700 0 silent", "Stage(1)"),
         ("@1200 0 nothing, @1300 0 silent", "Stage(1)"),
     ]);
-    assert_eq!(told.why(), "");
+    assert_eq!(story.why(), "");
 }
 
 #[test]
@@ -362,7 +362,7 @@ fn who_goes_back_by_itself_stops_it_for_all() {
 
 #[test]
 fn nobody_keeps_it_before_everybody_has_tried_it() {
-    told(2).goes(&[
+    story(2).goes(&[
         ("all fits", "Take 0, Stage(1)"),
         ("0 takes, 0 enough", "Take 1, Stage(2)"),
         ("1 takes", "Stage(2)"),
@@ -375,15 +375,15 @@ fn nobody_keeps_it_before_everybody_has_tried_it() {
 #[test]
 fn who_has_the_model_or_knows_it_needs_no_trial_and_is_not_the_first_to_try_it() {
     // A way back that is deployed: nobody needs a grasp to compare with.
-    told(3).goes(&[("all knows", "Take 0, Take 1, Take 2, Stage(1)"), ("all had", "Done")]);
-    told(2).goes(&[("all had", "Done")]);
-    told(4).goes(&[
+    story(3).goes(&[("all knows", "Take 0, Take 1, Take 2, Stage(1)"), ("all had", "Done")]);
+    story(2).goes(&[("all had", "Done")]);
+    story(4).goes(&[
         ("0 had, 1 fits, 2 fits, 3 fits", "Take 1, Stage(1)"),
         ("1 takes, 1 enough", "Take 2, Stage(2)"),
         ("2 takes, stop", "GiveBack 1, GiveBack 2, Stopped(2)"),
     ]);
     // It has got it from elsewhere meanwhile: another one is the first to try it, alone.
-    told(3).goes(&[
+    story(3).goes(&[
         ("all fits", "Take 0, Stage(1)"),
         ("0 had", "Take 1, Stage(1)"),
         ("1 takes, stop", "GiveBack 1, Stopped(1)"),
@@ -393,18 +393,18 @@ fn who_has_the_model_or_knows_it_needs_no_trial_and_is_not_the_first_to_try_it()
 
 #[test]
 fn strangers_and_late_words_change_nothing() {
-    told(2).goes(&[("5 refuses: all of it", "Checking"), ("0 nothing", "Checking")]);
+    story(2).goes(&[("5 refuses: all of it", "Checking"), ("0 nothing", "Checking")]);
     assert_eq!(Rollout::new(CONFIG, []).progress(), Progress::Done);
 }
 
 #[test]
 fn who_holds_nothing_for_too_long_stops_it_though_it_answers() {
-    let mut told = told(2).goes(&[("all fits", "Take 0, Stage(1)"), ("@1 0 takes", "Stage(1)")]);
+    let mut story = story(2).goes(&[("all fits", "Take 0, Stage(1)"), ("@1 0 takes", "Stage(1)")]);
     for second in 2..=3601 {
-        told = told.goes(&[(&format!("@{second} 0 nothing"), "Stage(1)")]);
+        story = story.goes(&[(&format!("@{second} 0 nothing"), "Stage(1)")]);
     }
-    let told = told.goes(&[("@3602 0 nothing", "GiveBack 0, Stopped(1)")]);
-    assert_eq!(told.why(), "0 has grasped nothing for too long");
+    let story = story.goes(&[("@3602 0 nothing", "GiveBack 0, Stopped(1)")]);
+    assert_eq!(story.why(), "0 has grasped nothing for too long");
 }
 
 /// Grasps in which a shadow asked for this force, where 6 N held the object, and 3 N did not.
@@ -415,26 +415,26 @@ fn compared(shadow_n: f32, count: usize) -> Vec<Grasp> {
 }
 
 /// A roll-out to two grippers that both let the model estimate, for six grasps.
-fn beside() -> Told {
-    Told::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2)
+fn beside() -> Story {
+    Story::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2)
         .goes(&[("all fits", "Shadow 0, Shadow 1, Shadow"), ("all beside", "Shadow")])
 }
 
 #[test]
 fn a_model_is_asked_beside_those_in_force_before_anybody_has_it() {
-    let (mut told, both) = (beside(), members(2));
-    assert_eq!(told.rollout.holding().count(), 0);
+    let (mut story, both) = (beside(), members(2));
+    assert_eq!(story.rollout.holding().count(), 0);
     // What is known already is not counted twice, and what comes after a gap is not taken.
     for (who, from) in [(0, 0), (0, 1), (1, 1)] {
-        told.rollout.receive(&both[who], Report::Compared { from, grasps: compared(6.0, 3) }, 1);
+        story.rollout.receive(&both[who], Report::Compared { from, grasps: compared(6.0, 3) }, 1);
     }
     assert_eq!(
-        both.iter().map(|who| told.rollout.known(who)).collect::<Vec<_>>(),
+        both.iter().map(|who| story.rollout.known(who)).collect::<Vec<_>>(),
         [Some(4), Some(0)]
     );
-    assert_eq!((told.ordered().as_str(), told.rollout.shadow().1.grasps), ("Shadow", 4));
+    assert_eq!((story.ordered().as_str(), story.rollout.shadow().1.grasps), ("Shadow", 4));
     // Its gripfleet has started again: what it had compared counts, and it begins anew.
-    told.goes(&[
+    story.goes(&[
         ("1 leaves: no trial", "Shadow 1, Shadow"),
         ("1 beside, 1 compares: 2", "Take 0, Stage(1)"),
     ]);
@@ -442,39 +442,40 @@ fn a_model_is_asked_beside_those_in_force_before_anybody_has_it() {
 
 #[test]
 fn a_model_that_asks_for_far_too_much_is_stopped_before_a_finger_moves() {
-    let (mut told, both) = (beside(), members(2));
+    let (mut story, both) = (beside(), members(2));
     for (who, count, stops) in [(0, 2, false), (1, 1, true)] {
         let grasps = compared(30.0, count);
-        told.rollout.receive(&both[who], Report::Compared { from: 0, grasps }, 1);
-        assert_eq!(told.rollout.stopped().is_some(), stops);
+        story.rollout.receive(&both[who], Report::Compared { from: 0, grasps }, 1);
+        assert_eq!(story.rollout.stopped().is_some(), stops);
     }
     // The shadows go at once, with the reason.
-    let told = told.goes(&[("", "GiveBack 0, GiveBack 1, Stopped(2)"), ("all back", "Stopped(0)")]);
+    let story =
+        story.goes(&[("", "GiveBack 0, GiveBack 1, Stopped(2)"), ("all back", "Stopped(0)")]);
     assert_eq!(
-        told.why(),
+        story.why(),
         "it asks for too much force, as a shadow at the grippers (3 grasps compared: too little in 0, too much in 3, no answer in 0)"
     );
 }
 
 #[test]
 fn a_shadow_stage_waits_for_those_that_grasp_and_not_for_ever() {
-    let told = beside().goes(&[
+    let story = beside().goes(&[
         ("@3000 0 compares: 1, @4000 1 compares: 0", "Shadow"),
         ("@7000 0 compares: 1", "GiveBack 0, GiveBack 1, Stopped(2)"),
     ]);
-    assert_eq!(told.why(), "0 has grasped nothing for too long");
+    assert_eq!(story.why(), "0 has grasped nothing for too long");
 }
 
 /// Whoever is on trial with the model already has seen the shadow stage.
 #[test]
 fn a_roll_out_that_is_taken_up_again_has_no_second_shadow_stage() {
-    let told = Told::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2);
-    told.goes(&[("0 tries, 1 fits", "Take 0, Stage(1)")]);
+    let story = Story::new(RolloutConfig { shadow: Some(6), ..CONFIG }, 2);
+    story.goes(&[("0 tries, 1 fits", "Take 0, Stage(1)")]);
 }
 
 /// A roll-out in which both of two grippers replay their recordings.
-fn replaying() -> Told {
-    Told::new(RolloutConfig { replay: true, ..CONFIG }, 2)
+fn replaying() -> Story {
+    Story::new(RolloutConfig { replay: true, ..CONFIG }, 2)
         .goes(&[("all fits", "Replay 0, Replay 1, Replay"), ("", "Replay")])
 }
 
@@ -485,16 +486,16 @@ fn replayed(shadow_n: f32, count: usize) -> Report {
 
 #[test]
 fn recordings_are_replayed_before_a_finger_moves() {
-    let mut told = replaying().goes(&[("0 replayed, 1 replays", "Replay")]);
-    told.rollout.receive(&members(2)[1], Report::Replayed(Rehearsal::default()), 0);
-    let told = told.goes(&[("", "Take 0, Stage(1)")]);
-    assert_eq!(told.rollout.replays(), Tally { grasps: 5, ..Tally::default() });
+    let mut story = replaying().goes(&[("0 replayed, 1 replays", "Replay")]);
+    story.rollout.receive(&members(2)[1], Report::Replayed(Rehearsal::default()), 0);
+    let story = story.goes(&[("", "Take 0, Stage(1)")]);
+    assert_eq!(story.rollout.replays(), Tally { grasps: 5, ..Tally::default() });
 
-    let mut told = replaying();
-    members(2).iter().for_each(|who| told.rollout.receive(who, replayed(2.0, 2), 0));
+    let mut story = replaying();
+    members(2).iter().for_each(|who| story.rollout.receive(who, replayed(2.0, 2), 0));
     let tally = Tally { grasps: 3, low: 3, ..Tally::default() };
-    assert_eq!(told.rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
-    told.goes(&[("", "Stopped(0)")]);
+    assert_eq!(story.rollout.stopped(), Some(&Stop::Replayed { what: Wrong::Low, tally }));
+    story.goes(&[("", "Stopped(0)")]);
 }
 
 #[test]
